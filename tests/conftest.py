@@ -29,7 +29,7 @@ LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py")
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items):
     """Begin with whole workflows: one of them at the end would leave the other processor idle."""
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(
@@ -40,20 +40,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     )
 
 
-def pytest_collection_finish() -> None:
+def pytest_collection_finish():
     """Look for garbage no more among what lives to the end."""
     gc.freeze()
 
 
 @pytest.fixture(scope="session")
-def paper_config() -> Config:
+def paper_config():
     """The configuration of the demonstration campaign."""
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     return Config(**yaml.safe_load(text))
 
 
 @pytest.fixture(scope="session")
-def small_made(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def small_made(tmp_path_factory):
     """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow.
 
     One worker makes it, the others wait; nobody changes it.
@@ -82,7 +82,7 @@ def small_made(tmp_path_factory: pytest.TempPathFactory) -> Folder:
 
 
 @pytest.fixture(scope="module")
-def small(small_made: Folder, tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def small(small_made, tmp_path_factory):
     """A copy of it for the tests of a module."""
     root = tmp_path_factory.mktemp("small") / "campaign"
     shutil.copytree(small_made.root, root)

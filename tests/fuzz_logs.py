@@ -18,7 +18,7 @@ from foreign_logs import TEXTS
 from fuzzing import fuzz
 
 
-def main() -> None:
+def main():
     """Run it, print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=600, help="for each reader")

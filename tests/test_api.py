@@ -9,7 +9,6 @@ import inspect
 import re
 import subprocess
 import sys
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -26,14 +25,11 @@ from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 OWN = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> rftfit.Results:
+def results(tmp_path_factory):
     alpha = {medium: reference.alpha_grid(medium) for medium in OWN} | {"sand": one_cell(0.7)}
     roles = dict.fromkeys(OWN, LABORATORY) | {"sand": SAND}
     return rftfit.open(make_campaign(tmp_path_factory.mktemp("api") / "c", roles, alpha))
@@ -43,7 +39,7 @@ DOWN = 3 * 13 + 12
 """The cell (0, 90)."""
 
 
-def test_import_loads_nothing() -> None:
+def test_import_loads_nothing():
     code = "import sys; before = set(sys.modules); import rftfit; print(*set(sys.modules) - before)"
     command = [sys.executable, "-c", code]
     loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
@@ -51,7 +47,7 @@ def test_import_loads_nothing() -> None:
     assert set(loaded) <= {"rftfit", *light}
 
 
-def test_every_name_is_there_and_typed() -> None:
+def test_every_name_is_there_and_typed():
     tree = ast.parse(inspect.getsource(rftfit))
     typed = {
         alias.asname or alias.name
@@ -67,13 +63,13 @@ def test_every_name_is_there_and_typed() -> None:
         rftfit.no_such  # noqa: B018
 
 
-def sections(thing: object) -> dict[str, str]:
+def sections(thing):
     parts = re.split(r"^(\w[\w ]*)\n-+\n", inspect.getdoc(thing) or "", flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
 @pytest.mark.parametrize("name", rftfit.__all__)
-def test_every_name_is_documented(name: str) -> None:
+def test_every_name_is_documented(name):
     thing = getattr(rftfit, name)
     found = sections(thing)
     assert "Examples" in found
@@ -91,7 +87,7 @@ def test_every_name_is_documented(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", rftfit.__all__)
-def test_every_example_runs(name: str) -> None:
+def test_every_example_runs(name):
     thing = getattr(rftfit, name)
     module = importlib.import_module(thing.__module__)
     found = doctest.DocTestFinder(recurse=False).find(thing, name, module)
@@ -101,7 +97,7 @@ def test_every_example_runs(name: str) -> None:
     assert runner.summarize().failed == 0
 
 
-def test_a_medium_of_a_campaign(results: rftfit.Results) -> None:
+def test_a_medium_of_a_campaign(results):
     medium = results["poppy_CP"]
     alpha = flat(reference.alpha_grid("poppy_CP"))
     keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
@@ -123,7 +119,7 @@ def test_a_medium_of_a_campaign(results: rftfit.Results) -> None:
 
 
 @pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only"])
-def test_draws_are_made_when_wanted(results: rftfit.Results, kind: str) -> None:
+def test_draws_are_made_when_wanted(results, kind):
     medium = results["poppy_LP"]
     assert medium.profile(kind, draws=False).spread is None
     profile = medium.profile(kind)
@@ -135,7 +131,7 @@ def test_draws_are_made_when_wanted(results: rftfit.Results, kind: str) -> None:
     assert abs(float(many.mean()) - float(best)) < 5 * float(many.std()) / np.sqrt(2000) + 1e-12
 
 
-def test_a_sand_is_scaled_from_its_test(results: rftfit.Results) -> None:
+def test_a_sand_is_scaled_from_its_test(results):
     sand = results["sand"]
     by_hand = rftfit.scale(0.7, 0.003, results.reference())
     assert sand.zeta == by_hand.zeta
@@ -150,7 +146,7 @@ def test_a_sand_is_scaled_from_its_test(results: rftfit.Results) -> None:
     np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
 
 
-def test_too_few_media_are_scaled_with_the_published_ones(tmp_path: Path) -> None:
+def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "s": one_cell(0.7), "t": one_cell(np.nan)}
     roles = {"a": LABORATORY, "s": SAND, "t": SAND}
     found = rftfit.open(make_campaign(tmp_path / "c", roles, alpha))
@@ -163,7 +159,7 @@ def test_too_few_media_are_scaled_with_the_published_ones(tmp_path: Path) -> Non
         found["t"].scaled()
 
 
-def test_a_table_with_holes_has_a_reason(tmp_path: Path) -> None:
+def test_a_table_with_holes_has_a_reason(tmp_path):
     few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
     alpha = {"a": (few[0], few[1])}
     found = rftfit.open(make_campaign(tmp_path / "c", {"a": LABORATORY}, alpha))
@@ -174,7 +170,7 @@ def test_a_table_with_holes_has_a_reason(tmp_path: Path) -> None:
     assert np.isnan(found.generic()).all()
 
 
-def test_forces_are_those_of_the_sweep(results: rftfit.Results) -> None:
+def test_forces_are_those_of_the_sweep(results):
     leg = rftfit.model_leg("reversed_c_leg")
     found = rftfit.predict(results["poppy_LP"].profile(), leg, confidence=0.8)
     best = sweep(TableProfile.published("poppy_LP"), leg)
@@ -191,7 +187,7 @@ def test_forces_are_those_of_the_sweep(results: rftfit.Results) -> None:
     assert [name for name in part if "_lo_" in str(name)] == ["force_z_lo_N"]
 
 
-def test_intervals_of_a_scaled_medium_follow_the_level() -> None:
+def test_intervals_of_a_scaled_medium_follow_the_level():
     wide, narrow = (
         rftfit.predict(rftfit.scale(0.9, 0.02).profile, rftfit.model_leg("c_leg"), None, level)
         for level in (0.95, 0.6)
@@ -209,7 +205,7 @@ def test_intervals_of_a_scaled_medium_follow_the_level() -> None:
             rftfit.scale(0.9, confidence=wrong)
 
 
-def test_a_pose_without_a_number_says_why(results: rftfit.Results) -> None:
+def test_a_pose_without_a_number_says_why(results):
     down = rftfit.path([0, 1, 2], [0, 0, 0], [2, 1, -2], [0, 0, 0])
     plate = rftfit.polyline([(-1, 0), (1, 0)], 2)
     found = rftfit.predict(results["sand"].profile("table"), plate, down)
@@ -223,7 +219,7 @@ def test_a_pose_without_a_number_says_why(results: rftfit.Results) -> None:
     assert "no run" in found["reason"].iloc[2]
 
 
-def test_problems_of_a_campaign(results: rftfit.Results, tmp_path: Path) -> None:
+def test_problems_of_a_campaign(results, tmp_path):
     found = rftfit.check(results.root)
     assert {problem.severity for problem in found} == {"warning"}
     assert {(problem.place.row, problem.place.column) for problem in found} >= {(2, "force_log")}
@@ -241,7 +237,7 @@ def test_problems_of_a_campaign(results: rftfit.Results, tmp_path: Path) -> None
         rftfit.check(tmp_path)
 
 
-def test_a_log_and_its_slope(tmp_path: Path) -> None:
+def test_a_log_and_its_slope(tmp_path):
     random = np.random.default_rng(4)
     time = np.arange(800) / 100
     force = 0.35 * time * 9.68 + random.normal(0, 0.05, time.size)
@@ -273,7 +269,7 @@ def test_a_log_and_its_slope(tmp_path: Path) -> None:
         rftfit.read_log(path)
 
 
-def test_run_is_the_command(results: rftfit.Results, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_is_the_command(results, monkeypatch):
     called = []
     monkeypatch.setattr("rftfit.cli.run.run", lambda *words, **more: called.append((words, more)))
     rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=1)
@@ -281,7 +277,7 @@ def test_run_is_the_command(results: rftfit.Results, monkeypatch: pytest.MonkeyP
     assert called == [((["results/coefficients.csv"],), {"config": config, "cores": 1})]
 
 
-def test_the_robot_of_a_file(tmp_path: Path) -> None:
+def test_the_robot_of_a_file(tmp_path):
     with pytest.raises(rftfit.RftfitError, match=r"none\.yaml"):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, robot=tmp_path / "none.yaml")
     with pytest.raises(ValueError, match="0 to 100 Hz"):

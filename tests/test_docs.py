@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 import shutil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +22,8 @@ from doc_blocks import (
     pages,
 )
 
+from rftfit.conventions import direction, tangent
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from doc_blocks import Block
 
 EVERY = [block for page in pages() for block in blocks_of(page)]
 RUN = sorted({block.page for block in EVERY if fate(block) == "run"})
@@ -41,18 +37,18 @@ NOT_RUN = {
 
 
 @pytest.fixture(scope="module")
-def base() -> dict[str, Any]:
+def base():
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     values: dict[str, Any] = yaml.safe_load(text)
     return values
 
 
-def test_no_block_escapes() -> None:
+def test_no_block_escapes():
     assert len(EVERY) > 30
     assert [f"{block.place}: {block.language!r}" for block in EVERY if not fate(block)] == []
 
 
-def test_few_blocks_are_not_run_and_say_why() -> None:
+def test_few_blocks_are_not_run_and_say_why():
     found: dict[str, list[str]] = {}
     for block in EVERY:
         if fate(block) == "not run":
@@ -65,7 +61,7 @@ def test_few_blocks_are_not_run_and_say_why() -> None:
 @pytest.mark.parametrize(
     "block", [one for one in EVERY if fate(one) == "run by"], ids=lambda one: one.place
 )
-def test_what_another_test_runs_is_run_there(block: Block) -> None:
+def test_what_another_test_runs_is_run_there(block):
     text = (ROOT / block.marks["run by"]).read_text(encoding="utf-8")
     commands = commands_in(block)
     for command in commands:
@@ -79,7 +75,7 @@ def test_what_another_test_runs_is_run_there(block: Block) -> None:
     [one for one in EVERY if one.language in ("yaml", "toml") and fate(one) in ("checked", "file")],
     ids=lambda one: one.place,
 )
-def test_configuration_is_valid(block: Block, base: dict[str, Any]) -> None:
+def test_configuration_is_valid(block, base):
     check_values(block, base)
 
 
@@ -87,7 +83,7 @@ def test_configuration_is_valid(block: Block, base: dict[str, Any]) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash on this machine")
 @pytest.mark.parametrize("page", RUN)
-def test_a_page_runs_from_top_to_bottom(page: str, tmp_path: Path) -> None:
+def test_a_page_runs_from_top_to_bottom(page, tmp_path):
     reader = Reader(tmp_path)
     for block in blocks_of(page):
         if fate(block) in ("run", "file"):
@@ -96,7 +92,7 @@ def test_a_page_runs_from_top_to_bottom(page: str, tmp_path: Path) -> None:
         assert words in reader.said, made
 
 
-def test_examples_of_the_build_say_what_the_package_computes() -> None:
+def test_examples_of_the_build_say_what_the_package_computes():
     names: dict[str, Any] = {}
     for block in blocks_of("docs/introduction.md"):
         if block.language == EXAMPLE:
@@ -107,7 +103,7 @@ def test_examples_of_the_build_say_what_the_package_computes() -> None:
     assert names["sand"].zeta_lo < names["sand"].zeta < names["sand"].zeta_hi
 
 
-def test_every_page_has_a_picture_or_a_table() -> None:
+def test_every_page_has_a_picture_or_a_table():
     # the list of changes is text alone
     shown = re.compile(
         r"^\||!\[|^```\{(generated|gallery|notebook|include|list-table)", re.MULTILINE
@@ -116,7 +112,7 @@ def test_every_page_has_a_picture_or_a_table() -> None:
     assert bare == []
 
 
-def test_tests_that_a_page_names_are_there() -> None:
+def test_tests_that_a_page_names_are_there():
     found = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
     there = {
         *re.findall(r"def (test_\w+)", found),
@@ -129,20 +125,19 @@ def test_tests_that_a_page_names_are_there() -> None:
 
 
 @pytest.fixture
-def drawings(monkeypatch: pytest.MonkeyPatch) -> Any:
+def drawings(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     return importlib.import_module("drawings")
 
 
-def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings: Any) -> None:
+def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings):
     kept = (ROOT / "docs" / "images" / "angles.svg").read_bytes().replace(b"\r\n", b"\n")
     drawn = drawings.svg(drawings.angles())
     assert drawn == drawings.svg(drawings.angles())
     assert drawn == kept, "python docs/_ext/drawings.py draws it again"
 
 
-def test_arrows_of_the_sketch_follow_the_conventions(drawings: Any) -> None:
-    from rftfit.conventions import direction, tangent
+def test_arrows_of_the_sketch_follow_the_conventions(drawings):
 
     plate_and_motion = drawings.angles().axes[0]
     arrows = [
@@ -201,7 +196,7 @@ SAYS = {
 """What must be read on the way down a page."""
 
 
-def test_a_block_that_is_wrong_is_seen(tmp_path: Path, base: dict[str, Any]) -> None:
+def test_a_block_that_is_wrong_is_seen(tmp_path, base):
     bad, unknown, broken, python = blocks_of(
         "page.md",
         "```yaml\nclock: {method: guess}\n```\n```shell\nls\n```\n```sh\nfalse\n```\n"
@@ -220,9 +215,7 @@ def test_a_block_that_is_wrong_is_seen(tmp_path: Path, base: dict[str, Any]) -> 
         blocks_of("page.md", "- so:\n\n  ```sh\n  ls\n  ```\n")
 
 
-def test_a_page_that_needs_the_network_is_seen(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_that_needs_the_network_is_seen(tmp_path, monkeypatch):
     pytest.importorskip("sphinx")
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     from offline_check import far_addresses  # type: ignore[import-not-found]
@@ -235,7 +228,7 @@ def test_a_page_that_needs_the_network_is_seen(
     assert len(far_addresses(tmp_path)) == 2
 
 
-def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_link_that_leads_nowhere_is_seen(tmp_path, monkeypatch):
     pytest.importorskip("sphinx")
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     dead_links = importlib.import_module("offline_check").dead_links

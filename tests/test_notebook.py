@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -13,14 +12,11 @@ from light_campaign import LABORATORY, make_campaign
 
 from rftfit.reference import alpha_grid
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
 NOTEBOOK = Path(__file__).parents[1] / "examples" / "quickstart.ipynb"
 
 
 @pytest.fixture
-def names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, object]]:
+def names(tmp_path, monkeypatch):
     from matplotlib import pyplot as plt
 
     monkeypatch.chdir(tmp_path)
@@ -30,7 +26,7 @@ def names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str,
     plt.close("all")
 
 
-def run_cells(names: dict[str, object]) -> int:
+def run_cells(names):
     """Run the code cells in one namespace. Returns how many figures there are."""
     from matplotlib import pyplot as plt
 
@@ -44,16 +40,14 @@ def run_cells(names: dict[str, object]) -> int:
     return figures
 
 
-def test_in_a_fresh_clone(names: dict[str, object], capsys: pytest.CaptureFixture[str]) -> None:
+def test_in_a_fresh_clone(names, capsys):
     assert run_cells(names) == 4
     said = capsys.readouterr().out
     assert "zeta = 0.613" in said
     assert "no results" in said
 
 
-def test_with_a_campaign(
-    names: dict[str, object], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_with_a_campaign(names, tmp_path, capsys):
     alpha = {"own": alpha_grid("poppy_CP")}
     make_campaign(tmp_path / "camp", {"own": LABORATORY}, alpha)
     for name in ("config", "raw", "results"):
@@ -61,5 +55,5 @@ def test_with_a_campaign(
     run_cells(names)
     assert "no results" not in capsys.readouterr().out
     forces = names["forces"]
-    assert "force_z_lo_N" in forces  # type: ignore[operator]
-    assert np.isfinite(forces["force_z_hi_N"]).all()  # type: ignore[index]
+    assert "force_z_lo_N" in forces
+    assert np.isfinite(forces["force_z_hi_N"]).all()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -28,16 +28,13 @@ from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
 from rftfit.store import write_csv
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-if TYPE_CHECKING:
-    from rftfit.outputs.dictionary import Output
-
 ROOT = Path(__file__).parents[1]
 TABLES = [one for one in outputs() if one.columns]
 MEDIUM = "poppy_LP"
 
 
 @pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def root(tmp_path_factory):
     """A plate pushed and pulled, a level one and a leg, through the stages that know their logs."""
     folder = tmp_path_factory.mktemp("outputs")
     room = Room(folder)
@@ -49,7 +46,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def only_files_are_lacking(problems: list[str]) -> bool:
+def only_files_are_lacking(problems):
     return all("no such file was made" in problem for problem in problems)
 
 
@@ -57,7 +54,7 @@ def only_files_are_lacking(problems: list[str]) -> bool:
 
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda one: one.file)
-def test_units_in_names_are_those_of_the_dictionary(table: Output) -> None:
+def test_units_in_names_are_those_of_the_dictionary(table):
     names = [name for column in table.columns for name in column.names]
     assert len(names) == len(set(names))
     for column in table.columns:
@@ -74,7 +71,7 @@ def test_units_in_names_are_those_of_the_dictionary(table: Output) -> None:
             assert {unit_of(name) for name in column.names} == {column.unit}
 
 
-def test_a_word_means_the_same_in_every_table() -> None:
+def test_a_word_means_the_same_in_every_table():
     """One name, one kind, one unit.
 
     But `why` is a code beside samples and a text elsewhere, and strides of a track have fractions.
@@ -88,7 +85,7 @@ def test_a_word_means_the_same_in_every_table() -> None:
     assert {name for name, kinds in seen.items() if len(kinds) > 1} == {"why", "strides"}
 
 
-def test_every_stage_and_result_is_described(tmp_path: Path, paper_config: Config) -> None:
+def test_every_stage_and_result_is_described(tmp_path, paper_config):
     """Both ways, for a campaign that has everything: what the stages write, and who writes what."""
     (tmp_path / "raw" / "paper" / "robot").mkdir(parents=True)
     shutil.copytree(ROOT / "config", tmp_path / "config")
@@ -119,7 +116,7 @@ def test_every_stage_and_result_is_described(tmp_path: Path, paper_config: Confi
 # --- against tables -------------------------------------------------------------------------------
 
 
-def test_tables_of_the_measurement(root: Path) -> None:
+def test_tables_of_the_measurement(root):
     problems = check_results(root / "results")
     assert only_files_are_lacking(problems), problems
     made = {describe(p.relative_to(root).as_posix()) for p in (root / "results").rglob("*.*")}
@@ -147,7 +144,7 @@ STATED = {
 
 
 @pytest.mark.parametrize("file", STATED)
-def test_columns_that_the_code_lists(file: str) -> None:
+def test_columns_that_the_code_lists(file):
     module, _, name = STATED[file].partition(":")
     output = describe(file)
     assert output is not None
@@ -155,7 +152,7 @@ def test_columns_that_the_code_lists(file: str) -> None:
     assert undescribed(output, columns) == []
 
 
-def test_columns_of_found_clocks_and_surface(tmp_path: Path) -> None:
+def test_columns_of_found_clocks_and_surface(tmp_path):
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     values: dict[str, Any] = yaml.safe_load(text)
     values |= {"clock": {"method": "estimate"}, "surface": {"method": "find"}}
@@ -172,7 +169,7 @@ def test_columns_of_found_clocks_and_surface(tmp_path: Path) -> None:
     assert extra <= set(runs.columns)
 
 
-def test_tables_of_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables_of_commands(tmp_path, capsys):
     (tmp_path / "dig.csv").write_text(
         "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n", encoding="utf-8"
     )
@@ -202,7 +199,7 @@ def test_tables_of_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 # --- the check itself -----------------------------------------------------------------------------
 
 
-def test_a_column_or_file_too_many_or_too_few_is_seen(root: Path, tmp_path: Path) -> None:
+def test_a_column_or_file_too_many_or_too_few_is_seen(root, tmp_path):
     results = tmp_path / "results"
     (results / "fits").mkdir(parents=True)
     table = pd.read_csv(root / "results" / "fits" / f"{MEDIUM}.csv")
@@ -220,7 +217,7 @@ def test_a_column_or_file_too_many_or_too_few_is_seen(root: Path, tmp_path: Path
         assert words in problems
 
 
-def test_the_closest_entry_describes(root: Path) -> None:
+def test_the_closest_entry_describes(root):
     assert root.is_dir()
     found = {path: describe(path) for path in ("results/ledger/robot.csv", "results/a/b/c/d.csv")}
     assert found["results/ledger/robot.csv"] is not None
@@ -232,7 +229,7 @@ def test_the_closest_entry_describes(root: Path) -> None:
     assert column.name.endswith("tripod_<number>_N")
 
 
-def test_the_pages_are_made_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_pages_are_made_from_it(monkeypatch):
     """Every file, column, command, option and key of a robot is on its generated page."""
     pytest.importorskip("sphinx")
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
@@ -252,7 +249,7 @@ def test_the_pages_are_made_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "| `body.plates.<name>.width_cm` | required |" in generated.robot()
 
 
-def test_numbers_beside_texts_have_six_digits_too(tmp_path: Path) -> None:
+def test_numbers_beside_texts_have_six_digits_too(tmp_path):
     table = pd.DataFrame({"paper": [0.25642210000000004, "not stated", float("nan"), 3, True]})
     write_csv(table, tmp_path / "a.csv")
     assert (tmp_path / "a.csv").read_text().splitlines()[1:] == [

@@ -9,16 +9,12 @@ import sys
 import tomllib
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 import yaml
 
 import rftfit
 from rftfit.reference import CITATION
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "rftfit"
@@ -29,19 +25,19 @@ HEAVY = ("matplotlib", "numba", "pandas", "pyarrow", "scipy", "scipy.stats", "sn
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def relative(path: Path) -> str:
+def relative(path):
     return path.relative_to(ROOT).as_posix()
 
 
-def parse(path: Path) -> ast.Module:
+def parse(path):
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
-def report(problems: list[str]) -> str:
+def report(problems):
     return f"{len(problems)} problems:\n" + "\n".join(problems)
 
 
-def test_import_is_light() -> None:
+def test_import_is_light():
     code = "import sys, rftfit; print(*sys.modules)"
     command = [sys.executable, "-c", code]
     loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
@@ -49,14 +45,14 @@ def test_import_is_light() -> None:
     assert [name for name in HEAVY if name in loaded] == []
 
 
-def test_versions_agree() -> None:
+def test_versions_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert project["version"] == rftfit.__version__ == citation["version"]
     assert project["license"] == citation["license"]
 
 
-def test_citation_names_the_paper() -> None:
+def test_citation_names_the_paper():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     paper = citation["references"][0]
     assert paper["doi"] in CITATION
@@ -66,7 +62,7 @@ def test_citation_names_the_paper() -> None:
 # --- imports between rooms -----------------------------------------------------------------------
 
 
-def documented_order() -> list[set[str]]:
+def documented_order():
     """Read the rooms, upper first, from the chain in docs/architecture.md."""
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     chain = re.search(r"Imports run downward only:\s*`([^`]+)`", text)
@@ -74,7 +70,7 @@ def documented_order() -> list[set[str]]:
     return [{room.strip() for room in level.split(",")} for level in chain[1].split("->")]
 
 
-def documented_lab_rooms() -> set[str]:
+def documented_lab_rooms():
     """Read from docs/architecture.md which rooms the lab may import."""
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     sentence = re.search(r"`lab` imports only ([^.]+)\.", text)
@@ -82,13 +78,13 @@ def documented_lab_rooms() -> set[str]:
     return set(re.findall(r"`(\w+)`", sentence[1]))
 
 
-def room_of(path: Path) -> str:
+def room_of(path):
     """First name below the package: rftfit/logs/rig.py is in logs, rftfit/results.py in results."""
     first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     return "cli" if first == "__main__" else first
 
 
-def imported_rooms(path: Path) -> Iterator[tuple[int, str]]:
+def imported_rooms(path):
     """Line and room of every import of the package's own modules, also inside functions."""
     package = ["rftfit", *path.relative_to(PACKAGE).parent.parts]
     for node in ast.walk(parse(path)):
@@ -106,7 +102,7 @@ def imported_rooms(path: Path) -> Iterator[tuple[int, str]]:
                 yield node.lineno, parts[1]
 
 
-def test_imports_run_downward() -> None:
+def test_imports_run_downward():
     order = documented_order()
     rank = {room: len(order) - i for i, level in enumerate(order) for room in level}
     assert all(rank[next(iter(a))] > rank[next(iter(b))] for a, b in pairwise(order))
@@ -136,7 +132,7 @@ def test_imports_run_downward() -> None:
 # --- tracked files and the lock file ---------------------------------------------------------------------
 
 
-def test_tracked_files_are_small() -> None:
+def test_tracked_files_are_small():
     command = ["git", "-C", str(ROOT), "ls-files", "-z"]
     try:
         listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -149,7 +145,7 @@ def test_tracked_files_are_small() -> None:
     assert not problems, report(problems)
 
 
-def test_lock_file_has_hashes_and_no_addresses() -> None:
+def test_lock_file_has_hashes_and_no_addresses():
     text = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
     entries = re.sub(r"\\\n\s*", "", re.sub(r"(?m)^\s*#.*\n?", "", text)).splitlines()
     assert len(entries) > 50

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import TYPE_CHECKING
 
 import pytest
 
 from rftfit.campaign.columns import COLUMNS
-from rftfit.campaign.load import Campaign, check_campaign
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.campaign.problems import Problem
+from rftfit.campaign.load import check_campaign
 
 CONFIG = """\
 title: Test
@@ -65,7 +59,7 @@ ROWS: dict[str, dict[str, str]] = {
 class Room:
     """A campaign's folder; `rows` and `columns` can be changed before `check`."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
         self.config = CONFIG
         self.columns = [column.name for column in COLUMNS]
@@ -83,22 +77,22 @@ class Room:
             self.touch(row["motion_log"])
 
     @property
-    def path(self) -> Path:
+    def path(self):
         return self.folder / "config" / "config.yaml"
 
-    def touch(self, log: str) -> None:
+    def touch(self, log):
         path = self.folder / "raw" / log
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("", encoding="utf-8")
 
-    def add(self, name: str, like: str, **cells: str) -> None:
+    def add(self, name, like, **cells):
         """Add a run like another one, with log files of its own."""
         logs = {part: f"logs/{name}_{part}.csv" for part in ("force_log", "motion_log")}
         self.rows[name] = {**self.rows[like], "run_id": name, **logs, **cells}
         for log in logs.values():
             self.touch(log)
 
-    def text(self, delimiter: str = ",") -> str:
+    def text(self, delimiter=","):
         out = io.StringIO()
         writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
         writer.writerow(self.columns)
@@ -106,22 +100,22 @@ class Room:
             writer.writerow([row.get(name, "") for name in self.columns])
         return out.getvalue()
 
-    def write(self, sheet: bytes | None = None, name: str = "runs.csv") -> None:
+    def write(self, sheet=None, name="runs.csv"):
         self.path.parent.mkdir(exist_ok=True)
         self.path.write_text(self.config.replace("runs.csv", name), encoding="utf-8")
         (self.folder / name).write_bytes(self.text().encode() if sheet is None else sheet)
 
-    def check(self, sheet: bytes | None = None, name: str = "runs.csv") -> list[Problem]:
+    def check(self, sheet=None, name="runs.csv"):
         self.write(sheet, name)
         return check_campaign(self.path)[1]
 
-    def only(self, code: str, sheet: bytes | None = None, name: str = "runs.csv") -> Problem:
+    def only(self, code, sheet=None, name="runs.csv"):
         """The only problem, which must be of this code."""
         problems = self.check(sheet, name)
         assert [problem.code for problem in problems] == [code], "\n".join(map(str, problems))
         return problems[0]
 
-    def campaign(self, sheet: bytes | None = None, name: str = "runs.csv") -> Campaign:
+    def campaign(self, sheet=None, name="runs.csv"):
         self.write(sheet, name)
         campaign, problems = check_campaign(self.path)
         assert campaign is not None, "\n".join(map(str, problems))
@@ -129,5 +123,5 @@ class Room:
 
 
 @pytest.fixture
-def room(tmp_path: Path) -> Room:
+def room(tmp_path):
     return Room(tmp_path)

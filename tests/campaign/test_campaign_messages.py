@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import importlib
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from rftfit.campaign import rows
-
-if TYPE_CHECKING:
-    from .conftest import Room
 
 
 @pytest.mark.parametrize(
@@ -27,14 +24,14 @@ if TYPE_CHECKING:
          "`text` goes with the dialect delimited, found rig"),
     ],
 )  # fmt: skip
-def test_sections_of_logs(room: Room, section: str, key: str, said: str) -> None:
+def test_sections_of_logs(room, section, key, said):
     room.config += f"force_log: {section}\n"
     problem = room.only("config.inconsistent")
     assert problem.place.key == f"force_log{key}"
     assert said in problem.allowed
 
 
-def test_an_extreme_workbook(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_extreme_workbook(room, monkeypatch):
     openpyxl: Any = importlib.import_module("openpyxl")
     book, out = openpyxl.Workbook(), io.BytesIO()
     book.save(out)

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -8,19 +8,14 @@ from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 from rftfit.campaign.reading import MAX_BYTES, MAX_DEPTH, MAX_NODES, ModelFile, parse_yaml
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-    from .conftest import Room
-
-
-def parsed(text: str) -> ModelFile[Any]:
+def parsed(text):
     file = ModelFile[Any]("c.yaml")
     parse_yaml(text, file)
     return file
 
 
-def broken(room: Room, old: str, new: str) -> str:
+def broken(room, old, new):
     assert old in room.config
     room.config = room.config.replace(old, new, 1)
     return "\n".join(
@@ -28,7 +23,7 @@ def broken(room: Room, old: str, new: str) -> str:
     )
 
 
-def test_missing(tmp_path: Path) -> None:
+def test_missing(tmp_path):
     campaign, problems = check_campaign(tmp_path / "config.yaml")
     assert campaign is None
     assert [problem.code for problem in problems] == ["config.missing"]
@@ -38,7 +33,7 @@ def test_missing(tmp_path: Path) -> None:
     assert str(problems[0]).startswith(where)
 
 
-def test_a_folder_and_too_large_a_file_are_refused(tmp_path: Path) -> None:
+def test_a_folder_and_too_large_a_file_are_refused(tmp_path):
     (tmp_path / "a.yaml").mkdir()
     assert check_campaign(tmp_path / "a.yaml")[1][0].code == "config.not-a-file"
     (tmp_path / "b.yaml").write_bytes(b"#" * (MAX_BYTES + 1))
@@ -127,9 +122,7 @@ def test_a_folder_and_too_large_a_file_are_refused(tmp_path: Path) -> None:
         ("run_sheet: runs.csv", "run_sheet: ../runs.csv", "config.path-outside", ["key run_sheet"]),
     ],
 )
-def test_each_fault_has_its_message(
-    room: Room, old: str, new: str, code: str, parts: list[str]
-) -> None:
+def test_each_fault_has_its_message(room, old, new, code, parts):
     text = broken(room, old, new)
     line = next((line for line in text.splitlines() if line.startswith(code)), "")
     assert line, text
@@ -138,7 +131,7 @@ def test_each_fault_has_its_message(
         assert part in line
 
 
-def test_all_faults_at_once(room: Room) -> None:
+def test_all_faults_at_once(room):
     room.config = room.config.replace("title:", "titel:", 1).replace("24", "x").replace("F3", "F5")
     codes = [problem.code for problem in room.check() if problem.code.startswith("config")]
     assert sorted(codes) == [
@@ -149,26 +142,24 @@ def test_all_faults_at_once(room: Room) -> None:
     ]
 
 
-def test_raw_by_a_link_that_leads_out_is_refused(
-    room: Room, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_raw_by_a_link_that_leads_out_is_refused(room, tmp_path_factory):
     (room.folder / "link").symlink_to(tmp_path_factory.mktemp("elsewhere"))
     assert "a link leads out" in broken(room, "raw: raw", "raw: link")
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n", "---\n", "~"])
-def test_an_empty_config_says_so(room: Room, text: str) -> None:
+def test_an_empty_config_says_so(room, text):
     room.config = text
     assert room.only("config.empty").place == Place("config/config.yaml")
 
 
 @pytest.mark.parametrize("text", ["3", "[1, 2]", "word"])
-def test_a_config_that_is_no_section(room: Room, text: str) -> None:
+def test_a_config_that_is_no_section(room, text):
     room.config = text
     assert "a section with keys of its own" in room.only("config.wrong-type").allowed
 
 
-def test_not_utf8(room: Room) -> None:
+def test_not_utf8(room):
     room.write()
     room.path.write_bytes(room.config.replace("Test", "Körner").encode("latin-1"))
     problem = check_campaign(room.path)[1][0]
@@ -176,7 +167,7 @@ def test_not_utf8(room: Room) -> None:
     assert (problem.place, problem.found) == (Place("config/config.yaml", line=1), "byte 0xf6")
 
 
-def test_byte_order_mark_and_line_ends_do_not_matter(room: Room) -> None:
+def test_byte_order_mark_and_line_ends_do_not_matter(room):
     room.write()
     room.path.write_bytes(b"\xef\xbb\xbf" + room.path.read_bytes().replace(b"\n", b"\r\n"))
     assert check_campaign(room.path)[1] == []
@@ -192,7 +183,7 @@ def test_byte_order_mark_and_line_ends_do_not_matter(room: Room) -> None:
         "a:\n" + "".join(f" k{i}: 1\n" for i in range(MAX_NODES)),
     ],
 )
-def test_bombs_are_refused(text: str) -> None:
+def test_bombs_are_refused(text):
     file = parsed(text)
     assert file.data is None
     assert [problem.code for problem in file.problems] == ["config.too-large"]
@@ -215,11 +206,11 @@ def test_bombs_are_refused(text: str) -> None:
         ("9" * 400, float("inf")),
     ],
 )
-def test_numbers_and_words_are_what_they_look_like(text: str, value: object) -> None:
+def test_numbers_and_words_are_what_they_look_like(text, value):
     data = parsed(f"a: {text}").data
     assert data == {"a": value}
     assert type(data["a"]) is type(value)
 
 
-def test_keys_are_names_whatever_they_look_like() -> None:
+def test_keys_are_names_whatever_they_look_like():
     assert parsed("2013: 1\nno: 2\n~: 3").data == {"2013": 1, "no": 2, "~": 3}

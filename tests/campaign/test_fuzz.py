@@ -24,13 +24,13 @@ BYTES = st.binary(max_size=300) | st.lists(PIECES, max_size=40).map(b"".join)
 
 
 @cache
-def examples() -> tuple[bytes, bytes]:
+def examples():
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         return room.text().encode(), book_of(room)
 
 
-def run(config: bytes | None, sheet: bytes | None, name: str) -> None:
+def run(config, sheet, name):
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         room.write(sheet, name)
@@ -45,13 +45,13 @@ def run(config: bytes | None, sheet: bytes | None, name: str) -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(BYTES)
-def test_any_config(data: bytes) -> None:
+def test_any_config(data):
     run(data, None, "runs.csv")
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.data())
-def test_a_config_with_a_hole(data: st.DataObject) -> None:
+def test_a_config_with_a_hole(data):
     text = CONFIG.encode()
     at = data.draw(st.integers(0, len(text)))
     end = data.draw(st.integers(at, min(len(text), at + 40)))
@@ -60,13 +60,13 @@ def test_a_config_with_a_hole(data: st.DataObject) -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(BYTES, st.sampled_from(["runs.csv", "runs.tsv", "runs.xlsx"]))
-def test_any_sheet(data: bytes, name: str) -> None:
+def test_any_sheet(data, name):
     run(None, data, name)
 
 
 @settings(max_examples=150, deadline=None)
 @given(st.data())
-def test_a_sheet_with_a_hole(data: st.DataObject) -> None:
+def test_a_sheet_with_a_hole(data):
     sheet = examples()[data.draw(st.integers(0, 1))]
     at = data.draw(st.integers(0, len(sheet)))
     end = data.draw(st.integers(at, min(len(sheet), at + 40)))
@@ -101,7 +101,7 @@ CELLS = (
         max_size=6,
     )
 )
-def test_any_cells(rows: list[dict[str, str]]) -> None:
+def test_any_cells(rows):
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         for number, row in enumerate(rows):

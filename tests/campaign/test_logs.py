@@ -1,18 +1,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
 
 import pytest
 
 from rftfit.campaign.files import plain_path
 from rftfit.campaign.problems import Place
 
-if TYPE_CHECKING:
-    from .conftest import Room
 
-
-def test_a_missing_log_is_a_warning_with_the_nearest_name(room: Room) -> None:
+def test_a_missing_log_is_a_warning_with_the_nearest_name(room):
     (room.folder / "raw/logs/p1_force.csv").rename(room.folder / "raw/logs/p1_Force.CSV")
     problem = room.only("sheet.log-missing")
     assert problem.place == Place("runs.csv", 2, "force_log")
@@ -21,7 +17,7 @@ def test_a_missing_log_is_a_warning_with_the_nearest_name(room: Room) -> None:
     assert problem.severity == "warning"
 
 
-def test_a_missing_log_of_an_excluded_run_needs_no_word(room: Room) -> None:
+def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
     room.rows["p1"].update(excluded="yes", reason="log lost")
     (room.folder / "raw/logs/p1_force.csv").unlink()
     assert room.check() == []
@@ -46,9 +42,7 @@ def test_a_missing_log_of_an_excluded_run_needs_no_word(room: Room) -> None:
         ("x" * 5000, "sheet.log-missing", "a file that exists"),
     ],
 )
-def test_log_paths(
-    room: Room, path: str, code: str, part: str, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_log_paths(room, path, code, part, tmp_path_factory):
     far = tmp_path_factory.mktemp("far")
     (far / "secret.csv").write_text("", encoding="utf-8")
     raw = room.folder / "raw"
@@ -62,7 +56,7 @@ def test_log_paths(
     assert part in str(problem)
 
 
-def test_a_link_within_raw_is_a_log(room: Room) -> None:
+def test_a_link_within_raw_is_a_log(room):
     (room.folder / "raw/other").symlink_to(room.folder / "raw/logs")
     room.rows["p1"]["force_log"] = "other/p1_force.csv"
     assert room.check() == []
@@ -72,7 +66,7 @@ SAME_CLOCK = "clock: {method: same_clock}\n"
 
 
 @pytest.mark.parametrize("path", ["logs/p1_motion.csv", "logs/./p1_motion.csv"])
-def test_one_file_for_force_and_motion_needs_one_clock(room: Room, path: str) -> None:
+def test_one_file_for_force_and_motion_needs_one_clock(room, path):
     room.rows["p1"]["force_log"] = path
     for method in ("sync_line", "estimate"):
         room.config += f"clock: {{method: {method}}}\n"
@@ -86,7 +80,7 @@ def test_one_file_for_force_and_motion_needs_one_clock(room: Room, path: str) ->
 
 
 @pytest.mark.parametrize("path", ["logs/p1_force.csv", "logs/./p1_force.csv"])
-def test_one_file_of_the_rigid_contact_needs_one_clock_too(room: Room, path: str) -> None:
+def test_one_file_of_the_rigid_contact_needs_one_clock_too(room, path):
     contact = f"rigid_contact: {{force_log: logs/p1_force.csv, motion_log: {path}}}\n"
     room.config += contact
     problem = room.only("config.one-file")
@@ -96,19 +90,19 @@ def test_one_file_of_the_rigid_contact_needs_one_clock_too(room: Room, path: str
     assert room.check() == []
 
 
-def test_logs_of_the_rigid_contact_that_some_disks_take_for_the_same(room: Room) -> None:
+def test_logs_of_the_rigid_contact_that_some_disks_take_for_the_same(room):
     room.touch("logs/P1_FORCE.csv")
     room.config += "rigid_contact: {force_log: logs/p1_force.csv, motion_log: logs/P1_FORCE.csv}\n"
     assert room.only("config.shared-file").place.key == "rigid_contact.motion_log"
 
 
-def test_a_broken_config_leaves_the_question_of_clocks_open(room: Room) -> None:
+def test_a_broken_config_leaves_the_question_of_clocks_open(room):
     room.rows["p1"]["force_log"] = room.rows["p1"]["motion_log"]
     room.config += "clock: {method: same}\n"
     assert [problem.place.file for problem in room.check()] == ["config/config.yaml"]
 
 
-def test_names_of_one_row_that_some_disks_take_for_the_same(room: Room) -> None:
+def test_names_of_one_row_that_some_disks_take_for_the_same(room):
     room.config += SAME_CLOCK
     room.rows["p1"]["force_log"] = "./logs//P1_Motion.csv"
     found = [problem for problem in room.check() if problem.code == "sheet.shared-file"]
@@ -116,7 +110,7 @@ def test_names_of_one_row_that_some_disks_take_for_the_same(room: Room) -> None:
 
 
 @pytest.mark.parametrize("both", [True, False])
-def test_one_file_of_two_runs_is_refused_on_one_clock_too(room: Room, *, both: bool) -> None:
+def test_one_file_of_two_runs_is_refused_on_one_clock_too(room, *, both):
     room.config += SAME_CLOCK
     for name in ("p1", "t1") if both else ("p1",):
         room.rows[name]["motion_log"] = room.rows["p1"]["force_log"]
@@ -126,7 +120,7 @@ def test_one_file_of_two_runs_is_refused_on_one_clock_too(room: Room, *, both: b
     assert {problem.place.row for problem in found} == {3}
 
 
-def test_a_push_and_its_pull_back_may_be_one_file(room: Room) -> None:
+def test_a_push_and_its_pull_back_may_be_one_file(room):
     """Both are the first stroke along their own path; without the stroke it is taken for a slip."""
     room.add("p1_back", "p1", direction="extraction", tare_run="")
     room.rows["p1_back"] |= {name: room.rows["p1"][name] for name in ("force_log", "motion_log")}
@@ -145,9 +139,7 @@ def test_a_push_and_its_pull_back_may_be_one_file(room: Room) -> None:
      ([("1", "extraction", "90"), ("1", "extraction", "-90")], ["p2"]),
      ([("1", "intrusion", "45"), ("2", "intrusion", "45"), ("2", "intrusion", "45")], ["p3"])],
 )  # fmt: skip
-def test_strokes_of_one_log(
-    room: Room, rows: list[tuple[str, str, str]], refused: list[str]
-) -> None:
+def test_strokes_of_one_log(room, rows, refused):
     first, names = room.rows["p1"], [f"p{k}" for k in range(1, len(rows) + 1)]
     del room.rows["t1"]
     for name, (stroke, direction, gamma) in zip(names, rows, strict=True):
@@ -164,7 +156,7 @@ def test_strokes_of_one_log(
     assert found == {2 + list(room.rows).index(name) for name in refused}
 
 
-def test_one_file_named_by_two_runs(room: Room) -> None:
+def test_one_file_named_by_two_runs(room):
     room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
     problem = room.only("sheet.shared-file")
     assert (problem.place, problem.found) == (
@@ -174,12 +166,12 @@ def test_one_file_named_by_two_runs(room: Room) -> None:
     assert "force_log of row 2" in problem.allowed
 
 
-def test_paths_are_kept_in_their_plain_form(room: Room) -> None:
+def test_paths_are_kept_in_their_plain_form(room):
     room.rows["p1"]["force_log"] = "./logs//p1_force.csv"
     assert room.campaign().by_id["p1"].force_log == "logs/p1_force.csv"
 
 
-def test_names_with_blanks_and_accents_are_fine(room: Room) -> None:
+def test_names_with_blanks_and_accents_are_fine(room):
     room.rows["p1"]["force_log"] = "Läufe im Mai/p 1.csv"
     room.touch("Läufe im Mai/p 1.csv")
     assert room.check() == []

@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -19,13 +19,8 @@ from rftfit.campaign.problems import (
 )
 from rftfit.errors import InputError
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-    from .conftest import Room
-
-
-def test_a_right_campaign_has_no_problem_and_all_its_runs(room: Room) -> None:
+def test_a_right_campaign_has_no_problem_and_all_its_runs(room):
     campaign = room.campaign()
     assert room.check() == []
     assert [run.run_id for run in campaign.runs] == list(room.rows)
@@ -43,7 +38,7 @@ def test_a_right_campaign_has_no_problem_and_all_its_runs(room: Room) -> None:
     assert campaign.sheet == campaign.root / "runs.csv"
 
 
-def test_runs_of_a_medium_are_sorted_and_bring_their_air_runs(room: Room) -> None:
+def test_runs_of_a_medium_are_sorted_and_bring_their_air_runs(room):
     room.add("q1", "p1", medium="poppy_CP", tare_run="")
     campaign = room.campaign()
     assert [run.run_id for run in campaign.runs_of("poppy_LP")] == [
@@ -63,14 +58,14 @@ def test_runs_of_a_medium_are_sorted_and_bring_their_air_runs(room: Room) -> Non
         campaign.runs_of("sand")
 
 
-def test_an_air_run_without_a_leg_is_unclaimed_and_warned_about(room: Room) -> None:
+def test_an_air_run_without_a_leg_is_unclaimed_and_warned_about(room):
     room.add("a2", "a1")
     problem = room.only("sheet.tare-unused")
     assert (problem.place, problem.found) == (Place("runs.csv", 8, "run_id"), "a2")
     assert [run.run_id for run in room.campaign().unclaimed] == ["a2"]
 
 
-def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room: Room) -> None:
+def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room):
     room.write()
     moved = room.folder / "mine.yaml"
     room.path.rename(moved)
@@ -80,7 +75,7 @@ def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room: Room
     assert campaign.root == room.folder.resolve()
 
 
-def test_load_raises_with_every_problem_a_line_each(room: Room) -> None:
+def test_load_raises_with_every_problem_a_line_each(room):
     room.config = room.config.replace("title:", "titel:", 1)
     room.rows["p1"]["medium"] = "popy_LP"
     room.rows["h1"]["beta_deg"] = "100"
@@ -97,19 +92,19 @@ def test_load_raises_with_every_problem_a_line_each(room: Room) -> None:
     assert isinstance(caught.value, InputError)
 
 
-def test_the_sheet_is_checked_even_when_the_config_is_wrong(room: Room) -> None:
+def test_the_sheet_is_checked_even_when_the_config_is_wrong(room):
     room.config = room.config.replace("width_cm: 22,", "width_cm: wide,")
     room.rows["p1"]["medium"] = "popy_LP"
     assert {problem.code for problem in room.check()} == {"config.wrong-type", "sheet.unknown-word"}
 
 
-def test_warnings_do_not_stop_a_campaign(room: Room) -> None:
+def test_warnings_do_not_stop_a_campaign(room):
     (room.folder / "raw" / room.rows["p1"]["force_log"]).unlink()
     assert room.check()[0].severity == "warning"
     room.campaign()
 
 
-def test_problem_reads_as_a_sentence() -> None:
+def test_problem_reads_as_a_sentence():
     place = Place("runs.csv", 14, "medium")
     problem = Problem("sheet.unknown-word", place, "popy_LP", "one of poppy_LP", "poppy_LP")
     assert str(problem) == (
@@ -118,14 +113,14 @@ def test_problem_reads_as_a_sentence() -> None:
     )
 
 
-def test_places_are_named_from_outside_in() -> None:
+def test_places_are_named_from_outside_in():
     assert str(Place("c.yaml", line=3, key="media.x")) == "c.yaml, line 3, key media.x"
     assert str(Place("c.yaml", line=3, column="9")) == "c.yaml, line 3, column 9"
     assert str(Place("", row=3)) == "row 3"
     assert str(Problem("x.y", Place(""), None, "nothing here")) == "nothing here"
 
 
-def test_an_unknown_word_of_the_command_line() -> None:
+def test_an_unknown_word_of_the_command_line():
     said = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
     assert said == (
         "--medium: found 'popy_LP'; allowed: poppy_LP, poppy_CP; did you mean 'poppy_LP'?"
@@ -140,17 +135,17 @@ def test_an_unknown_word_of_the_command_line() -> None:
     ("word", "expected"),
     [("popy_LP", "poppy_LP"), ("POPPY-cp", "poppy_CP"), ("glass", None), ("", None)],
 )
-def test_did_you_mean(word: str, expected: str | None) -> None:
+def test_did_you_mean(word, expected):
     assert did_you_mean(word, ["poppy_LP", "poppy_CP"]) == expected
 
 
-def test_shown_text_has_no_control_characters_and_an_end() -> None:
+def test_shown_text_has_no_control_characters_and_an_end():
     assert shown("a\x1b[31m\n") == r"a\x1b[31m\n"
     assert shown("ö") == "ö"
     assert len(shown("x" * 1000)) == 80
 
 
-def test_loading_needs_neither_pandas_nor_openpyxl(room: Room) -> None:
+def test_loading_needs_neither_pandas_nor_openpyxl(room):
     room.write()
     code = (
         "import sys; from pathlib import Path; from rftfit.campaign.load import load_campaign; "
@@ -161,7 +156,7 @@ def test_loading_needs_neither_pandas_nor_openpyxl(room: Room) -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_the_demonstration_config_is_right(pytestconfig: pytest.Config) -> None:
+def test_the_demonstration_config_is_right(pytestconfig):
     path: Path = pytestconfig.rootpath / "config" / "config.yaml"
     codes = {problem.code for problem in check_campaign(path)[1] if problem.severity == "error"}
     # its logs and sheet are made by `rftfit reenact`

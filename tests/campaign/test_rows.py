@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from rftfit.campaign.problems import Place
 from rftfit.campaign.rows import Column, Schema, read_rows
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
 SCHEMA = Schema(
@@ -27,7 +24,7 @@ SCHEMA = Schema(
 )
 
 
-def written(folder: Path, text: str, name: str = "t.csv") -> Path:
+def written(folder, text, name="t.csv"):
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
@@ -43,7 +40,7 @@ def written(folder: Path, text: str, name: str = "t.csv") -> Path:
         ("z_in", "1e1", 25.4),
     ],
 )
-def test_units_of_the_header(tmp_path: Path, header: str, cell: str, depth: float) -> None:
+def test_units_of_the_header(tmp_path, header, cell, depth):
     rows, problems = read_rows(
         written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA
     )
@@ -54,13 +51,13 @@ def test_units_of_the_header(tmp_path: Path, header: str, cell: str, depth: floa
     assert "load_N" not in rows[0].number
 
 
-def test_a_range_is_in_the_columns_own_unit(tmp_path: Path) -> None:
+def test_a_range_is_in_the_columns_own_unit(tmp_path):
     rows, problems = read_rows(written(tmp_path, "depth_in,side\n10,left\n20,left\n"), SCHEMA)
     assert rows[0].number["depth"] == pytest.approx(25.4)
     assert [(one.place.row, one.code) for one in problems] == [(3, "table.out-of-range")]
 
 
-def test_every_problem_of_a_table_at_once(tmp_path: Path) -> None:
+def test_every_problem_of_a_table_at_once(tmp_path):
     text = "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51;lift;nan;oui;\n;right;1_0;no;\n"
     path = written(tmp_path, text)
     _, problems = read_rows(path, SCHEMA, "t.csv")
@@ -88,7 +85,7 @@ def test_every_problem_of_a_table_at_once(tmp_path: Path) -> None:
         ("depth_cm|side|load_N", {"wrong-delimiter"}),
     ],
 )
-def test_headers_that_cannot_be_used(tmp_path: Path, header: str, codes: set[str]) -> None:
+def test_headers_that_cannot_be_used(tmp_path, header, codes):
     path = written(tmp_path, f"{header}\n1,left\n")
     _, problems = read_rows(path, SCHEMA)
     header_codes = [one.code for one in problems if one.place.row == 1]
@@ -97,7 +94,7 @@ def test_headers_that_cannot_be_used(tmp_path: Path, header: str, codes: set[str
     assert "unknown-unit" not in codes or len(problems) == 1
 
 
-def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path: Path) -> None:
+def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path):
     lenient = Schema("table", SCHEMA.columns, others="left", lenient=True)
     path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
     rows, problems = read_rows(path, lenient)
@@ -105,7 +102,7 @@ def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path: Path) -> None:
     assert [row.bad for row in rows] == [set(), {"depth"}, {"side"}]
 
 
-def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path: Path) -> None:
+def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path):
     openpyxl: Any = importlib.import_module("openpyxl")
     book = openpyxl.Workbook()
     for cells in (["depth (mm)", "side", "used"], [25, "right", True], [None, None, None]):

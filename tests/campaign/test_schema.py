@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 import yaml
@@ -13,13 +13,8 @@ from rftfit.campaign.schema import all_keys, json_schema, main, reference_markdo
 from rftfit.cli.init import init_campaign
 from rftfit.errors import InputError
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-
-def test_the_written_files_are_in_step_with_the_models(
-    pytestconfig: pytest.Config, tmp_path: Path
-) -> None:
+def test_the_written_files_are_in_step_with_the_models(pytestconfig, tmp_path):
     main(tmp_path)
     for name in ("config.schema.json", "README.md"):
         stored = (pytestconfig.rootpath / "config" / name).read_text(encoding="utf-8")
@@ -27,7 +22,7 @@ def test_the_written_files_are_in_step_with_the_models(
         assert stored == made, "run python -m rftfit.campaign.schema and commit the result"
 
 
-def test_every_key_and_column_is_described() -> None:
+def test_every_key_and_column_is_described():
     page = reference_markdown()
     for key in all_keys():
         assert key.description, key.path
@@ -37,12 +32,12 @@ def test_every_key_and_column_is_described() -> None:
         assert f"| `{column.name}`" in page
 
 
-def test_no_table_cell_breaks_the_table() -> None:
+def test_no_table_cell_breaks_the_table():
     rows = [line for line in reference_markdown().splitlines() if line.startswith("|")]
     assert {line.count("|") for line in rows} == {7}
 
 
-def test_the_schema_accepts_what_the_models_accept(pytestconfig: pytest.Config) -> None:
+def test_the_schema_accepts_what_the_models_accept(pytestconfig):
     jsonschema: Any = pytest.importorskip("jsonschema")
     check = jsonschema.Draft202012Validator(json.loads(json_schema()))
     text = (pytestconfig.rootpath / "config" / "config.yaml").read_text(encoding="utf-8")
@@ -54,7 +49,7 @@ def test_the_schema_accepts_what_the_models_accept(pytestconfig: pytest.Config) 
     assert len(list(check.iter_errors(data))) == 2
 
 
-def test_a_new_campaign_lacks_only_its_runs(tmp_path: Path) -> None:
+def test_a_new_campaign_lacks_only_its_runs(tmp_path):
     folder = tmp_path / "Mai 2024, Körner"
     written = init_campaign(folder)
     assert sorted(path.relative_to(folder).as_posix() for path in written) == [
@@ -70,7 +65,7 @@ def test_a_new_campaign_lacks_only_its_runs(tmp_path: Path) -> None:
     assert [problem.code for problem in problems] == ["sheet.empty"]
 
 
-def test_the_example_rows_lack_only_their_logs(tmp_path: Path) -> None:
+def test_the_example_rows_lack_only_their_logs(tmp_path):
     init_campaign(tmp_path)
     text = (tmp_path / "README.md").read_text(encoding="utf-8")
     rows = text.split("```csv\n")[1].split("```")[0]
@@ -81,7 +76,7 @@ def test_the_example_rows_lack_only_their_logs(tmp_path: Path) -> None:
     assert len(campaign.runs) == 8
 
 
-def test_the_template_names_every_needed_key(tmp_path: Path) -> None:
+def test_the_template_names_every_needed_key(tmp_path):
     init_campaign(tmp_path)
     text = (tmp_path / "config" / "config.yaml").read_text(encoding="utf-8")
     for key in all_keys():
@@ -90,7 +85,7 @@ def test_the_template_names_every_needed_key(tmp_path: Path) -> None:
             assert f"{key.path[-1]}:" in text, key.path
 
 
-def test_init_never_overwrites(tmp_path: Path) -> None:
+def test_init_never_overwrites(tmp_path):
     (tmp_path / "config").mkdir()
     mine = tmp_path / "config" / "runs.csv"
     mine.write_text("mine", encoding="utf-8")
@@ -101,7 +96,7 @@ def test_init_never_overwrites(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "config", "runs.csv"]
 
 
-def test_init_into_a_file_is_refused(tmp_path: Path) -> None:
+def test_init_into_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="this is not a folder"):
         init_campaign(tmp_path / "file")

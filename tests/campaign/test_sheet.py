@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -9,16 +8,10 @@ from rftfit.campaign import rows, sheet
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from .conftest import Room
-
-
 EXCLUDED = "sheet.excluded-without-reason"
 
 
-def test_missing_sheet(room: Room) -> None:
+def test_missing_sheet(room):
     room.write()
     (room.folder / "runs.csv").unlink()
     room.config = room.config.replace("runs.csv", "other.csv")
@@ -27,14 +20,12 @@ def test_missing_sheet(room: Room) -> None:
     assert [(one.code, one.place) for one in problems] == [("sheet.missing", Place("other.csv"))]
 
 
-def test_a_folder_as_sheet(room: Room) -> None:
+def test_a_folder_as_sheet(room):
     room.config = room.config.replace("runs.csv", "raw")
     assert room.only("sheet.not-a-file").place == Place("raw")
 
 
-def test_sheet_by_a_link_out_is_refused(
-    room: Room, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_sheet_by_a_link_out_is_refused(room, tmp_path_factory):
     target = tmp_path_factory.mktemp("far") / "sheet.csv"
     target.write_text(room.text(), encoding="utf-8")
     (room.folder / "link.csv").symlink_to(target)
@@ -43,7 +34,7 @@ def test_sheet_by_a_link_out_is_refused(
     assert (problem.place.key, problem.found) == ("run_sheet", "link.csv")
 
 
-def test_not_utf8_names_the_line(room: Room) -> None:
+def test_not_utf8_names_the_line(room):
     room.rows["p1"]["note"] = "Körner"
     problem = room.only("sheet.not-utf8", room.text().encode("cp1252"))
     assert (problem.place, problem.found) == (Place("runs.csv", line=2), "byte 0xf6")
@@ -51,7 +42,7 @@ def test_not_utf8_names_the_line(room: Room) -> None:
 
 
 @pytest.mark.parametrize("change", ["bom", "crlf", "cr", "semicolon", "tab", "quotes", "columns"])
-def test_other_ways_to_write_the_same_sheet(room: Room, change: str) -> None:
+def test_other_ways_to_write_the_same_sheet(room, change):
     room.rows["p1"]["note"] = "two\nlines"
     plain = room.campaign().runs
     data = {
@@ -71,26 +62,26 @@ def test_other_ways_to_write_the_same_sheet(room: Room, change: str) -> None:
     assert str(room.campaign(data, name).runs) == str(plain)
 
 
-def test_blank_rows_are_skipped_but_counted(room: Room) -> None:
+def test_blank_rows_are_skipped_but_counted(room):
     lines = room.text().splitlines()
     text = "\n".join([lines[0], "", ",,,", *lines[1:]]) + "\n\n"
     assert [run.row for run in room.campaign(text.encode()).runs] == [4, 5, 6, 7, 8, 9]
 
 
-def test_a_cell_of_two_lines_is_one_row_of_the_spreadsheet(room: Room) -> None:
+def test_a_cell_of_two_lines_is_one_row_of_the_spreadsheet(room):
     room.rows["p1"]["note"] = "two\nlines"
     room.rows["t1"]["kind"] = "rodd"
     assert Place("runs.csv", 3, "kind") in [problem.place for problem in room.check()]
 
 
-def test_wrong_delimiter(room: Room) -> None:
+def test_wrong_delimiter(room):
     problem = room.only("sheet.wrong-delimiter", room.text("|").encode())
     assert problem.place == Place("runs.csv", 1)
     assert str(problem.found).startswith("run_id|kind|medium")
     assert problem.allowed.endswith("comma, semicolon, tab")
 
 
-def test_a_stray_quote(room: Room) -> None:
+def test_a_stray_quote(room):
     lines = room.text().splitlines()
     lines[2] += 'x"y'
     lines[3] = lines[3].replace("h1", '"h1', 1)
@@ -99,17 +90,17 @@ def test_a_stray_quote(room: Room) -> None:
     assert "stray quote" in problem.allowed
 
 
-def test_no_rows(room: Room) -> None:
+def test_no_rows(room):
     room.rows.clear()
     assert room.only("sheet.empty").place == Place("runs.csv")
 
 
-def test_an_empty_file_misses_its_columns_too(room: Room) -> None:
+def test_an_empty_file_misses_its_columns_too(room):
     codes = {problem.code for problem in room.check(b"")}
     assert codes == {"sheet.empty", "sheet.missing-column"}
 
 
-def test_columns_missing_unknown_and_twice(room: Room) -> None:
+def test_columns_missing_unknown_and_twice(room):
     room.columns = [
         {"medium": "mediun", "force_log": "note"}.get(name, name) for name in room.columns
     ]
@@ -125,13 +116,13 @@ def test_columns_missing_unknown_and_twice(room: Room) -> None:
     assert found["sheet.unknown-column", "mediun"].nearest == "medium"
 
 
-def test_optional_columns_can_be_left_out(room: Room) -> None:
+def test_optional_columns_can_be_left_out(room):
     for name in ("tare_shared", "surface_z_mm", "excluded", "reason", "note"):
         room.columns.remove(name)
     assert room.check() == []
 
 
-def test_a_horizontal_run_needs_the_depth_column(room: Room) -> None:
+def test_a_horizontal_run_needs_the_depth_column(room):
     room.columns.remove("depth_cm")
     assert [(p.place.row, p.code) for p in room.check()] == [
         (4, "sheet.required"),
@@ -139,7 +130,7 @@ def test_a_horizontal_run_needs_the_depth_column(room: Room) -> None:
     ]
 
 
-def test_more_cells_than_columns(room: Room) -> None:
+def test_more_cells_than_columns(room):
     room.rows["p1"]["beta_deg"] = "30,5"
     codes = {problem.code for problem in room.check(room.text().replace('"', "").encode())}
     assert "sheet.decimal-comma" not in codes
@@ -158,7 +149,7 @@ def test_more_cells_than_columns(room: Room) -> None:
     "column",
     ["run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "force_log"],
 )
-def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
+def test_a_blank_cell_that_is_needed(room, column):
     room.add("p2", "p1", tare_run="")
     room.rows["p2"][column] = ""
     problems = [problem for problem in room.check() if problem.severity == "error"]
@@ -246,9 +237,7 @@ def test_a_blank_cell_that_is_needed(room: Room, column: str) -> None:
         ("t1", "tare_run", "t1", "sheet.ignored", ["a rod does not use"]),
     ],
 )
-def test_one_bad_cell(
-    room: Room, run: str, column: str, cell: str, code: str, parts: list[str]
-) -> None:
+def test_one_bad_cell(room, run, column, cell, code, parts):
     room.rows[run][column] = cell
     found = [problem for problem in room.check() if problem.code == code]
     assert len(found) == 1
@@ -258,7 +247,7 @@ def test_one_bad_cell(
         assert part in str(found[0])
 
 
-def test_gamma_must_fit_the_direction(room: Room) -> None:
+def test_gamma_must_fit_the_direction(room):
     room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "45"
     assert [problem.code for problem in room.check()] == ["sheet.gamma-not-zero"] * 2
     room.rows["h1"]["direction"] = room.rows["th"]["direction"] = "extraction"
@@ -267,7 +256,7 @@ def test_gamma_must_fit_the_direction(room: Room) -> None:
     assert [problem.code for problem in room.check()] == ["sheet.gamma-zero"] * 2
 
 
-def test_a_depth_that_the_config_does_not_list_is_a_warning(room: Room) -> None:
+def test_a_depth_that_the_config_does_not_list_is_a_warning(room):
     room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = "3"
     problems = room.check()
     assert {(problem.code, problem.severity) for problem in problems} == {
@@ -288,12 +277,12 @@ def test_a_depth_that_the_config_does_not_list_is_a_warning(room: Room) -> None:
         ("", False),
     ],
 )
-def test_flags(room: Room, word: str, value: bool) -> None:
+def test_flags(room, word, value):
     room.rows["p1"]["tare_shared"] = word
     assert room.campaign().by_id["p1"].tare_shared is value
 
 
-def test_ids_twice_or_differing_by_case(room: Room) -> None:
+def test_ids_twice_or_differing_by_case(room):
     room.add("p2", "p1", run_id="p1", tare_run="")
     room.add("p3", "p1", run_id="P1", tare_run="")
     errors = [problem for problem in room.check() if problem.severity == "error"]
@@ -304,17 +293,17 @@ def test_ids_twice_or_differing_by_case(room: Room) -> None:
     assert all("row 2" in one.allowed for one in errors)
 
 
-def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_rows(room, monkeypatch):
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=3))
     assert "at most 3 rows are read" in room.only("sheet.too-many-rows").allowed
 
 
-def test_too_large_a_sheet(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_large_a_sheet(room, monkeypatch):
     monkeypatch.setattr(rows, "MAX_BYTES", 100)
     assert room.only("sheet.too-large").place == Place("runs.csv")
 
 
-def test_order_of_problems_is_that_of_rows_and_columns(room: Room) -> None:
+def test_order_of_problems_is_that_of_rows_and_columns(room):
     room.rows["c1"]["direction"] = "x"
     room.rows["p1"].update(kind="plat", medium="x", beta_deg="x")
     places = [
@@ -325,14 +314,14 @@ def test_order_of_problems_is_that_of_rows_and_columns(room: Room) -> None:
     assert places == [(2, "kind"), (2, "medium"), (2, "beta_deg"), (6, "direction")]
 
 
-def test_the_raw_folder_is_not_written(room: Room, tmp_path: Path) -> None:
+def test_the_raw_folder_is_not_written(room, tmp_path):
     room.write()
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
     check_campaign(room.path)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == before
 
 
-def test_a_medium_without_a_plate_run_is_told(room: Room) -> None:
+def test_a_medium_without_a_plate_run_is_told(room):
     room.rows = {name: row for name, row in room.rows.items() if row["kind"] in ("leg", "leg_air")}
     problem = room.only("sheet.no-plate")
     assert (problem.severity, problem.found) == ("warning", "only legs")

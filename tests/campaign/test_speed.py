@@ -2,15 +2,11 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import check_campaign
 
-if TYPE_CHECKING:
-    from .conftest import Room
 
-
-def test_ten_thousand_rows_in_seconds(room: Room) -> None:
+def test_ten_thousand_rows_in_seconds(room):
     for number in range(5000):
         room.add(f"big_T{number}", "t1")
         room.add(f"big_P{number}", "p1", tare_run=f"big_T{number}")
@@ -24,7 +20,7 @@ def test_ten_thousand_rows_in_seconds(room: Room) -> None:
     assert took < 4
 
 
-def test_ten_thousand_wrong_rows_are_no_slower_than_a_few_seconds(room: Room) -> None:
+def test_ten_thousand_wrong_rows_are_no_slower_than_a_few_seconds(room):
     for number in range(10_000):
         name = f"big_P{number}"
         row = {"run_id": name, "medium": f"popy{number}", "tare_run": f"U{number}"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,27 +16,22 @@ from rftfit.campaign.rows import read_columns
 from rftfit.campaign.tables import STRESS, other_sense, pushes_in, read_pushes
 from rftfit.errors import InputError
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.campaign.tables import Push
-
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
 
 
-def read(path: Path, table: Table | None = None, *media: str) -> tuple[list[Push], list[str]]:
+def read(path, table=None, *media):
     found, problems, *_ = read_pushes(
         path, path.name, table or Table(holds="alpha"), media or ("sand",), path.name
     )
     return found, [str(problem) for problem in problems]
 
 
-def written(path: Path, *lines: str) -> Path:
+def written(path, *lines):
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
-def test_long_table_of_alpha(tmp_path: Path) -> None:
+def test_long_table_of_alpha(tmp_path):
     path = written(tmp_path / "a.csv", f"{HEAD},se_z,se_x,n", "0,90,0.35,0,0.01,0.02,3")
     (push,), problems = read(path)
     assert not problems
@@ -45,7 +40,7 @@ def test_long_table_of_alpha(tmp_path: Path) -> None:
     assert push.columns["n"][0] == 3
 
 
-def test_names_and_units_of_a_file(tmp_path: Path) -> None:
+def test_names_and_units_of_a_file(tmp_path):
     path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
     table = Table(
         holds="alpha",
@@ -62,7 +57,7 @@ def test_names_and_units_of_a_file(tmp_path: Path) -> None:
     assert push.columns["alpha_x_N_per_cm3"][0] == pytest.approx(-0.1)
 
 
-def test_everything_that_is_wrong_is_told(tmp_path: Path) -> None:
+def test_everything_that_is_wrong_is_told(tmp_path):
     path = written(
         tmp_path / "a.csv", f"{HEAD},medium,n",
         "100,90,0.3,0,sand,1", "0,90,x,0,sand,1", "0,45,0.3,0,clay,1", "0,30,0.3,,sand,1.5",
@@ -76,7 +71,7 @@ def test_everything_that_is_wrong_is_told(tmp_path: Path) -> None:
     assert "row 5, column n: found '1.5'; allowed: a whole number" in told
 
 
-def test_stress_by_run_or_by_direction(tmp_path: Path) -> None:
+def test_stress_by_run_or_by_direction(tmp_path):
     head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
     rows = [f"0,{g},{d},{0.3 * d},0" for g in (90, 0) for d in (10, 20, 30)]
     table = Table(holds="stress", depth_unit="mm", stress_unit="kPa")
@@ -95,7 +90,7 @@ def test_stress_by_run_or_by_direction(tmp_path: Path) -> None:
     assert "depth grows downward" in problems[0]
 
 
-def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
+def test_nothing_in_a_block_is_lost_in_silence(tmp_path):
     path = written(
         tmp_path / "b.csv", "alpha_z (N/cm^3)", "beta,45,90,95", "0,0.2,0.3,0.1", "30,0.1,x,",
         "alpha_x (N/cm^3)", "beta,45,90,95", "0,0.1,0,0", "30,,0.2,",
@@ -108,7 +103,7 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path: Path) -> None:
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
 
 
-def test_a_block_given_twice_and_cut_short(tmp_path: Path) -> None:
+def test_a_block_given_twice_and_cut_short(tmp_path):
     rows = ["alpha_z,45,90", "0,0.2,0.3", "alpha_x,45,90", "0,0.1,0", "alpha_z,45,90", "0,0.2"]
     _, problems = read(written(tmp_path / "b.csv", *rows))
     told = "\n".join(problems)
@@ -118,7 +113,7 @@ def test_a_block_given_twice_and_cut_short(tmp_path: Path) -> None:
     assert "column alpha_z_N_per_cm3: found ''; allowed: each direction once; row 2 has it" in told
 
 
-def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path: Path) -> None:
+def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):
     """Intruders are welcome, to predict forces on them; the table's stress is stress already."""
     values = {
         "title": "t", "raw": "raw", "run_sheet": "raw/s.csv", "table": {"holds": "stress"},
@@ -136,7 +131,7 @@ def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path: Path) -> None:
     assert config.intruders["plate"].shape == "flat"
 
 
-def test_blocks_of_table_s5(tmp_path: Path) -> None:
+def test_blocks_of_table_s5(tmp_path):
     """The layout of the paper's workbook, a sheet a medium, from the printed numbers."""
     book: Any = import_module("openpyxl").Workbook()
     book.active.append(["Notes: alpha_z > 0 pushes up"])
@@ -171,9 +166,7 @@ def test_blocks_of_table_s5(tmp_path: Path) -> None:
             np.testing.assert_array_equal(wanted, alpha.ravel())
 
 
-def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(
-    tmp_path: Path,
-) -> None:
+def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tmp_path):
     (tmp_path / "config").mkdir()
     (tmp_path / "raw").mkdir()
     written(tmp_path / "raw" / "t.csv", HEAD, "0,90,0.35,0")
@@ -192,7 +185,7 @@ DOWN = [f"0,90,{d},{0.3 * d},0" for d in (1, 2, 3, 4)]
 UP = [f"0,-90,{d},{-0.1 * d},0" for d in (4, 3, 2, 1)]
 
 
-def each(rows: list[str], *more: str) -> list[str]:
+def each(rows, *more):
     return [",".join([row, *more]) for row in rows]
 
 
@@ -219,9 +212,7 @@ def each(rows: list[str], *more: str) -> list[str]:
     ("", [*DOWN, *DOWN[2::-1]], "other-sense", "row 6", "3 rows of the run b0_g90 are left out: with gamma > 0 depth grows"),
     ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "4 rows"),
 ])  # fmt: skip
-def test_what_a_table_of_stress_is_refused_or_warned_of(
-    tmp_path: Path, head: str, rows: list[str], code: str, place: str, words: str
-) -> None:
+def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, code, place, words):
     path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
     problems = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")[1]
     told = [str(one) for one in problems if one.code == f"stress-table.{code}"]
@@ -244,14 +235,12 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(
     ([7.62, 2.54, 5.08], 0, [], 0),
     ([2.54, 5.08, 2.5], 0, [], 2),
 ])  # fmt: skip
-def test_the_sense_of_depth(
-    depths: list[float], gamma: float, left_out: list[int], again: int
-) -> None:
+def test_the_sense_of_depth(depths, gamma, left_out, again):
     wrong, found = other_sense(np.array(depths, dtype=float), gamma)
     assert (np.flatnonzero(wrong).tolist() if not found else [], found) == (left_out, again)
 
 
-def test_noise_of_depth_is_no_turn() -> None:
+def test_noise_of_depth_is_no_turn():
     random = np.random.default_rng(1)
     there = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
     wrong, again = other_sense(there + random.normal(0, 0.01, there.size), 90)
@@ -260,7 +249,7 @@ def test_noise_of_depth_is_no_turn() -> None:
     assert wrong[900:].all()
 
 
-def test_angles_within_the_tolerance_of_90_are_90(tmp_path: Path) -> None:
+def test_angles_within_the_tolerance_of_90_are_90(tmp_path):
     rows = ["0,1.571,1,0.3,0", "-1.566,1.571,1,0.2,0", "0.7854,-1.571,1,-0.1,0"]
     path = written(tmp_path / "s.csv", STRESS_HEAD, *rows)
     pushes, problems, *_ = read_pushes(
@@ -276,16 +265,14 @@ def test_angles_within_the_tolerance_of_90_are_90(tmp_path: Path) -> None:
     assert [push.run.gamma_deg for push in pushes] == [90]
 
 
-def test_a_name_of_the_config_that_the_file_lacks(tmp_path: Path) -> None:
+def test_a_name_of_the_config_that_the_file_lacks(tmp_path):
     path = written(tmp_path / "s.csv", STRESS_HEAD, *DOWN)
     table = Table(holds="stress", columns={"run_id": "push"})
     problems = read_pushes(path, "s.csv", table, ["sand"], "s.csv")[1]
     assert [(one.code, one.found) for one in problems] == [("stress-table.missing-column", "push")]
 
 
-def test_a_long_table_is_read_as_its_rows_are(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     """Blocks of any size give the same columns and problems, whatever is in the cells."""
     rows = [
         f"{b},{g},{d},{0.1 * d},{-0.0},r{b}_{g}"
@@ -314,9 +301,7 @@ def test_a_long_table_is_read_as_its_rows_are(
     ]  # fmt: skip
 
 
-def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.campaign.rows._BLOCK", 1000)
     path = written(tmp_path / "s.csv", STRESS_HEAD, *[row.replace(",", ";") for row in DOWN * 2000])
     _, _, problems = read_columns(path, STRESS, "s.csv")
@@ -327,7 +312,7 @@ def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(
     assert "at most 0.001 MB are read: leave out columns" in str(problem)
 
 
-def test_blocks_with_an_empty_corner(tmp_path: Path) -> None:
+def test_blocks_with_an_empty_corner(tmp_path):
     rows = [",45,90", "0,0.2,0.3", "30,0.1,0.2", "", ",45,90", "0,0.1,0", "30,0.15,0.05"]
     path = written(tmp_path / "b.csv", *rows)
     pushes, problems = read(path)
@@ -340,7 +325,7 @@ def test_blocks_with_an_empty_corner(tmp_path: Path) -> None:
     assert read(written(tmp_path / "b.csv", *rows, *rows[:3]))[1]
 
 
-def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path: Path) -> None:
+def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
     head = "beta,gamma,alpha_z,excluded,reason,weather"
     path = written(tmp_path / "p.csv", head, "0,90,0.3,,,dry", "0,45,0.9,yes,a stone,dry")
     pushes, (warning,) = pushes_in(path)

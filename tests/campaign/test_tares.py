@@ -1,16 +1,11 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 
 from rftfit.campaign.problems import Place
 
-if TYPE_CHECKING:
-    from .conftest import Room
 
-
-def test_an_unknown_tare_has_a_nearest(room: Room) -> None:
+def test_an_unknown_tare_has_a_nearest(room):
     room.rows["p1"]["tare_run"] = "t_1"
     (found,) = (problem for problem in room.check() if problem.code == "sheet.tare-unknown")
     assert (found.place, found.found) == (Place("runs.csv", 2, "tare_run"), "t_1")
@@ -26,7 +21,7 @@ def test_an_unknown_tare_has_a_nearest(room: Room) -> None:
         ("c1", "t1", "a leg_air run for a leg run; t1 (row 3) is a rod run"),
     ],
 )
-def test_a_tare_of_the_wrong_kind(room: Room, run: str, tare: str, text: str) -> None:
+def test_a_tare_of_the_wrong_kind(room, run, tare, text):
     room.rows[run]["tare_run"] = tare
     found = [problem for problem in room.check() if problem.severity == "error"]
     assert [problem.code for problem in found] == ["sheet.tare-kind"]
@@ -45,7 +40,7 @@ def test_a_tare_of_the_wrong_kind(room: Room, run: str, tare: str, text: str) ->
         ("a1", "intruder", "flat_leg"),
     ],
 )
-def test_the_tare_must_match(room: Room, run: str, column: str, value: str) -> None:
+def test_the_tare_must_match(room, run, column, value):
     own = room.rows[run][column]
     room.rows[run][column] = value
     problem = room.only(f"sheet.tare-{column.partition('_')[0]}")
@@ -53,7 +48,7 @@ def test_the_tare_must_match(room: Room, run: str, column: str, value: str) -> N
     assert f"{column} is {own} here and {value} in {run} (row {row})" in problem.allowed
 
 
-def test_several_differences_are_several_messages(room: Room) -> None:
+def test_several_differences_are_several_messages(room):
     room.rows["t1"].update(medium="poppy_CP", beta_deg="0", gamma_deg="90")
     codes = [problem.code for problem in room.check()]
     assert codes == ["sheet.tare-medium", "sheet.tare-beta", "sheet.tare-gamma"]
@@ -62,12 +57,12 @@ def test_several_differences_are_several_messages(room: Room) -> None:
 @pytest.mark.parametrize(
     ("own", "other"), [("-90", "90"), ("90", "-90.0"), ("18.43", "18.435"), ("3e1", "30")]
 )
-def test_angles_that_mean_the_same(room: Room, own: str, other: str) -> None:
+def test_angles_that_mean_the_same(room, own, other):
     room.rows["p1"]["beta_deg"], room.rows["t1"]["beta_deg"] = own, other
     assert room.check() == []
 
 
-def test_a_shared_tare_must_be_said_on_each_run(room: Room) -> None:
+def test_a_shared_tare_must_be_said_on_each_run(room):
     room.add("p2", "p1", tare_shared="yes")
     problem = room.only("sheet.tare-shared")
     assert problem.place == Place("runs.csv", 2, "tare_shared")
@@ -76,13 +71,13 @@ def test_a_shared_tare_must_be_said_on_each_run(room: Room) -> None:
     assert room.check() == []
 
 
-def test_an_excluded_run_does_not_make_a_tare_shared(room: Room) -> None:
+def test_an_excluded_run_does_not_make_a_tare_shared(room):
     room.add("p2", "p1", excluded="yes", reason="arm stopped")
     assert room.check() == []
 
 
 @pytest.mark.parametrize("run", ["p1", "c1"])
-def test_no_tare_is_a_warning(room: Room, run: str) -> None:
+def test_no_tare_is_a_warning(room, run):
     room.rows[run]["tare_run"] = ""
     found = {problem.code: problem for problem in room.check()}
     assert set(found) == {"sheet.tare-missing", "sheet.tare-unused"}
@@ -90,7 +85,7 @@ def test_no_tare_is_a_warning(room: Room, run: str) -> None:
     assert "NaN" in found["sheet.tare-missing"].allowed
 
 
-def test_no_tare_anywhere_is_one_warning(room: Room) -> None:
+def test_no_tare_anywhere_is_one_warning(room):
     for name in ("t1", "th", "a1"):
         del room.rows[name]
     for name in ("p1", "h1", "c1"):
@@ -106,12 +101,12 @@ def test_no_tare_anywhere_is_one_warning(room: Room) -> None:
     assert room.check() == []
 
 
-def test_an_excluded_run_needs_no_tare(room: Room) -> None:
+def test_an_excluded_run_needs_no_tare(room):
     room.add("p2", "p1", tare_run="", excluded="yes", reason="arm stopped")
     assert room.check() == []
 
 
-def test_an_excluded_tare_is_a_warning(room: Room) -> None:
+def test_an_excluded_tare_is_a_warning(room):
     room.rows["t1"].update(excluded="yes", reason="hit the wall")
     problem = room.only("sheet.tare-excluded")
     assert "t1 (row 3) is excluded" in problem.allowed

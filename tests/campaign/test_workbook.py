@@ -5,20 +5,17 @@ import importlib
 import io
 import zipfile
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from rftfit.campaign import sheet
 from rftfit.campaign.problems import Place
 
-if TYPE_CHECKING:
-    from .conftest import Room
-
 NAME = "runs.xlsx"
 
 
-def book_of(room: Room, **cells: Any) -> bytes:
+def book_of(room, **cells):
     """A workbook of the room's rows with numbers as numbers; `cells` by address."""
     openpyxl: Any = importlib.import_module("openpyxl")
     book = openpyxl.Workbook()
@@ -36,27 +33,27 @@ def book_of(room: Room, **cells: Any) -> bytes:
     return out.getvalue()
 
 
-def _cell(text: str) -> str | float | None:
+def _cell(text):
     try:
         return float(text)
     except ValueError:
         return text or None
 
 
-def address(room: Room, column: str, row: int) -> str:
+def address(room, column, row):
     return f"{'ABCDEFGHIJKLMNOPQR'[room.columns.index(column)]}{row}"
 
 
-def test_a_workbook_gives_the_same_runs_as_csv(room: Room) -> None:
+def test_a_workbook_gives_the_same_runs_as_csv(room):
     plain = room.campaign().runs
     assert str(room.campaign(book_of(room), NAME).runs) == str(plain)
 
 
-def test_a_workbook_is_known_by_its_content(room: Room) -> None:
+def test_a_workbook_is_known_by_its_content(room):
     assert len(room.campaign(book_of(room), "runs.csv").runs) == 6
 
 
-def test_merged_cells_are_told_and_not_left_blank(room: Room) -> None:
+def test_merged_cells_are_told_and_not_left_blank(room):
     """A spreadsheet keeps the value in the first; the others would pass for blank, that is for none."""
     openpyxl: Any = importlib.import_module("openpyxl")
     for row in room.rows.values():
@@ -73,7 +70,7 @@ def test_merged_cells_are_told_and_not_left_blank(room: Room) -> None:
     ]  # fmt: skip
 
 
-def test_a_title_above_the_header_is_one_problem(room: Room) -> None:
+def test_a_title_above_the_header_is_one_problem(room):
     openpyxl: Any = importlib.import_module("openpyxl")
     book = openpyxl.load_workbook(io.BytesIO(book_of(room)))
     book.worksheets[0].insert_rows(1, 2)
@@ -85,7 +82,7 @@ def test_a_title_above_the_header_is_one_problem(room: Room) -> None:
     assert "row 3" in problem.allowed
 
 
-def test_row_numbers_are_those_of_the_spreadsheet(room: Room) -> None:
+def test_row_numbers_are_those_of_the_spreadsheet(room):
     room.rows["p1"]["medium"] = "popy_LP"
     openpyxl: Any = importlib.import_module("openpyxl")
     book = openpyxl.load_workbook(io.BytesIO(book_of(room)))
@@ -97,7 +94,7 @@ def test_row_numbers_are_those_of_the_spreadsheet(room: Room) -> None:
     assert [p.place for p in problems if p.severity == "error"] == [Place(NAME, 7, "medium")]
 
 
-def test_numbers_and_truth_values_as_cells(room: Room) -> None:
+def test_numbers_and_truth_values_as_cells(room):
     room.rows["p1"]["run_id"] = "12"
     cells: dict[str, Any] = {
         address(room, "tare_shared", 2): True,
@@ -129,15 +126,13 @@ def test_numbers_and_truth_values_as_cells(room: Room) -> None:
         ("beta_deg", True, "sheet.not-a-number", "found 'yes'"),
     ],
 )
-def test_cells_that_are_not_what_they_look_like(
-    room: Room, column: str, value: object, code: str, part: str
-) -> None:
+def test_cells_that_are_not_what_they_look_like(room, column, value, code, part):
     problem = room.only(code, book_of(room, **{address(room, column, 2): value}), NAME)
     assert problem.place == Place(NAME, 2, column)
     assert part in str(problem)
 
 
-def test_a_calculated_formula_is_its_value(room: Room) -> None:
+def test_a_calculated_formula_is_its_value(room):
     data = book_of(room, **{address(room, "beta_deg", 2): "=15+15"})
     out = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(out, "w") as new:
@@ -151,7 +146,7 @@ def test_a_calculated_formula_is_its_value(room: Room) -> None:
     assert room.campaign(out.getvalue(), NAME).by_id["p1"].beta_deg == 30.0
 
 
-def test_a_damaged_workbook(room: Room) -> None:
+def test_a_damaged_workbook(room):
     data = book_of(room)
     problem = room.only("sheet.not-a-workbook", data[: len(data) // 2], NAME)
     assert problem.place == Place(NAME)
@@ -159,11 +154,11 @@ def test_a_damaged_workbook(room: Room) -> None:
 
 
 @pytest.mark.parametrize("data", [b"run_id,kind\n", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])
-def test_no_workbook_at_all(room: Room, data: bytes) -> None:
+def test_no_workbook_at_all(room, data):
     assert room.only("sheet.not-a-workbook", data, NAME).place == Place(NAME)
 
 
-def test_a_zip_bomb_is_refused_unopened(room: Room) -> None:
+def test_a_zip_bomb_is_refused_unopened(room):
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for number in range(5):
@@ -172,7 +167,7 @@ def test_a_zip_bomb_is_refused_unopened(room: Room) -> None:
     assert "250 MB" in room.only("sheet.too-large", out.getvalue(), NAME).allowed
 
 
-def test_too_many_rows(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_rows(room, monkeypatch):
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=4))
     assert "at most 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME).allowed
     # a single cell far below

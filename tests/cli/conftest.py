@@ -5,14 +5,10 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from rftfit.cli.main import main
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ROOT = Path(__file__).parents[2]
 
@@ -27,10 +23,10 @@ class Said:
 
 
 @pytest.fixture
-def rftfit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+def rftfit(capfd):
     """Run a command; whatever happens, no traceback may be shown."""
 
-    def call(*words: object) -> Said:
+    def call(*words):
         code = main([str(word) for word in words])
         captured = capfd.readouterr()
         assert "Traceback" not in captured.out + captured.err
@@ -40,7 +36,7 @@ def rftfit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Said]:
 
 
 @pytest.fixture(scope="session")
-def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made_once(tmp_path_factory):
     """One sand's campaign in a folder with a blank and an accent, re-enacted once."""
     root = tmp_path_factory.mktemp("camp é", numbered=True)
     (root / "config").mkdir()
@@ -51,7 +47,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def campaign(made_once: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def campaign(made_once, tmp_path, monkeypatch):
     """A copy of it, as the current folder."""
     root = tmp_path / "my campaign é"
     shutil.copytree(made_once, root)

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-from typing import TYPE_CHECKING
 
 import pytest
 import yaml
 
 from rftfit.campaign.load import check_campaign
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
-    from .conftest import Said
-
-
-def test_init(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_init(rftfit, tmp_path):
     folder = tmp_path / "new é one"
     said = rftfit("init", folder)
     assert said.code == 0
@@ -33,7 +26,7 @@ def test_init(rftfit: Callable[..., Said], tmp_path: Path) -> None:
     assert f'cd "{folder}"' in said.out
 
 
-def test_init_overwrites_nothing(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_init_overwrites_nothing(rftfit, tmp_path):
     (tmp_path / "README.md").write_text("mine")
     said = rftfit("init", tmp_path)
     assert said.code == 2
@@ -42,14 +35,14 @@ def test_init_overwrites_nothing(rftfit: Callable[..., Said], tmp_path: Path) ->
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_init_where_nothing_can_be_written(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_init_where_nothing_can_be_written(rftfit, tmp_path):
     (tmp_path / "file").write_text("")
     said = rftfit("init", tmp_path / "file" / "below")
     assert said.code == 3
     assert "cannot write" in said.err
 
 
-def test_check(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_check(rftfit, campaign):
     said = rftfit("check")
     assert (said.code, said.err) == (0, "")
     lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
@@ -61,9 +54,7 @@ def test_check(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert said.out.endswith("0 errors, 0 warnings.\n")
 
 
-def test_check_counts_a_file_of_force_and_motion_once(
-    rftfit: Callable[..., Said], campaign: Path
-) -> None:
+def test_check_counts_a_file_of_force_and_motion_once(rftfit, campaign):
     config = campaign / "config" / "config.yaml"
     values = yaml.safe_load(config.read_text(encoding="utf-8"))
     config.write_text(yaml.safe_dump(values | {"clock": {"method": "same_clock"}}), "utf-8")
@@ -86,16 +77,14 @@ def test_check_counts_a_file_of_force_and_motion_once(
     assert row.split()[6:8] == ["8", "1"]
 
 
-def test_check_from_another_folder(
-    rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_check_from_another_folder(rftfit, campaign, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     said = rftfit("check", "--config", campaign / "config" / "config.yaml")
     assert said.code == 0
     assert "8 runs" in said.out
 
 
-def test_check_warnings(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_check_warnings(rftfit, campaign):
     (campaign / "raw/paper/yuma/yuma_bp00_g90_in_force.csv").unlink()
     said = rftfit("check")
     assert said.code == 0
@@ -107,7 +96,7 @@ def test_check_warnings(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert rftfit("check", "--strict").code == 2
 
 
-def test_check_shows_every_problem(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_check_shows_every_problem(rftfit, campaign):
     sheet = campaign / "raw/paper/runs.csv"
     sheet.write_text(
         sheet.read_text(encoding="utf-8")
@@ -129,9 +118,7 @@ def test_check_shows_every_problem(rftfit: Callable[..., Said], campaign: Path) 
     assert (word["found"], word["place"]["column"]) == ("yumma", "medium")
 
 
-def test_check_without_a_config(
-    rftfit: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_check_without_a_config(rftfit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = rftfit("check")
     assert said.code == 2
@@ -140,9 +127,7 @@ def test_check_without_a_config(
 
 
 @pytest.mark.parametrize("command", ["check", "run", "verify", "sweep"])
-def test_outside_a_campaign_the_near_ones_are_named(
-    command: str, rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_outside_a_campaign_the_near_ones_are_named(command, rftfit, campaign, monkeypatch):
     for here, near in ((campaign / "raw", ".."), (campaign.parent, campaign.name)):
         monkeypatch.chdir(here)
         said = rftfit(command)

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import pytest
 from campaigns import Folder
 from other_labs import MEDIUM, Case, make
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Folder:
+def folder(tmp_path):
     make(tmp_path / "c", Case("one-row", "paper"))
     return Folder(tmp_path / "c")
 
 
-def check(folder: Folder) -> tuple[int, str]:
+def check(folder):
     done = folder.rftfit("check")
     return done.returncode, done.stdout + done.stderr
 
 
-def change(folder: Folder, old: str, new: str) -> None:
+def change(folder, old, new):
     text = folder.config.read_text(encoding="utf-8")
     assert old in text
     folder.config.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_good_logs_say_nothing(folder: Folder) -> None:
+def test_good_logs_say_nothing(folder):
     code, said = check(folder)
     assert code == 0
     assert "0 errors, 0 warnings." in said
@@ -45,9 +41,7 @@ def test_good_logs_say_nothing(folder: Folder) -> None:
         ("method: sync_line", "method: estimate", "allowed: intrusion straight down"),
     ],
 )
-def test_what_holds_for_every_run_is_one_error(
-    folder: Folder, old: str, new: str, words: str
-) -> None:
+def test_what_holds_for_every_run_is_one_error(folder, old, new, words):
     change(folder, old, new)
     code, said = check(folder)
     assert words in said
@@ -57,7 +51,7 @@ def test_what_holds_for_every_run_is_one_error(
     assert f"of 12 runs would be dropped, for example {MEDIUM}_" in told[0]
 
 
-def test_a_turned_sign_is_told(folder: Folder) -> None:
+def test_a_turned_sign_is_told(folder):
     change(folder, "z: -F3", "z: +F3")
     code, said = check(folder)
     assert code == 0
@@ -65,7 +59,7 @@ def test_a_turned_sign_is_told(folder: Folder) -> None:
     assert "the medium gives energy back: look at transducer.axes" in said
 
 
-def test_what_a_run_would_drop_is_what_check_tells(folder: Folder) -> None:
+def test_what_a_run_would_drop_is_what_check_tells(folder):
     """Several damages at once: each is told, the run drops the same runs, and nothing else."""
     raw = folder.root / "raw" / "paper" / MEDIUM
     damages: dict[str, Callable[[str], str]] = {
@@ -89,16 +83,14 @@ def test_what_a_run_would_drop_is_what_check_tells(folder: Folder) -> None:
     assert len(lost) >= 3
 
 
-def test_a_log_that_is_too_large_is_left_to_the_run(
-    folder: Folder, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_that_is_too_large_is_left_to_the_run(folder, monkeypatch):
     monkeypatch.setattr("rftfit.measure.readable.LARGEST_BYTES", 1000)
     code, said = check(folder)
     assert code == 0
     assert "12 runs with a log of more than 20 MB, not opened" in said
 
 
-def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder: Folder) -> None:
+def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder):
     wanted = f"results/alpha/{MEDIUM}.csv"
     folder.run_here("checks")
     assert folder.rftfit("run", "--strict", wanted).returncode == 0
@@ -109,7 +101,7 @@ def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder: Folde
     assert folder.rftfit("run", wanted).returncode == 0
 
 
-def test_an_unknown_dialect_is_told_before_any_job(folder: Folder) -> None:
+def test_an_unknown_dialect_is_told_before_any_job(folder):
     text = folder.config.read_text(encoding="utf-8")
     folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", encoding="utf-8")
     for command in ("check", "run"):

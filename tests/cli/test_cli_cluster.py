@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib.machinery import ModuleSpec
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -11,15 +10,9 @@ from rftfit.errors import InputError
 from rftfit.workflow import run
 from rftfit.workflow.run import _cluster_words as cluster_words
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 
 @pytest.fixture
-def snakefile(tmp_path: Path) -> Path:
+def snakefile(tmp_path):
     for name, text in [("default", "cores: all\n"), ("slurm", "executor: slurm\n")]:
         (tmp_path / "top" / "profiles" / name).mkdir(parents=True)
         (tmp_path / "top" / "profiles" / name / "config.yaml").write_text(text, encoding="utf-8")
@@ -27,14 +20,14 @@ def snakefile(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+def installed(monkeypatch):
     monkeypatch.setattr(run, "find_spec", lambda name: ModuleSpec(name, None))
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
     monkeypatch.setattr("sys.executable", "/usr/bin/python")
 
 
 @pytest.mark.usefixtures("installed")
-def test_the_projects_profile_and_an_own_one(snakefile: Path, tmp_path: Path) -> None:
+def test_the_projects_profile_and_an_own_one(snakefile, tmp_path):
     there = snakefile.parent / "profiles" / "slurm"
     assert cluster_words("slurm", snakefile, None) == ["--workflow-profile", str(there)]
     assert cluster_words("slurm", snakefile, 8)[2:] == ["--cores", "8"]
@@ -48,9 +41,7 @@ def test_the_projects_profile_and_an_own_one(snakefile: Path, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("text", "words"), [("a: [", "cannot be read"), ("- a\n", "must hold keys and values")]
 )
-def test_a_profile_that_cannot_be_read(
-    snakefile: Path, tmp_path: Path, text: str, words: str
-) -> None:
+def test_a_profile_that_cannot_be_read(snakefile, tmp_path, text, words):
     (tmp_path / "config.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=words):
         cluster_words(str(tmp_path), snakefile, None)
@@ -58,7 +49,7 @@ def test_a_profile_that_cannot_be_read(
         cluster_words("default", snakefile, None)
 
 
-def test_what_is_missing_is_named(snakefile: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_is_named(snakefile, monkeypatch):
     for sign in " $'(":
         monkeypatch.setattr("sys.executable", f"/home/my{sign}lab/.venv/bin/python")
         with pytest.raises(InputError, match="cannot start a Python whose path has a"):
@@ -74,7 +65,7 @@ def test_what_is_missing_is_named(snakefile: Path, monkeypatch: pytest.MonkeyPat
         cluster_words("slurm", snakefile, None)
 
 
-def test_the_command_says_so(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_the_command_says_so(rftfit, campaign):
     said = rftfit("run", "--cluster", "nowhere")
     assert said.code == 2
     assert not (campaign / ".snakemake").exists()

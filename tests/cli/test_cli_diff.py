@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,12 +14,6 @@ from rftfit.outputs.dictionary import describe
 from rftfit.workflow.diff import compare
 from rftfit.workflow.provenance import FORMAT
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 COEFFICIENTS, ERRORS, ALPHA, SCALING = (
     "coefficients.csv", "leg_errors.csv", "alpha/sand.csv", "penetration.csv"
 )  # fmt: skip
@@ -28,7 +21,7 @@ RUNS = [f"rep{bed}_{run}" for bed in (1, 3) for run in range(20)]
 JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
 
 
-def filled(name: str, **columns: Any) -> pd.DataFrame:
+def filled(name, **columns):
     """A table with all columns that the dictionary demands."""
     output = describe(f"results/{name}")
     assert output is not None
@@ -51,7 +44,7 @@ TABLES = {
 }  # fmt: skip
 
 
-def write(folder: Path, runs: list[str], tables: dict[str, pd.DataFrame] | None = None) -> Path:
+def write(folder, runs, tables=None):
     """Results and their record, as `rftfit run` leaves them."""
     (folder / "alpha").mkdir(parents=True)
     (folder / "records" / "checks").mkdir(parents=True)
@@ -85,8 +78,8 @@ def write(folder: Path, runs: list[str], tables: dict[str, pd.DataFrame] | None 
     ],
 )
 def test_a_change_is_counted_in_half_widths_of_its_own_interval(
-    tmp_path: Path, file: str, quantity: str, now: float, half_widths: float | None
-) -> None:
+    tmp_path, file, quantity, now, half_widths
+):
     changed = {file: TABLES[file].assign(**{quantity: now})}
     found = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
     assert [one.quantity for one in found] == ([] if half_widths is None else [quantity])
@@ -94,7 +87,7 @@ def test_a_change_is_counted_in_half_widths_of_its_own_interval(
         assert one.half_widths == pytest.approx(half_widths, nan_ok=True)
 
 
-def test_zeta_and_alpha_straight_down_come_first(tmp_path: Path) -> None:
+def test_zeta_and_alpha_straight_down_come_first(tmp_path):
     changed = {
         COEFFICIENTS: TABLES[COEFFICIENTS].assign(value_N_per_cm3=0.9),
         ALPHA: alpha_frame("sand", one_cell(0.501)),
@@ -104,7 +97,7 @@ def test_zeta_and_alpha_straight_down_come_first(tmp_path: Path) -> None:
     assert [one.quantity for one in found[:3]] == ["alpha_z_N_per_cm3", "zeta", "value_N_per_cm3"]
 
 
-def job_done_again(folder: Path) -> None:
+def job_done_again(folder):
     """As `rftfit run` of a single result leaves it: another table, its own record, the old record of all."""
     TABLES[SCALING].assign(zeta=0.41).to_csv(folder / SCALING, index=False)
     path = folder / "records" / f"{JOB}.json"
@@ -112,7 +105,7 @@ def job_done_again(folder: Path) -> None:
     path.write_text(json.dumps(job | {"state": STATE | {"rows": "of 20 runs", "logs": "of 40"}}))
 
 
-def edited(folder: Path) -> None:
+def edited(folder):
     TABLES[SCALING].assign(zeta=0.41).to_csv(folder / SCALING, index=False)
 
 
@@ -128,8 +121,8 @@ SAME = "made from is the same"
     ],
 )
 def test_what_results_were_made_from_is_said_only_where_it_is_known(
-    rftfit: Callable[..., Said], tmp_path: Path, change: Callable[[Path], None], is_same: bool, told: str,
-) -> None:  # fmt: skip
+    rftfit, tmp_path, change, is_same, told,
+):  # fmt: skip
     folders = [write(tmp_path / name, RUNS) for name in "ab"]
     change(folders[1])
     found = rftfit("diff", *folders).out
@@ -140,7 +133,7 @@ def test_what_results_were_made_from_is_said_only_where_it_is_known(
     )
 
 
-def test_many_changes_of_one_sort_are_one_line(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_many_changes_of_one_sort_are_one_line(rftfit, tmp_path):
     fewer = [one for one in RUNS if one[:4] == "rep1"][:18]
     folders = [write(tmp_path / "a", RUNS), write(tmp_path / "b", fewer)]
     lines = rftfit("diff", *folders).out.partition("differs in:")[2].split("\n")

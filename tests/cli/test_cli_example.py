@@ -7,31 +7,24 @@ import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
 from dictionary_check import columns_in, undescribed, wrong_kind
 
-from rftfit.cli.example import EXAMPLES, SUMS, fetch_logs, own_files
+from rftfit.cli.example import EXAMPLES, SUMS, example, fetch_logs, own_files
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe, outputs
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from .conftest import Said
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="cmu-sand of ../shared/data is absent")
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def done(tmp_path_factory):
     """The whole example, once; by the very functions that the command calls."""
     if not DATA.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
-    from rftfit.cli.example import example
 
     folder = tmp_path_factory.mktemp("with a blank") / "cmu sand"
     example("cmu-sand", folder, str(DATA))
@@ -39,12 +32,12 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def mirror() -> Iterator[str]:
+def mirror():
     if not DATA.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
 
     class Quiet(SimpleHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
+        def log_message(self, *_):
             pass
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(DATA)))
@@ -56,7 +49,7 @@ def mirror() -> Iterator[str]:
     server.server_close()
 
 
-def test_every_column_is_in_the_dictionary(done: Path) -> None:
+def test_every_column_is_in_the_dictionary(done):
     (plates,) = (one for one in outputs() if one.stage == "rftfit example")
     known = {name: describe(f"results/{name}/sand.csv") for name in ("runs", "fits")}
     for name, output in {
@@ -71,7 +64,7 @@ def test_every_column_is_in_the_dictionary(done: Path) -> None:
         assert wrong_kind(output, table) == []
 
 
-def test_every_clock_and_every_surface_is_found(done: Path) -> None:
+def test_every_clock_and_every_surface_is_found(done):
     runs = pd.read_csv(done / "results" / "runs.csv")
     assert len(runs) == 9
     assert (runs["status"] == "read").all()
@@ -88,7 +81,7 @@ def test_every_clock_and_every_surface_is_found(done: Path) -> None:
     assert (runs["surface_se_mm"] < 0.5).all()
 
 
-def test_repeated_runs_agree_within_ten_percent(done: Path) -> None:
+def test_repeated_runs_agree_within_ten_percent(done):
     plates = pd.read_csv(done / "results" / "plates.csv").set_index("plate")
     assert list(plates.index) == ["disc_60", "disc_80", "disc_100"]
     assert (plates["runs"] == 3).all()
@@ -101,7 +94,7 @@ def test_repeated_runs_agree_within_ten_percent(done: Path) -> None:
     assert (plates["depth_exponent_lo"] > 1).all()
 
 
-def test_the_summary_says_what_the_tables_hold(done: Path) -> None:
+def test_the_summary_says_what_the_tables_hold(done):
     text = (done / "results" / "summary.txt").read_text(encoding="utf-8")
     plates = pd.read_csv(done / "results" / "plates.csv")
     for value in (*plates["alpha_z_N_per_cm3"], *plates["zeta"]):
@@ -114,7 +107,7 @@ def test_the_summary_says_what_the_tables_hold(done: Path) -> None:
     assert (forces["force_z_lo_N"] <= forces["force_z_hi_N"] + 1e-9).all()
 
 
-def test_every_row_is_in_the_ledger(done: Path) -> None:
+def test_every_row_is_in_the_ledger(done):
     ledger = pd.read_csv(done / "results" / "ledger.csv")
     rows = ledger.groupby("file")["rows"].sum()
     assert rows["force-displacement_1.bag"] == 3004
@@ -122,8 +115,7 @@ def test_every_row_is_in_the_ledger(done: Path) -> None:
     assert len(rows) == 18
 
 
-def test_again_gives_the_same_bytes(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from rftfit.cli.example import example
+def test_again_gives_the_same_bytes(done, capsys):
 
     before = {path: path.read_bytes() for path in (done / "results").iterdir()}
     assert {path.suffix for path in before} == {".csv", ".txt", ".png", ".pdf", ".svg", ".webp"}
@@ -132,7 +124,7 @@ def test_again_gives_the_same_bytes(done: Path, capsys: pytest.CaptureFixture[st
     assert all(path.read_bytes() == content for path, content in before.items())
 
 
-def test_from_a_mirror(mirror: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_from_a_mirror(mirror, tmp_path, capsys):
     pytest.importorskip("pooch")
     source = own_files("cmu-sand")
     short = tmp_path / "example"
@@ -144,7 +136,7 @@ def test_from_a_mirror(mirror: str, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "1 log" in capsys.readouterr().out
 
 
-def test_a_mirror_with_another_file(mirror: str, tmp_path: Path) -> None:
+def test_a_mirror_with_another_file(mirror, tmp_path):
     pytest.importorskip("pooch")
     (tmp_path / "example").mkdir()
     (tmp_path / "example" / SUMS).write_text(f"{'0' * 64}  force-displacement_1.txt\n")
@@ -153,20 +145,20 @@ def test_a_mirror_with_another_file(mirror: str, tmp_path: Path) -> None:
     assert not (tmp_path / "raw" / "force-displacement_1.txt").exists()
 
 
-def test_no_such_example(rftfit: Callable[..., Said]) -> None:
+def test_no_such_example(rftfit):
     said = rftfit("example", "cmu_sand")
     assert said.code != 0
     assert "did you mean 'cmu-sand'?" in said.err
 
 
-def test_a_folder_without_the_logs(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_a_folder_without_the_logs(rftfit, tmp_path):
     said = rftfit("example", "cmu-sand", tmp_path / "here", "--from", tmp_path)
     assert said.code != 0
     assert "no force-displacement_1.bag" in said.err
 
 
 @needs_data
-def test_a_log_that_is_another(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_a_log_that_is_another(rftfit, tmp_path):
     (tmp_path / "here" / "raw").mkdir(parents=True)
     (tmp_path / "here" / "raw" / "force-displacement_3.txt").write_text("1,2\n")
     said = rftfit("example", "cmu-sand", tmp_path / "here", "--from", DATA)

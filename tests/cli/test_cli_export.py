@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,26 +15,24 @@ from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit as library
 from rftfit import reference
+from rftfit.measure.checks import COLUMNS, UNUSABLE
+from rftfit.store import write_csv
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+from .conftest import Said
 
-    from .conftest import Said
-
-    Call = Callable[..., Said]
+Call = Callable[..., Said]
 
 PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
-def results(here: Path) -> Path:
+def results(here):
     return make_campaign(
         here / "results é",
         {"poppy_LP": LABORATORY, "poppy_CP": LABORATORY, "sand": SAND},
@@ -42,18 +41,18 @@ def results(here: Path) -> Path:
     )
 
 
-def content(path: Path) -> dict[str, Any]:
+def content(path):
     found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 
-def forces(path: Path) -> np.ndarray:
+def forces(path):
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     rows = csv.reader(lines[1:])
     return np.array([[float(cell or "nan") for cell in row] for row in rows])
 
 
-def test_a_published_medium_goes_round(rftfit: Call, here: Path) -> None:
+def test_a_published_medium_goes_round(rftfit, here):
     said = rftfit("export", "--medium", "poppy_LP", "--title", "Seeds", "--notes", "as printed")
     assert said.code == 0, said.err
     found = content(here / "profile.json")
@@ -81,7 +80,7 @@ def test_a_published_medium_goes_round(rftfit: Call, here: Path) -> None:
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
 
 
-def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit: Call, here: Path) -> None:
+def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, here):
     rows = ["0,90,0.35,,0.01,\n", "30,45,0.2,0.1,,\n", "-30,60,0.12,0.02,0.005,0.004\n"]
     (here / "two.csv").write_text(HEAD + "".join(rows[:2]), encoding="utf-8")
     (here / "one.csv").write_text(HEAD + rows[2], encoding="utf-8")
@@ -108,7 +107,7 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit: Call, her
     )
 
 
-def test_pushes_of_a_profile_that_do_not_belong_together(rftfit: Call, here: Path) -> None:
+def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, here):
     assert rftfit("export", "--medium", "poppy_LP", "--output", "p.json").code == 0
     found = content(here / "p.json")
     assert len(found["pushes"]["beta_deg"]) == 78
@@ -123,7 +122,7 @@ def test_pushes_of_a_profile_that_do_not_belong_together(rftfit: Call, here: Pat
     assert "found both of --alpha and --pushes" in said.err
 
 
-def test_media_of_a_campaign(rftfit: Call, here: Path, results: Path) -> None:
+def test_media_of_a_campaign(rftfit, here, results):
     assert rftfit("export", "--results", results, "--medium", "poppy_LP").code == 0
     found = content(here / "profile.json")
     alpha = results / "alpha" / "poppy_LP.csv"
@@ -147,10 +146,7 @@ def test_media_of_a_campaign(rftfit: Call, here: Path, results: Path) -> None:
     assert "too few directions" in said.err
 
 
-def test_marks_are_handed_on(rftfit: Call, here: Path, results: Path) -> None:
-
-    from rftfit.measure.checks import COLUMNS, UNUSABLE
-    from rftfit.store import write_csv
+def test_marks_are_handed_on(rftfit, here, results):
 
     for name in ("poppy_LP", "poppy_CP", "sand"):
         bad = name == "poppy_LP"
@@ -165,7 +161,7 @@ def test_marks_are_handed_on(rftfit: Call, here: Path, results: Path) -> None:
     assert f"warning: poppy_LP is {mark}" in said.err
 
 
-def test_pushes_become_a_map(rftfit: Call, here: Path) -> None:
+def test_pushes_become_a_map(rftfit, here):
     (here / "field.csv").write_text(PUSHES, encoding="utf-8")
     said = rftfit("export", "--pushes", "field.csv", "--output", "field.json")
     assert said.code == 0, said.err
@@ -182,7 +178,7 @@ def test_pushes_become_a_map(rftfit: Call, here: Path) -> None:
     assert lift["lo"] < lift["force_z_N"] < lift["hi"]
 
 
-def test_the_robot_walks_on_it(rftfit: Call) -> None:
+def test_the_robot_walks_on_it(rftfit):
     assert rftfit("export", "--medium", "poppy_LP").code == 0
     walk = ("simulate", "--frequency", 2, "--curvature", 1, "--no-animation", "--json")
     own, other = (
@@ -209,9 +205,7 @@ def test_the_robot_walks_on_it(rftfit: Call) -> None:
         (("--medium", "poppy_LP", "--title", "\x1b[2J"), "title: text without control characters"),
     ],
 )
-def test_words_that_do_not_go_together(
-    words: tuple[str, ...], message: str, rftfit: Call, here: Path
-) -> None:
+def test_words_that_do_not_go_together(words, message, rftfit, here):
     (here / "p.csv").write_text(PUSHES, encoding="utf-8")
     said = rftfit("export", *words)
     assert said.code == 2
@@ -231,15 +225,13 @@ def test_words_that_do_not_go_together(
     ],
 )
 @pytest.mark.parametrize("command", [("predict", "--leg", "c_leg"), ("simulate", "--frequency", "2", "--curvature", "1")])  # fmt: skip
-def test_one_medium_only(
-    command: tuple[str, ...], words: tuple[str, ...], message: str, rftfit: Call
-) -> None:
+def test_one_medium_only(command, words, message, rftfit):
     said = rftfit(*command, "--profile-file", "profile.json", *words)
     assert said.code == 2
     assert message in said.err
 
 
-def test_a_damaged_file_is_refused_by_every_reader(rftfit: Call, here: Path) -> None:
+def test_a_damaged_file_is_refused_by_every_reader(rftfit, here):
     assert rftfit("export", "--medium", "poppy_LP").code == 0
     found = content(here / "profile.json")
     found["golden"]["alpha_x_N_per_cm3"] *= -1

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
+from rftfit.figures.log_plot import draw_log
 from rftfit.logs.base import Log
 from rftfit.logs.inspect import Clock, lacking, survey
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from .conftest import Said
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 
 
-def force_log(path: Path, rows: list[str], header: str = HEADER, end: str = "\n") -> Path:
+def force_log(path, rows, header=HEADER, end="\n"):
     path.write_text("\n".join([header, *rows]) + end, encoding="utf-8")
     return path
 
 
-def test_inspect(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_inspect(rftfit, campaign):
     before = (campaign / FORCE).read_bytes()
     said = rftfit("inspect", FORCE)
     assert (said.code, said.err) == (0, "")
@@ -51,7 +46,7 @@ def test_inspect(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert (campaign / FORCE).read_bytes() == before
 
 
-def test_motion_log(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_motion_log(rftfit, campaign):
     said = rftfit("inspect", campaign / FORCE.replace("force", "motion"))
     assert said.code == 0
     assert "motion log" in said.out
@@ -59,7 +54,7 @@ def test_motion_log(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert "the force log of the same run" in said.out
 
 
-def test_numbers_by_hand() -> None:
+def test_numbers_by_hand():
     time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
     columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
     log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
@@ -76,7 +71,7 @@ def test_numbers_by_hand() -> None:
     assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")
 
 
-def test_damage_is_counted(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_damage_is_counted(rftfit, tmp_path):
     rows = [f"{t / 100:.2f},{int(t > 5)},0.1,0.2,{t / 10}" for t in range(40)]
     rows[10] = rows[10].replace("0.2", "nan")
     rows[11] = rows[11].replace("0.2", "x")
@@ -93,7 +88,7 @@ def test_damage_is_counted(rftfit: Callable[..., Said], tmp_path: Path) -> None:
     assert "times: 1 repeated, 0 backwards" in said.out
 
 
-def test_a_sync_line_that_never_changes(tmp_path: Path) -> None:
+def test_a_sync_line_that_never_changes(tmp_path):
     path = tmp_path / "a.csv"
     columns = {"time": np.arange(3.0), "arm_moving": np.ones(3), "F1": np.zeros(3)}
     needs = lacking(survey([Log(path, columns, {}, 3)]))
@@ -111,9 +106,7 @@ def test_a_sync_line_that_never_changes(tmp_path: Path) -> None:
         (b"\x89PNG\r\n\x1a\n\x00\x01", "found the header"),
     ],
 )
-def test_unknown_files(
-    rftfit: Callable[..., Said], tmp_path: Path, content: bytes, text: str
-) -> None:
+def test_unknown_files(rftfit, tmp_path, content, text):
     path = tmp_path / "log.csv"
     path.write_bytes(content)
     said = rftfit("inspect", path)
@@ -122,14 +115,14 @@ def test_unknown_files(
     assert text in said.err
 
 
-def test_an_empty_file(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_an_empty_file(rftfit, tmp_path):
     (tmp_path / "log.csv").write_bytes(b"")
     said = rftfit("inspect", tmp_path / "log.csv")
     assert said.code == 2
     assert said.err.endswith("the file is empty\n")
 
 
-def test_header_only_missing_and_folder(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_header_only_missing_and_folder(rftfit, tmp_path):
     said = rftfit("inspect", force_log(tmp_path / "a.csv", []))
     assert said.code == 2
     assert said.err.endswith("a header and no data\n")
@@ -137,14 +130,14 @@ def test_header_only_missing_and_folder(rftfit: Callable[..., Said], tmp_path: P
     assert "this is a folder" in rftfit("inspect", tmp_path).err
 
 
-def test_no_usable_row(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_no_usable_row(rftfit, tmp_path):
     said = rftfit("inspect", force_log(tmp_path / "a.csv", ["x,x,x,x,x", "y,y,y,y,y"]))
     assert said.code == 0
     assert "rows: 2, of which 0 can be read" in said.out
     assert "at least two usable rows" in said.out
 
 
-def test_plot(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_plot(rftfit, campaign):
     said = rftfit("inspect", FORCE, "--plot", "log é.png")
     assert said.code == 0
     assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
@@ -157,9 +150,7 @@ def test_plot(rftfit: Callable[..., Said], campaign: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
-def test_a_picture_of_somebody_else_is_left_as_it_is(
-    rftfit: Callable[..., Said], campaign: Path, ending: str
-) -> None:
+def test_a_picture_of_somebody_else_is_left_as_it_is(rftfit, campaign, ending):
     picture = campaign / f"rig.{ending}"
     picture.write_bytes(b"a photograph of the rig")
     said = rftfit("inspect", FORCE, "--plot", picture.name)
@@ -174,8 +165,7 @@ def test_a_picture_of_somebody_else_is_left_as_it_is(
     assert picture.read_bytes() == first
 
 
-def test_panels() -> None:
-    from rftfit.figures.log_plot import draw_log
+def test_panels():
 
     columns = {"time": np.array([5.0, 6.0]), "F1": np.array([1.0, 2.0]), "F2": np.array([3.0, 4])}
     figure = draw_log(Log(Path("a.csv"), columns, {"time": "s", "F1": "N", "F2": "N"}, 2))
@@ -184,8 +174,7 @@ def test_panels() -> None:
     assert (x.tolist(), y.tolist()) == ([0, 1], [3, 4])
 
 
-def test_no_line_over_a_gap() -> None:
-    from rftfit.figures.log_plot import draw_log
+def test_no_line_over_a_gap():
 
     time = np.array([0.0, 1, 2, 3, 30, 31])
     log = Log(Path("a.csv"), {"time": time, "F1": time + 1}, {"time": "s", "F1": "N"}, 6)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -16,19 +14,13 @@ from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.measure.pairs import columns_asked, mapped
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 UNITS = {
     **dict.fromkeys(("F1", "F2", "F3"), "N"), "time": "s", "x": "mm", "z": "mm", "angle": "deg",
     "arm_moving": "",
 }  # fmt: skip
 
 
-def block(said: Said) -> dict[str, dict[str, object]]:
+def block(said):
     """The lines for config.yaml, as YAML."""
     _, _, text = said.out.partition("for config.yaml")
     lines = [line[2:] for line in text.splitlines()[1:] if line.startswith("  ")]
@@ -38,9 +30,7 @@ def block(said: Said) -> dict[str, dict[str, object]]:
 
 
 @pytest.mark.parametrize("name", [name for name in TEXTS if name != "rig"])
-def test_the_proposed_config_reads_the_log(
-    name: str, rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+def test_the_proposed_config_reads_the_log(name, rftfit, tmp_path):
     """What inspect prints, pasted as it is, gives the quantities that it names."""
     path = tmp_path / "log.txt"
     path.write_bytes(TEXTS[name](30).content)
@@ -61,7 +51,7 @@ def test_the_proposed_config_reads_the_log(
         assert all(log.units[name] == UNITS[name] for name in set(log.columns) & set(UNITS))
 
 
-def test_lost_packets_and_notes(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_lost_packets_and_notes(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40, lost=10).content)
     said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
@@ -77,9 +67,7 @@ def test_lost_packets_and_notes(rftfit: Callable[..., Said], tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("names", ["t_s,Fz_N,z_mm", "t_s,sync,Fz_N,z_mm"])
-def test_one_file_for_both_has_one_clock(
-    names: str, rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+def test_one_file_for_both_has_one_clock(names, rftfit, tmp_path):
     path = tmp_path / "log.csv"
     cells = names.count(",")
     rows = "".join(f"{row / 10}" + f",{row % 2}" * cells + "\n" for row in range(20))
@@ -91,7 +79,7 @@ def test_one_file_for_both_has_one_clock(
     assert "the motion log of the same run" not in said.out
 
 
-def test_mixed_clocks_are_shown_clock_by_clock(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
     """The file is no log as it stands, and each half of it is one."""
     path = tmp_path / "log.lvm"
     content = lvm(30).content.replace(b"X0\t0,0000E+0\t0,0000E+0", b"X0\t0,0000E+0\t0,5000E+0")
@@ -119,7 +107,7 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit: Callable[..., Said], tmp_
     np.testing.assert_allclose(times[1] - times[0], 0.5)
 
 
-def test_channels_on_three_clocks(tmp_path: Path) -> None:
+def test_channels_on_three_clocks(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     path = tmp_path / "log.tdms"
     starts = {"Fx": 0.0, "Fz": 0.0, "x": 0.5, "z": 0.5, "angle": 0.7}
@@ -139,7 +127,7 @@ def test_channels_on_three_clocks(tmp_path: Path) -> None:
     assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
-def test_dialect_and_options_by_hand(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_dialect_and_options_by_hand(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
     said = rftfit("inspect", path)
@@ -152,7 +140,7 @@ def test_dialect_and_options_by_hand(rftfit: Callable[..., Said], tmp_path: Path
     assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option", "rate").err
 
 
-def test_text_that_no_dialect_knows(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_text_that_no_dialect_knows(rftfit, tmp_path):
     path = tmp_path / "log"
     rows = "".join(f"{1.7e9 + n / 100:.2f};{n % 7},5;{n % 3},25\n" for n in range(30))
     path.write_text(f"Prüfstand 3\n{rows}", encoding="cp1252")
@@ -172,7 +160,7 @@ def test_text_that_no_dialect_knows(rftfit: Callable[..., Said], tmp_path: Path)
         assert text in said.out
 
 
-def test_what_cannot_be_a_table(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_what_cannot_be_a_table(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_text("Dear reader,\nthis is a letter.\n", encoding="utf-8")
     said = rftfit("inspect", path)
@@ -183,9 +171,7 @@ def test_what_cannot_be_a_table(rftfit: Callable[..., Said], tmp_path: Path) -> 
     assert "It looks like: binary" in rftfit("inspect", path).err
 
 
-def test_a_survey_in_blocks_is_that_of_the_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_survey_in_blocks_is_that_of_the_whole(tmp_path, monkeypatch):
     path = tmp_path / "log"
     made = netft(3000, lost=7)
     path.write_bytes(made.content)
@@ -203,7 +189,7 @@ def test_a_survey_in_blocks_is_that_of_the_whole(
         assert (one.name, one.lowest, one.highest) == (other.name, other.lowest, other.highest)
 
 
-def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
+def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path):
     """Arrays and texts that Python knows of; 20 MB against 60 MB."""
     import tracemalloc
 
@@ -222,7 +208,7 @@ def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> Non
     assert peaks[1] < 1.6 * peaks[0]
 
 
-def test_german_columns_and_a_depth(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_german_columns_and_a_depth(rftfit, tmp_path):
     """Force and path of the axes are proposed; z points up, so a depth is turned."""
     path = tmp_path / "Prüfung 1.csv"
     rows = [f"{n},5;1,5;{n},25;0,5;-2,5\n" for n in range(9)]
@@ -235,9 +221,7 @@ def test_german_columns_and_a_depth(rftfit: Callable[..., Said], tmp_path: Path)
     }  # fmt: skip
 
 
-def test_a_text_with_zero_bytes_is_a_damaged_text(
-    rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+def test_a_text_with_zero_bytes_is_a_damaged_text(rftfit, tmp_path):
     """A logger that lost its power fills the last block of its card with zeros."""
     path = tmp_path / "log.csv"
     rows = [f"{n}.5,{n}.25,0.5\n" for n in range(30)]
@@ -260,9 +244,7 @@ wrench:
 """
 
 
-def test_messages_that_nobody_recorded_as_a_table(
-    rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
     path = tmp_path / "log.txt"
     path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
     said = rftfit("inspect", path)
@@ -271,7 +253,7 @@ def test_messages_that_nobody_recorded_as_a_table(
     assert "record with -p" in rftfit("inspect", path, "--dialect", "rostopic").err
 
 
-def test_a_channel_that_was_never_connected(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_a_channel_that_was_never_connected(rftfit, tmp_path):
     path = tmp_path / "log.npz"
     np.savez(path, time=np.arange(9.0), F3=np.r_[np.nan, np.arange(8.0)], F1=np.full(9, np.nan))
     said = rftfit("inspect", path)
@@ -293,8 +275,8 @@ def test_a_channel_that_was_never_connected(rftfit: Callable[..., Said], tmp_pat
     ],
 )  # fmt: skip
 def test_options_that_were_given_stand_in_the_lines_for_the_config(
-    name: str, given: dict[str, object], line: str, rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+    name, given, line, rftfit, tmp_path
+):
     """The lines read the log as inspect did, and so does `read_log` with the same options."""
     path = tmp_path / name
     frame = pd.DataFrame({"Fz [N]": np.arange(9.0), "z [mm]": np.arange(9.0)})
@@ -318,9 +300,7 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
     assert ("time" in same.columns) == ("rate_Hz" in given)
 
 
-def test_a_column_that_is_no_number_stays_listed(
-    rftfit: Callable[..., Said], tmp_path: Path
-) -> None:
+def test_a_column_that_is_no_number_stays_listed(rftfit, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("Zeit,Fz [N]\n" + "".join(f"heute {k},{k}.5\n" for k in range(9)))
     said = rftfit("inspect", path)

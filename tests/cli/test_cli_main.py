@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -16,28 +15,22 @@ from rftfit.cli import main
 from rftfit.cli.main import CRASH_FILE
 from rftfit.errors import OutputError, RftfitError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 COMMANDS = ("init", "check", "inspect", "reenact", "run", "scale")
 HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stats", "numba")
 
 
-def start(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def start(*words, cwd=None):
     command = [sys.executable, "-m", "rftfit.cli.main", *words]
     return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
 
 
-def test_version(rftfit: Callable[..., Said]) -> None:
+def test_version(rftfit):
     said = rftfit("--version")
     assert (said.code, said.out) == (0, f"rftfit {package.__version__}\n")
 
 
 @pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])
-def test_help_lists_commands_and_exit_codes(rftfit: Callable[..., Said], words: list[str]) -> None:
+def test_help_lists_commands_and_exit_codes(rftfit, words):
     said = rftfit(*words)
     assert said.code == 0
     assert [name for name in COMMANDS if name not in said.out] == []
@@ -47,13 +40,13 @@ def test_help_lists_commands_and_exit_codes(rftfit: Callable[..., Said], words: 
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_help_of_each_command_has_an_example(rftfit: Callable[..., Said], name: str) -> None:
+def test_help_of_each_command_has_an_example(rftfit, name):
     said = rftfit(name, "--help")
     assert said.code == 0
     assert f"Example: rftfit {name} " in said.out
 
 
-def test_exit_codes_are_those_of_the_errors() -> None:
+def test_exit_codes_are_those_of_the_errors():
     names = [name for name in dir(main) if name.isupper() and not name.startswith("_")]
     codes = [getattr(main, name) for name in names]
     numbers = [code for code in codes if isinstance(code, int)]
@@ -61,32 +54,28 @@ def test_exit_codes_are_those_of_the_errors() -> None:
 
 
 @pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["inspect"], ["init"]])
-def test_usage_errors(rftfit: Callable[..., Said], words: list[str]) -> None:
+def test_usage_errors(rftfit, words):
     said = rftfit(*words)
     assert said.code == main.INPUT_NOT_VALID
     assert "Usage: rftfit" in said.err
     assert "Error: " in said.err
 
 
-def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
-    def fail(*_: object) -> None:
+def fail_with(monkeypatch, error):
+    def fail(*_):
         raise error
 
     monkeypatch.setattr("rftfit.campaign.load.check_campaign", fail)
 
 
 @pytest.mark.parametrize("error", [RftfitError("one"), OutputError("three")])
-def test_errors_of_the_program(
-    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, error: RftfitError
-) -> None:
+def test_errors_of_the_program(rftfit, monkeypatch, error):
     fail_with(monkeypatch, error)
     said = rftfit("check")
     assert (said.code, said.out, said.err) == (error.exit_code, "", f"rftfit: {error}\n")
 
 
-def test_crash(
-    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_crash(rftfit, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, ZeroDivisionError("no sand\nleft"))
     said = rftfit("check", "--strict")
@@ -99,9 +88,7 @@ def test_crash(
     assert package.__version__ in report
 
 
-def test_crash_where_the_folder_cannot_be_written(
-    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_crash_where_the_folder_cannot_be_written(rftfit, monkeypatch, tmp_path):
     here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
     # a folder of the report's name: cannot be written, whoever runs this
     (here / CRASH_FILE).mkdir(parents=True)
@@ -116,16 +103,14 @@ def test_crash_where_the_folder_cannot_be_written(
 
 
 @pytest.mark.parametrize(("text", "shown"), [("", main.STOPPED), ("Kept.", "Kept.")])
-def test_interrupt(
-    rftfit: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, text: str, shown: str
-) -> None:
+def test_interrupt(rftfit, monkeypatch, text, shown):
     fail_with(monkeypatch, KeyboardInterrupt(text))
     said = rftfit("check")
     assert (said.code, said.err) == (main.INTERRUPTED, f"{shown}\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes close without an error here")
-def test_reader_that_stops_reading() -> None:
+def test_reader_that_stops_reading():
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
@@ -134,7 +119,7 @@ def test_reader_that_stops_reading() -> None:
     assert (done.returncode, done.stderr) == (main.PIPE_CLOSED, b"")
 
 
-def test_commands_load_nothing_heavy() -> None:
+def test_commands_load_nothing_heavy():
     code = "import sys, rftfit.cli.app; print(*sys.modules)"
     command = [sys.executable, "-c", code]
     loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
@@ -142,7 +127,7 @@ def test_commands_load_nothing_heavy() -> None:
     assert [name for name in HEAVY if name in loaded] == []
 
 
-def test_scale_starts_quickly(tmp_path: Path) -> None:
+def test_scale_starts_quickly(tmp_path):
     """Under a second on a machine that imports the libraries it needs in a quarter of that."""
     own, libraries = [], []
     for _ in range(3):

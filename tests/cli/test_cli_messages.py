@@ -9,34 +9,29 @@ import sys
 import tempfile
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
+from rftfit import reference
 from rftfit.cli import example
 from rftfit.cli.main import CRASH_FILE, crash_message
-from rftfit.errors import InputError, OutputError
+from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.lab.marker import MARKER, clear, find_earlier
+from rftfit.store import read_parquet, write_csv
 from rftfit.workflow import plates
+from rftfit.workflow.run import Workflow
 
 from .test_cli_predict import here, results
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from .conftest import Said
 
 __all__ = ["here", "results"]  # fixtures
 
 LEG = ("predict", "--leg", "c_leg")
 
 
-def test_a_crash_that_can_be_written_nowhere(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
     (tmp_path / CRASH_FILE).mkdir()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
@@ -46,19 +41,19 @@ def test_a_crash_that_can_be_written_nowhere(
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name on this system")
-def test_inspecting_a_pipe(rftfit: Callable[..., Said], here: Path) -> None:
+def test_inspecting_a_pipe(rftfit, here):
     os.mkfifo(here / "pipe")
     said = rftfit("inspect", here / "pipe")
     assert said.code == 2
     assert "pipe: this is a pipe or device; name a log, a regular file" in said.err
 
 
-def test_an_example_that_is_not_installed() -> None:
+def test_an_example_that_is_not_installed():
     with pytest.raises(InputError, match="the files of the example moon are not there; install"):
         example.own_files("moon")
 
 
-def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_example_whose_logs_cannot_be_had(here, monkeypatch):
     source, other = here / "source", here / "other"
     for folder in (source, other):
         folder.mkdir()
@@ -75,7 +70,7 @@ def test_an_example_whose_logs_cannot_be_had(here: Path, monkeypatch: pytest.Mon
         example.fetch_logs(chosen, source, here / "raw", None)
 
 
-def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
+def test_an_example_without_an_alpha(monkeypatch, here):
     campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
     lost = pd.DataFrame([{"name": "a", "plate": "round", "alpha": np.nan, "reason": "no contact"}])
     monkeypatch.setattr(plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
@@ -86,7 +81,7 @@ def test_an_example_without_an_alpha(monkeypatch: pytest.MonkeyPatch, here: Path
         plates.run_plates(here / "config.yaml", here)
 
 
-def test_a_test_without_its_error(rftfit: Callable[..., Said], results: Path) -> None:
+def test_a_test_without_its_error(rftfit, results):
     sand = results / "alpha" / "sand.csv"
     sand.write_text(re.sub(r"0\.003(?=,)", "", sand.read_text()))
     said = rftfit(*LEG, "--results", results, "--medium", "sand", "--profile", "generic", "--json")
@@ -94,9 +89,7 @@ def test_a_test_without_its_error(rftfit: Callable[..., Said], results: Path) ->
     assert "no interval in 271 of 271 poses: no error of alpha is known there" in said.err
 
 
-def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) -> None:
-    from rftfit import reference
-    from rftfit.store import write_csv
+def test_an_interval_that_is_not_known(rftfit, here):
 
     folder = make_campaign(here / "c", {"poppy_LP": LABORATORY}, {})
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
@@ -110,7 +103,7 @@ def test_an_interval_that_is_not_known(rftfit: Callable[..., Said], here: Path) 
     )
 
 
-def test_a_sand_scaled_with_the_published_media(rftfit: Callable[..., Said], here: Path) -> None:
+def test_a_sand_scaled_with_the_published_media(rftfit, here):
     folder = make_campaign(here / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
     words = ("--medium", "sand", "--profile", "generic", "--output")
     assert rftfit(*LEG, "--results", folder, *words, "a.csv").code == 0
@@ -120,19 +113,18 @@ def test_a_sand_scaled_with_the_published_media(rftfit: Callable[..., Said], her
     assert one[4:] == other[4:]
 
 
-def test_a_table_of_results_that_is_no_parquet(here: Path) -> None:
-    from rftfit.store import read_parquet
+def test_a_table_of_results_that_is_no_parquet(here):
 
     (here / "traces.parquet").write_text("no table")
     with pytest.raises(InputError, match=r"traces.parquet: cannot be read as Parquet: "):
         read_parquet(here / "traces.parquet")
 
 
-def refuse(*_: Any, **__: Any) -> Any:
+def refuse(*_, **__):
     raise PermissionError(errno.EACCES, "Permission denied", "raw/yuma")
 
 
-def test_earlier_logs_that_cannot_be_touched(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_earlier_logs_that_cannot_be_touched(here, monkeypatch):
     (here / "raw").mkdir()
     (here / "raw" / MARKER).write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match=f"{MARKER}: cannot be read: "):
@@ -149,7 +141,7 @@ def test_earlier_logs_that_cannot_be_touched(here: Path, monkeypatch: pytest.Mon
         find_earlier(here / "raw", here / "runs.csv")
 
 
-def test_simulating_into_a_file(rftfit: Callable[..., Said], here: Path) -> None:
+def test_simulating_into_a_file(rftfit, here):
     (here / "out").write_text("mine")
     said = rftfit(
         "simulate",
@@ -168,9 +160,7 @@ def test_simulating_into_a_file(rftfit: Callable[..., Said], here: Path) -> None
     assert "out: this is a file; name a folder for the results" in said.err
 
 
-def test_a_file_that_may_not_be_read(
-    rftfit: Callable[..., Said], here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_may_not_be_read(rftfit, here, monkeypatch):
     (here / "config.yaml").write_text("title: a\n")
     monkeypatch.setattr(Path, "read_bytes", refuse)
     said = rftfit("check", "--config", "config.yaml")
@@ -178,17 +168,15 @@ def test_a_file_that_may_not_be_read(
     assert "config.yaml: the file cannot be read: Permission denied" in said.out
 
 
-def workflow(monkeypatch: pytest.MonkeyPatch, root: Path) -> Any:
+def workflow(monkeypatch, root):
     """A workflow in a folder without a campaign."""
-    from rftfit.workflow.run import Workflow
 
     states = SimpleNamespace(campaign=SimpleNamespace(root=root))
     monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: (states, 0))
     return Workflow(root / "config.yaml", say=print)
 
 
-def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    from rftfit.errors import WorkflowError
+def test_locks(monkeypatch, here):
 
     others: list[int] = [12, 34]
     monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: others)
@@ -199,7 +187,7 @@ def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
     others.clear()
     assert "rftfit run --unlock" in own._lock_text()
 
-    def refused(_words: list[str], _log: None, tell: Any) -> int:
+    def refused(_words, _log, tell):
         tell("no room left")
         return 1
 
@@ -208,9 +196,7 @@ def test_locks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
         own.unlock()
 
 
-def test_a_lock_of_a_killed_run(
-    monkeypatch: pytest.MonkeyPatch, here: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_lock_of_a_killed_run(monkeypatch, here, capsys):
     from contextlib import nullcontext
 
     own = workflow(monkeypatch, here)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from typing import TYPE_CHECKING
 
 import pytest
 from light_campaign import LABORATORY, SAND, make_campaign, one_cell
@@ -12,12 +11,6 @@ from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 import rftfit as program
 from rftfit import reference
 from rftfit.campaign.tables import pushes_in
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
 
 PUSHES = """beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z
 0,90,0.35,,0.01
@@ -27,13 +20,13 @@ PUSHES = """beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pushes.csv").write_text(PUSHES, encoding="utf-8")
     return tmp_path
 
 
-def test_scale_writes_the_map_of_its_pushes(rftfit: Callable[..., Said], here: Path) -> None:
+def test_scale_writes_the_map_of_its_pushes(rftfit, here):
     said = rftfit("scale", "--pushes", "pushes.csv", "--output", "sand.csv")
     assert said.code == 0
     assert said.out.count("0.000 (by symmetry)") == 4
@@ -55,9 +48,7 @@ def test_scale_writes_the_map_of_its_pushes(rftfit: Callable[..., Said], here: P
     assert measured == [("0.00", "90.00"), ("30.00", "45.00"), ("60.00", "18.43")]
 
 
-def test_scale_warns_of_a_medium_that_does_not_belong(
-    rftfit: Callable[..., Said], here: Path
-) -> None:
+def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, here):
     wrong = PUSHES.replace("0.30,0.10", "0.30,0.60").replace("0.08,0.17", "0.08,0.70")
     (here / "wrong.csv").write_text(wrong, encoding="utf-8")
     said = rftfit("scale", "--pushes", "wrong.csv", "--json")
@@ -81,7 +72,7 @@ def test_scale_warns_of_a_medium_that_does_not_belong(
         (("--pushes", "pushes.csv", "--output", "pushes.csv"), "this file is read"),
     ],
 )
-def test_scale_refuses(rftfit: Callable[..., Said], here: Path, words: list[str], why: str) -> None:
+def test_scale_refuses(rftfit, here, words, why):
     head = PUSHES.splitlines()[0]
     (here / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", encoding="utf-8")
     (here / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", encoding="utf-8")
@@ -90,7 +81,7 @@ def test_scale_refuses(rftfit: Callable[..., Said], here: Path, words: list[str]
     assert why in said.err
 
 
-def test_plan_prints_what_the_library_plans(rftfit: Callable[..., Said], here: Path) -> None:
+def test_plan_prints_what_the_library_plans(rftfit, here):
     said = rftfit("plan", "--leg", "c_leg", "--pushes", "pushes.csv", "--count", "4", "--json")
     assert said.code == 0
     known = program.estimate_map(pushes_in(here / "pushes.csv")[0])
@@ -104,7 +95,7 @@ def test_plan_prints_what_the_library_plans(rftfit: Callable[..., Said], here: P
     assert found["parts"] == ["c_leg, lift", "c_leg, horizontal"]
 
 
-def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit: Callable[..., Said], here: Path) -> None:
+def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, here):
     said = rftfit("plan", "--target", "legs", "--pairs", "--count", "6", "--figure", "plan.png")
     assert said.code == 0
     assert (here / "plan.png").read_bytes().startswith(b"\x89PNG")
@@ -128,7 +119,7 @@ def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit: Callable[..., Said], her
     assert rftfit("plan", "--count", "1").code == 2
 
 
-def test_a_plan_goes_on_from_a_campaign(rftfit: Callable[..., Said], here: Path) -> None:
+def test_a_plan_goes_on_from_a_campaign(rftfit, here):
     roles = {"full": LABORATORY, "sand": SAND}
     alpha = {"full": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     make_campaign(here / "c", roles, alpha)
@@ -154,7 +145,7 @@ def test_a_plan_goes_on_from_a_campaign(rftfit: Callable[..., Said], here: Path)
         (("--figure", "plan.doc"), "ends in .png, .pdf or .svg"),
     ],
 )
-def test_plan_refuses(rftfit: Callable[..., Said], words: list[str], why: str) -> None:
+def test_plan_refuses(rftfit, words, why):
     said = rftfit("plan", *words)
     assert said.code == 2
     assert why in said.err

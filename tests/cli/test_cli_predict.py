@@ -6,7 +6,6 @@ import csv
 import json
 import math
 import shutil
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,38 +18,36 @@ from turning import sweep, sweep_draws
 from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.forces import forces_on
 from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
 from rftfit.model.motion import THETA_DEG, path
 from rftfit.model.outlines import arc, model_leg, polyline
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 from rftfit.model.scaling import vertical_penetration
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from rftfit.model.forces import Forces
-    from rftfit.model.profiles import Profile
-
-    from .conftest import Said
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def read_forces(path: Path) -> dict[str, np.ndarray]:
+def read_forces(path):
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     rows = list(csv.DictReader(lines))
     return {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
 
 
-def check(found: dict[str, np.ndarray], wanted: Forces) -> None:
+def check(found, wanted):
     for name in QUANTITIES:
         value = getattr(wanted, name)
         assert np.abs(value).max() > 0
@@ -58,7 +55,7 @@ def check(found: dict[str, np.ndarray], wanted: Forces) -> None:
 
 
 @pytest.fixture
-def results(here: Path) -> Path:
+def results(here):
     """Results of a campaign: three published media and a sand with one cell."""
     return make_campaign(
         here / "results é",
@@ -67,13 +64,13 @@ def results(here: Path) -> Path:
     )
 
 
-def own_fit(medium: str) -> tuple[np.ndarray, np.ndarray]:
+def own_fit(medium):
     alpha = flat(reference.alpha_grid(medium))
     keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
     return fit_lsq(BETA, GAMMA, *alpha, keep), keep
 
 
-def published(medium: str) -> dict[str, Profile]:
+def published(medium):
     table = TableProfile.published(medium)
     generic = as_array(reference.coefficients("generic"))
     return {
@@ -86,7 +83,7 @@ def published(medium: str) -> dict[str, Profile]:
 
 @pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth_only"])
 @pytest.mark.parametrize("leg", reference.LEGS)
-def test_equals_the_sweep(rftfit: Callable[..., Said], here: Path, kind: str, leg: str) -> None:
+def test_equals_the_sweep(rftfit, here, kind, leg):
     more = () if kind == "table" else ("--profile", kind)
     said = rftfit("predict", "--leg", leg, "--medium", "glass0.3mm_CP", *more)
     assert (said.code, said.err) == (0, "")
@@ -96,7 +93,7 @@ def test_equals_the_sweep(rftfit: Callable[..., Said], here: Path, kind: str, le
     check(found, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
 
 
-def test_peaks(rftfit: Callable[..., Said]) -> None:
+def test_peaks(rftfit):
     words = ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--hip", "1.5")
     forces = sweep(TableProfile.published("poppy_LP"), model_leg("c_leg"), None, 1.5)
     result = json.loads(rftfit(*words, "--json").out)
@@ -123,7 +120,7 @@ def test_peaks(rftfit: Callable[..., Said]) -> None:
     assert text.endswith("Force and moment in 271 poses: forces.csv\n")
 
 
-def test_curvature_width_and_elements(rftfit: Callable[..., Said], here: Path) -> None:
+def test_curvature_width_and_elements(rftfit, here):
     words = ("--curvature", "-0.5", "--width", "1", "--elements", "12", "--hip", "-1")
     assert rftfit("predict", "--medium", "poppy_CP", *words).code == 0
     outline = arc(-0.5, width_cm=1.0, elements=12)
@@ -131,7 +128,7 @@ def test_curvature_width_and_elements(rftfit: Callable[..., Said], here: Path) -
     check(read_forces(here / "forces.csv"), wanted)
 
 
-def test_outline_along_a_path(rftfit: Callable[..., Said], here: Path) -> None:
+def test_outline_along_a_path(rftfit, here):
     (here / "scoop.csv").write_text("x_cm,z_cm\n-2,0\n0,-1\n2,0\n")
     (here / "dig.csv").write_text(
         "t_s,x_cm,z_cm,angle_deg\n0,0,2,0\n1,0,-1,10\n2,-1,-4,30\n4,-6,-4,40\n"
@@ -143,14 +140,13 @@ def test_outline_along_a_path(rftfit: Callable[..., Said], here: Path) -> None:
     assert found["t_s"].tolist() == [0, 1, 2, 4]
     assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
     poses = path([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4], [0, 10, 30, 40]).poses
-    from rftfit.model.forces import forces_on
 
     scoop = polyline([(-2, 0), (0, -1), (2, 0)], 5.0)
     check(found, forces_on(TableProfile.published("poppy_LP"), scoop, poses))
     assert json.loads(said.out)["peaks"]["lift"]["t_s"] in (1, 2, 4)
 
 
-def test_one_penetration_test(rftfit: Callable[..., Said], here: Path) -> None:
+def test_one_penetration_test(rftfit, here):
     words = ("--alpha", "0.9", "--se", "0.05", "--json")
     scaled = json.loads(rftfit("scale", *words).out)["coefficients_N_per_cm3"]
     result = json.loads(rftfit("predict", "--leg", "flat_leg", *words).out)
@@ -178,9 +174,7 @@ def test_one_penetration_test(rftfit: Callable[..., Said], here: Path) -> None:
         assert pushed[f"force_z{end}_N"] == pytest.approx([6 * alpha, 12 * alpha], rel=2e-5)
 
 
-def test_intervals_are_those_of_the_draws(
-    rftfit: Callable[..., Said], here: Path, results: Path
-) -> None:
+def test_intervals_are_those_of_the_draws(rftfit, here, results):
     said = rftfit("predict", "--leg", "c_leg", "--results", results, "--medium", "poppy_LP")
     assert (said.code, said.err) == (0, "")
     table = read_result(results / "alpha" / "poppy_LP.csv")
@@ -200,9 +194,7 @@ def test_intervals_are_those_of_the_draws(
 
 
 @pytest.mark.parametrize("kind", ["fourier", "generic", "depth_only"])
-def test_other_profiles_of_a_campaign(
-    rftfit: Callable[..., Said], here: Path, results: Path, kind: str
-) -> None:
+def test_other_profiles_of_a_campaign(rftfit, here, results, kind):
     words = ("--leg", "c_leg", "--results", results, "--medium", "poppy_CP", "--profile", kind)
     said = rftfit("predict", *words)
     assert (said.code, said.err) == (0, "")
@@ -223,7 +215,7 @@ def test_other_profiles_of_a_campaign(
     assert (found["force_z_hi_N"] - found["force_z_lo_N"]).max() > 0.01
 
 
-def test_missing_cells_are_said(rftfit: Callable[..., Said], here: Path, results: Path) -> None:
+def test_missing_cells_are_said(rftfit, here, results):
     words = ("predict", "--leg", "c_leg", "--results", results, "--medium", "sand")
     said = rftfit(*words)
     assert said.code == 0
@@ -244,9 +236,7 @@ def test_missing_cells_are_said(rftfit: Callable[..., Said], here: Path, results
     assert result["peaks"]["lift"] is None
 
 
-def test_a_sand_by_its_penetration_test(
-    rftfit: Callable[..., Said], here: Path, results: Path
-) -> None:
+def test_a_sand_by_its_penetration_test(rftfit, here, results):
     words = ("--leg", "c_leg", "--results", results)
     said = rftfit("predict", *words, "--medium", "sand", "--profile", "generic")
     assert (said.code, said.err) == (0, "")
@@ -300,9 +290,7 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         ((*LEG, "--path", "none.csv", *POPPY), "none.csv"),
     ],
 )  # fmt: skip
-def test_messages(
-    rftfit: Callable[..., Said], here: Path, words: tuple[str, ...], text: str
-) -> None:
+def test_messages(rftfit, here, words, text):
     said = rftfit("predict", *words)
     assert said.code == 2
     # a usage error is drawn in a frame that breaks its lines
@@ -325,9 +313,7 @@ def test_messages(
         ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,,0\n2,0,1,0\n", "row 2, column z_cm"),
     ],
 )
-def test_bad_files(
-    rftfit: Callable[..., Said], here: Path, option: str, content: str, text: str
-) -> None:
+def test_bad_files(rftfit, here, option, content, text):
     (here / "points.csv").write_text(content)
     body = LEG if option == "--path" else ("--width", "2")
     said = rftfit("predict", *POPPY, *body, option, "points.csv")
@@ -336,14 +322,14 @@ def test_bad_files(
     assert not (here / "forces.csv").exists()
 
 
-def test_nothing_in_the_sand(rftfit: Callable[..., Said], here: Path) -> None:
+def test_nothing_in_the_sand(rftfit, here):
     said = rftfit("predict", *LEG, *POPPY, "--hip", "9")
     assert said.code == 0
     assert "no force in any pose: the outline stays above the surface" in said.err
     assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
 
 
-def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> None:
+def test_files_of_others_are_left(rftfit, here):
     target = here / "forces.csv"
     target.write_text("mine")
     said = rftfit("predict", *LEG, *POPPY)
@@ -368,8 +354,8 @@ def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> No
     assert said.code == 3
 
 
-def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
-    def why(*more: str) -> str:
+def test_damaged_results(rftfit, results):
+    def why(*more):
         said = rftfit("predict", *LEG, "--results", results, *more)
         assert said.code == 2, said.out
         return said.err
@@ -395,7 +381,7 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
     assert "poppy_LP.csv: there is no such table" in why(*POPPY)
 
 
-def test_a_fit_that_is_missing(rftfit: Callable[..., Said], here: Path) -> None:
+def test_a_fit_that_is_missing(rftfit, here):
     few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
     alpha = {"poppy_LP": (few[0], few[1]), "poppy_CP": reference.alpha_grid("poppy_CP")}
     folder = make_campaign(here / "c", dict.fromkeys(alpha, LABORATORY), alpha)
@@ -409,7 +395,7 @@ def test_a_fit_that_is_missing(rftfit: Callable[..., Said], here: Path) -> None:
         assert "null" in said.out
 
 
-def test_help_holds_an_example(rftfit: Callable[..., Said]) -> None:
+def test_help_holds_an_example(rftfit):
     said = rftfit("predict", "--help")
     assert said.code == 0
     assert "Example: rftfit predict --leg c_leg --medium poppy_LP" in said.out

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,12 +11,6 @@ from light_campaign import LABORATORY, make_campaign
 from rftfit import reference
 
 from .test_cli_predict import here, read_forces
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
 
 __all__ = ["here"]  # a fixture
 
@@ -35,7 +28,7 @@ PATH = "t_s,x_cm,z_cm,angle_deg\n"
         ("1,2\n", ["points.csv, row 2: 1 point; an outline has at least two"]),
     ],
 )
-def test_outline(rftfit: Callable[..., Said], here: Path, points: str, texts: list[str]) -> None:
+def test_outline(rftfit, here, points, texts):
     (here / "points.csv").write_text(f"x_cm,z_cm\n{points}")
     words = ("--medium", "poppy_LP", "--width", "2", "--outline", "points.csv")
     said = rftfit("predict", *words)
@@ -45,7 +38,7 @@ def test_outline(rftfit: Callable[..., Said], here: Path, points: str, texts: li
     assert not (here / "forces.csv").exists()
 
 
-def test_every_repeated_time_is_told(rftfit: Callable[..., Said], here: Path) -> None:
+def test_every_repeated_time_is_told(rftfit, here):
     rows = "0,0,0,0\n1,0,-1,0\n1,0,-1,0\n2,0,-2,0\n2,0,-2,0\n1.5,0,-2,0\n"
     (here / "path.csv").write_text(PATH + rows)
     said = rftfit("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--path", "path.csv")
@@ -55,7 +48,7 @@ def test_every_repeated_time_is_told(rftfit: Callable[..., Said], here: Path) ->
         assert f"later than the {before}" in said.err
 
 
-def test_outline_path_and_medium_are_told_at_once(rftfit: Callable[..., Said], here: Path) -> None:
+def test_outline_path_and_medium_are_told_at_once(rftfit, here):
     (here / "points.csv").write_text("x_cm,z_cm\n1,2\n")
     (here / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
     files = ("--width", "2", "--outline", "points.csv", "--path", "path.csv")
@@ -66,7 +59,7 @@ def test_outline_path_and_medium_are_told_at_once(rftfit: Callable[..., Said], h
     assert not (here / "forces.csv").exists()
 
 
-def test_one_missing_cell(rftfit: Callable[..., Said], here: Path) -> None:
+def test_one_missing_cell(rftfit, here):
     """Only what needs the cell is unknown; the file, the screen and the summary say why."""
     alpha_z, alpha_x = (np.array(part) for part in reference.alpha_grid("poppy_LP"))
     row, col = 3, list(np.round(reference.GAMMA_DEG, 1)).index(45.0)

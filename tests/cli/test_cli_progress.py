@@ -3,48 +3,45 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 STOPPED = "At least one job did not complete successfully."
 
 
-def event(text: str = "", **facts: Any) -> str:
+def event(text="", **facts):
     return json.dumps({"snakemake": text, **facts})
 
 
-def begun(number: int, rule: str) -> str:
+def begun(number, rule):
     log = [f"results/logs/{rule}.log"]
     return event(event="job_info", jobid=number, rule_name=rule, log=log)
 
 
-def ended(number: int, rule: str, status: str = "returned non-zero exit status 2.") -> list[str]:
+def ended(number, rule, status="returned non-zero exit status 2."):
     return [
         event(f"CalledProcessError in file Snakefile: Command 'x' {status}", event="error"),
         event(event="job_error", jobid=number, rule_name=rule, log=[f"results/logs/{rule}.log"]),
     ]
 
 
-def watch(*lines: str) -> Progress:
+def watch(*lines):
     progress = Progress()
     for line in lines:
         progress.feed(line)
     return progress
 
 
-def write_log(root: Path, rule: str, text: str) -> None:
+def write_log(root, rule, text):
     path = root / "results" / "logs" / f"{rule}.log"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
 
 
-def test_jobs_are_counted() -> None:
+def test_jobs_are_counted():
     progress = Progress()
     lines = [
         event(event="run_info", stats={"total": 3}), begun(1, "ingest"),
@@ -58,7 +55,7 @@ def test_jobs_are_counted() -> None:
     assert watch(event("Error: Directory cannot be locked.", event="error")).locked
 
 
-def test_each_failed_job_tells_what_is_in_its_log(tmp_path: Path) -> None:
+def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
     write_log(tmp_path, "ingest", "rftfit ingest: sand_b/x.csv: empty\n  in row 3\n")
     write_log(tmp_path, "tare", "rftfit tare: no tare\n")
     progress = watch(
@@ -78,7 +75,7 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path: Path) -> None:
     assert not nothing_written(progress, tmp_path)
 
 
-def test_a_traceback_becomes_its_last_line(tmp_path: Path) -> None:
+def test_a_traceback_becomes_its_last_line(tmp_path):
     trace = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no sand\n'
     write_log(tmp_path, "tare", trace)
     text = failure_text(watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")), tmp_path, tmp_path, 1)  # fmt: skip
@@ -95,19 +92,19 @@ def test_a_traceback_becomes_its_last_line(tmp_path: Path) -> None:
         ("returned non-zero exit status 7.", "no message; exit status 7"),
     ],
 )
-def test_jobs_that_say_nothing(tmp_path: Path, status: str, shown: str) -> None:
+def test_jobs_that_say_nothing(tmp_path, status, shown):
     write_log(tmp_path, "tare", "")
     progress = watch(begun(1, "tare"), *ended(1, "tare", status))
     assert shown in failure_text(progress, tmp_path, tmp_path, 1)
 
 
-def on_slurm(number: int, rule: str) -> list[str]:
+def on_slurm(number, rule):
     told = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
     facts: dict[str, Any] = {"jobid": number, "rule_name": rule, "rule_msg": told, "indent": True}
     return [begun(number, rule), event(event="job_error", **facts)]
 
 
-def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path: Path) -> None:
+def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path):
     write_log(tmp_path, "slopes", "poppy: 3 of 4 runs\n")
     write_log(tmp_path, "tare", "rftfit tare: no tare\n  in row 3\n")
     progress = watch(*on_slurm(1, "tare"), *on_slurm(2, "slopes"))
@@ -122,7 +119,7 @@ def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path: Path) -> Non
     ]
 
 
-def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
+def test_a_job_whose_log_cannot_be_made(tmp_path):
     """Nothing of it was started: the shell said why in the user's language, and ended with 1."""
     refused = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 1."))
     text = failure_text(refused, tmp_path, tmp_path, 1)
@@ -136,7 +133,7 @@ def test_a_job_whose_log_cannot_be_made(tmp_path: Path) -> None:
     assert nothing_written(full, tmp_path)
 
 
-def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path: Path) -> None:
+def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path):
     lines = ["rftfit tare: a: other", "rftfit page: page.html: cannot write; run again"]
     jobs = [*ended(3, "page"), *ended(4, "slopes")]
     write_log(tmp_path, "page", "")
@@ -147,7 +144,7 @@ def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path:
     assert "  slopes:\n    no message; exit status 2" in text
 
 
-def test_two_jobs_fail_before_either_is_named() -> None:
+def test_two_jobs_fail_before_either_is_named():
     ends = [
         event(
             f"Command 'python -P -m rftfit results/state/{rule}.json --config c' returned non-zero exit status {code}.",
@@ -163,7 +160,7 @@ def test_two_jobs_fail_before_either_is_named() -> None:
     assert [job.status for job in found.failed.values()] == ["3", "4"]
 
 
-def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
+def test_snakemake_itself_cannot_write(tmp_path):
     refused = watch("OSError: [Errno 28] No space left on device")
     text = failure_text(refused, tmp_path, tmp_path, 1)
     assert "Snakemake cannot write: No space left on device" in text
@@ -172,6 +169,6 @@ def test_snakemake_itself_cannot_write(tmp_path: Path) -> None:
     assert not nothing_written(watch(), tmp_path)
 
 
-def test_snakemake_is_killed_or_gives_no_reason(tmp_path: Path) -> None:
+def test_snakemake_is_killed_or_gives_no_reason(tmp_path):
     assert "ended by SIGKILL" in failure_text(watch(), tmp_path, tmp_path, -9)
     assert "gave no reason" in failure_text(watch(), tmp_path, tmp_path, 1)

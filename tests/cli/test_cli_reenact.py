@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 
 from rftfit.lab.marker import MARKER
 from rftfit.lab.rig import FAULTS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 QUICK = ("reenact", "--media", "yuma")
 LOG = "yuma/yuma_bp00_g90_in_force.csv"
 
 
-def contents(folder: Path) -> dict[str, bytes]:
+def contents(folder):
     files = (path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
-def test_what_is_written(campaign: Path) -> None:
+def test_what_is_written(campaign):
     raw = campaign / "raw" / "paper"
     found = contents(raw)
     assert len(found) == 2 * 8 + 2
@@ -38,7 +30,7 @@ def test_what_is_written(campaign: Path) -> None:
     assert listed == {name: str(len(content)) for name, content in found.items()}
 
 
-def test_again_with_another_seed_and_medium(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_again_with_another_seed_and_medium(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     before = contents(raw)
     said = rftfit(*QUICK)
@@ -55,7 +47,7 @@ def test_again_with_another_seed_and_medium(rftfit: Callable[..., Said], campaig
     assert rftfit("check", "--strict").code == 0
 
 
-def test_faults(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_faults(rftfit, campaign):
     said = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
     assert said.code == 0
     assert "fault empty: yuma_c_leg: " in said.out
@@ -67,7 +59,7 @@ def test_faults(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
 
 
-def test_disturbances(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_disturbances(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     before = contents(raw)
     said = rftfit(*QUICK, "--disturb", "pink", "--disturb", "surface=2.5")
@@ -80,13 +72,13 @@ def test_disturbances(rftfit: Callable[..., Said], campaign: Path) -> None:
     assert contents(raw)[LOG] == before[LOG]
 
 
-def test_list_of_faults(rftfit: Callable[..., Said], tmp_path: Path) -> None:
+def test_list_of_faults(rftfit, tmp_path):
     said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
     assert said.code == 0
     assert {line.split()[0] for line in said.out.splitlines()[1:]} == set(FAULTS)
 
 
-def test_if_missing(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_if_missing(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     (raw / "mine.csv").write_text("mine")
     before = contents(raw)
@@ -114,16 +106,14 @@ def test_if_missing(rftfit: Callable[..., Said], campaign: Path) -> None:
         ["--disturb", "lag=9"],
     ],
 )
-def test_a_misspelled_word_costs_nothing(
-    rftfit: Callable[..., Said], campaign: Path, words: list[str]
-) -> None:
+def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
     before = contents(campaign)
     said = rftfit(*QUICK, *words)
     assert said.code == 2
     assert contents(campaign) == before
 
 
-def refused(rftfit: Callable[..., Said], campaign: Path, text: str) -> None:
+def refused(rftfit, campaign, text):
     before = contents(campaign)
     said = rftfit(*QUICK)
     assert said.code == 2
@@ -131,43 +121,43 @@ def refused(rftfit: Callable[..., Said], campaign: Path, text: str) -> None:
     assert contents(campaign) == before
 
 
-def test_logs_without_the_marker(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_logs_without_the_marker(rftfit, campaign):
     (campaign / "raw/paper" / MARKER).unlink()
     refused(rftfit, campaign, "not from a re-enactment")
 
 
-def test_one_more_log(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_one_more_log(rftfit, campaign):
     (campaign / "raw/paper/yuma/mine.csv").write_text("mine")
     refused(rftfit, campaign, "yuma/mine.csv is not as the re-enactment wrote them")
 
 
-def test_a_log_that_was_replaced(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_a_log_that_was_replaced(rftfit, campaign):
     with (campaign / "raw/paper" / LOG).open("a", encoding="utf-8") as handle:
         handle.write("1,1,1,1,1\n")
     refused(rftfit, campaign, f"{LOG} is not as")
 
 
-def test_a_run_sheet_that_was_edited(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_a_run_sheet_that_was_edited(rftfit, campaign):
     with (campaign / "raw/paper/runs.csv").open("a", encoding="utf-8") as handle:
         handle.write("mine\n")
     refused(rftfit, campaign, "runs.csv is not as")
 
 
 @pytest.mark.parametrize("line", ["1 ../../config/config.yaml", "x y", "nonsense"])
-def test_a_list_that_was_edited(rftfit: Callable[..., Said], campaign: Path, line: str) -> None:
+def test_a_list_that_was_edited(rftfit, campaign, line):
     with (campaign / "raw/paper" / MARKER).open("a", encoding="utf-8") as handle:
         handle.write(f"{line}\n")
     refused(rftfit, campaign, "this list has been changed")
 
 
-def test_links_lead_nowhere(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_links_lead_nowhere(rftfit, campaign):
     elsewhere = campaign / "elsewhere"
     (campaign / "raw/paper/yuma").rename(elsewhere)
     (campaign / "raw/paper/yuma").symlink_to(elsewhere)
     refused(rftfit, campaign, "yuma is not as")
 
 
-def test_a_sheet_of_somebody_else(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_a_sheet_of_somebody_else(rftfit, campaign):
     config = campaign / "config" / "config.yaml"
     text = config.read_text(encoding="utf-8").replace("raw/paper", "raw/new")
     config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), encoding="utf-8")
@@ -181,7 +171,7 @@ def test_a_sheet_of_somebody_else(rftfit: Callable[..., Said], campaign: Path) -
     assert rftfit("check").code == 0
 
 
-def test_a_killed_writer_leaves_a_part(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_a_killed_writer_leaves_a_part(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     before = contents(raw)
     part = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
@@ -190,10 +180,8 @@ def test_a_killed_writer_leaves_a_part(rftfit: Callable[..., Said], campaign: Pa
     assert contents(raw) == before
 
 
-def test_stopped_half_way(
-    rftfit: Callable[..., Said], campaign: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def stop(*_: object, **__: object) -> None:
+def test_stopped_half_way(rftfit, campaign, monkeypatch):
+    def stop(*_, **__):
         (campaign / "raw/paper/yuma").mkdir()
         (campaign / "raw/paper" / LOG).write_text("half a log")
         raise KeyboardInterrupt
@@ -218,9 +206,7 @@ def test_stopped_half_way(
         ("published_as: ", "note: ", "no medium here names published measurements"),
     ],
 )
-def test_configs_that_cannot_be_used(
-    rftfit: Callable[..., Said], campaign: Path, key: str, value: str, text: str
-) -> None:
+def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
     config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
     before = contents(campaign)
@@ -230,7 +216,7 @@ def test_configs_that_cannot_be_used(
     assert contents(campaign) == before
 
 
-def test_raw_that_is_a_file(rftfit: Callable[..., Said], campaign: Path) -> None:
+def test_raw_that_is_a_file(rftfit, campaign):
     (campaign / "raw").rename(campaign / "old")
     (campaign / "raw").mkdir()
     (campaign / "raw" / "paper").write_text("")

@@ -7,19 +7,12 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
 
 import pytest
 
 from rftfit.cli.run import ledger_line
 from rftfit.errors import WorkflowError
 from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
 
 WORKFLOW = """
 import os
@@ -53,14 +46,12 @@ rule all:
 
 
 @pytest.fixture
-def fake(campaign: Path) -> tuple[str, str]:
+def fake(campaign):
     (campaign / "fake.smk").write_text(WORKFLOW, encoding="utf-8")
     return "--snakefile", "fake.smk"
 
 
-def test_whole_run_and_nothing_to_do(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
     began = time.perf_counter()
     said = rftfit("run", *fake, "--cores", "2")
     whole = time.perf_counter() - began
@@ -88,9 +79,7 @@ def test_whole_run_and_nothing_to_do(
     assert seconds < whole
 
 
-def test_dry_run_targets_and_words_for_snakemake(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
     said = rftfit("run", *fake, "--dry-run")
     assert (said.code, said.err) == (
@@ -105,12 +94,7 @@ def test_dry_run_targets_and_words_for_snakemake(
     assert {"all", "ingest", "ledger"} <= set(said.out.split())
 
 
-def test_a_stage_that_fails(
-    rftfit: Callable[..., Said],
-    campaign: Path,
-    fake: tuple[str, str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
     monkeypatch.setenv("BAD", "b")
     said = rftfit("run", *fake, "--cores", "1")
     assert said.code == 4
@@ -123,9 +107,7 @@ def test_a_stage_that_fails(
     assert '"job_error"' in (campaign / "results/logs/snakemake.log").read_text()
 
 
-def test_failures_before_any_job(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_failures_before_any_job(rftfit, campaign, fake):
     said = rftfit("run", *fake, "nowhere.txt")
     assert said.code == 4
     assert "stopped before any job" in said.err
@@ -136,9 +118,7 @@ def test_failures_before_any_job(
     assert "no such sand" in said.err
 
 
-def test_a_bad_sheet_runs_nothing(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
     sheet = campaign / "raw/paper/runs.csv"
     text = sheet.read_text(encoding="utf-8")
     sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
@@ -151,18 +131,14 @@ def test_a_bad_sheet_runs_nothing(
 
 
 @pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
-def test_words_that_rftfit_sets_itself(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str], word: str
-) -> None:
+def test_words_that_rftfit_sets_itself(rftfit, campaign, fake, word):
     said = rftfit("run", *fake, "--", word, "a=b")
     assert said.code == 2
     assert f"found {word} after the two dashes" in said.err
     assert not (campaign / ".snakemake").exists()
 
 
-def test_a_lock_that_was_left(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_a_lock_that_was_left(rftfit, campaign, fake):
     locks = campaign / ".snakemake" / "locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").write_text(f"{campaign / 'results/a.txt'}\nresults/a.txt\n")
@@ -176,9 +152,7 @@ def test_a_lock_that_was_left(
     assert not list(locks.glob("*"))
 
 
-def test_a_log_that_cannot_be_written(
-    rftfit: Callable[..., Said], campaign: Path, fake: tuple[str, str]
-) -> None:
+def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
     (campaign / "results").write_text("")
     said = rftfit("run", *fake)
     assert said.code == 3
@@ -187,7 +161,7 @@ def test_a_log_that_cannot_be_written(
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> None:
+def test_stopping_stops_the_children(campaign, number):
     (campaign / "slow.smk").write_text(SLOW)
     words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
     # as of a shell's script in the background, whose children are deaf to SIGINT
@@ -215,7 +189,7 @@ def test_stopping_stops_the_children(campaign: Path, number: signal.Signals) -> 
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this signal is POSIX's")
-def test_a_run_under_nohup_stays_when_its_terminal_closes() -> None:
+def test_a_run_under_nohup_stays_when_its_terminal_closes():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with _signals_as_interrupts():
@@ -227,7 +201,7 @@ def test_a_run_under_nohup_stays_when_its_terminal_closes() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
-def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_snakefile_is_found(monkeypatch, tmp_path):
     package = tmp_path / "site" / "lib" / "rftfit"
     (package / "_workflow").mkdir(parents=True)
     monkeypatch.setattr("rftfit.__file__", str(package / "__init__.py"))
@@ -242,7 +216,7 @@ def test_snakefile_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     "text", ["", "a,b\n1,2\n", f"{HEAD}p1,plate,used,slope,x\n", f"{HEAD}p1\n"]
 )
-def test_ledger_that_is_none(tmp_path: Path, text: str) -> None:
+def test_ledger_that_is_none(tmp_path, text):
     path = tmp_path / "ledger.csv"
     assert ledger_line(path) == ""
     path.write_text(text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,35 +18,29 @@ from rftfit.model.fourier import TERMS, evaluate, fit_dft_index, fit_lsq, kept_t
 from rftfit.model.scaling import Reference, published, scale, vertical_penetration
 from rftfit.results import open_results
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .conftest import Said
-
 T_4 = 2.776445  # Student, two-sided 95 %, four degrees of freedom
 CHI = (1.37, 1.19, 1.27, 1.05, 1.33)  # Table S3
 M0 = (0.206, 0.169, 0.212, 0.358, 0.055, -0.124, 0.253, 0.007, 0.088)  # Table S2
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def as_json(said: Said) -> dict[str, Any]:
+def as_json(said):
     content: dict[str, Any] = json.loads(said.out)
     return content
 
 
-def read_table(path: Path) -> dict[tuple[float, float], dict[str, float]]:
+def read_table(path):
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     rows = [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(lines)]
     return {(row["beta_deg"], row["gamma_deg"]): row for row in rows}
 
 
-def test_published_source_is_as_printed() -> None:
+def test_published_source_is_as_printed():
     source = published("dft-index")
     assert source.media == reference.MEDIA
     assert source.chi.tolist() == list(CHI)
@@ -57,7 +51,7 @@ def test_published_source_is_as_printed() -> None:
     assert np.abs(source.scaled.mean(axis=0) - source.m0).max() < 0.0065
 
 
-def test_numbers_by_hand(rftfit: Callable[..., Said], here: Path) -> None:
+def test_numbers_by_hand(rftfit, here):
     said = rftfit("scale", "--alpha", "0.9", "--method", "dft-index", "--json")
     assert (said.code, said.err) == (0, "")
     result = as_json(said)
@@ -90,9 +84,7 @@ def test_numbers_by_hand(rftfit: Callable[..., Said], here: Path) -> None:
     assert straight_down["alpha_z_hi_N_per_cm3"] == pytest.approx(result["zeta"]["hi"], rel=1e-5)
 
 
-def test_the_default_is_least_squares_of_the_measured_table(
-    rftfit: Callable[..., Said], results: Path
-) -> None:
+def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
     """One zeta: the published media give the number that a campaign of them gives."""
     found, whole = as_json(rftfit("scale", "--alpha", "0.9", "--json")), published("lsq")
     assert found["scaled_from"] == "published Table S5, method lsq"
@@ -114,7 +106,7 @@ def test_the_default_is_least_squares_of_the_measured_table(
     assert np.abs(printed.m0 - whole.m0).max() > 0.01
 
 
-def test_everything_scales_with_alpha() -> None:
+def test_everything_scales_with_alpha():
     one, two = (scale(alpha, alpha / 20) for alpha in (0.4, 0.8))
     for first, second in zip(
         one.coefficients_with_interval(), two.coefficients_with_interval(), strict=True
@@ -122,8 +114,8 @@ def test_everything_scales_with_alpha() -> None:
         assert second == pytest.approx(2 * first)
 
 
-def test_intervals_grow_with_se_and_confidence(rftfit: Callable[..., Said]) -> None:
-    def width(*more: str) -> float:
+def test_intervals_grow_with_se_and_confidence(rftfit):
+    def width(*more):
         zeta = as_json(rftfit("scale", "--alpha", "0.9", "--json", *more))["zeta"]
         return float(zeta["hi"] - zeta["lo"])
 
@@ -134,7 +126,7 @@ def test_intervals_grow_with_se_and_confidence(rftfit: Callable[..., Said]) -> N
     assert width() == errors[0]
 
 
-def test_no_scatter_leaves_the_error_of_zeta() -> None:
+def test_no_scatter_leaves_the_error_of_zeta():
     scaled = scale(0.9)
     generic = np.array([2.0, -1.0, 0.0])
     value, lo, hi = scaled.with_interval(generic, np.tile(generic, (5, 1)))
@@ -143,7 +135,7 @@ def test_no_scatter_leaves_the_error_of_zeta() -> None:
     assert hi == pytest.approx([2 * scaled.zeta_hi, -scaled.zeta_lo, 0])
 
 
-def test_intervals_hold_for_a_medium_left_out() -> None:
+def test_intervals_hold_for_a_medium_left_out():
     whole = published()
     beta, gamma = np.radians(reference.BETA_DEG)[:, None], np.radians(reference.GAMMA_DEG)
     of_coefficients, of_profiles = [], []
@@ -165,7 +157,7 @@ def test_intervals_hold_for_a_medium_left_out() -> None:
     assert np.mean(of_profiles) > 0.93
 
 
-def test_text(rftfit: Callable[..., Said]) -> None:
+def test_text(rftfit):
     said = rftfit("scale", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv")
     assert (said.code, said.err) == (0, "")
     lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
@@ -192,7 +184,7 @@ def test_text(rftfit: Callable[..., Said]) -> None:
         (["--alpha", "0.9", "--results", "none"], "no config/config.yaml there"),
     ],
 )
-def test_messages(rftfit: Callable[..., Said], here: Path, words: list[str], text: str) -> None:
+def test_messages(rftfit, here, words, text):
     said = rftfit("scale", *words)
     assert said.code == 2
     assert text in said.err
@@ -202,13 +194,13 @@ def test_messages(rftfit: Callable[..., Said], here: Path, words: list[str], tex
 @pytest.mark.parametrize(
     ("alpha", "warned"), [(0.049, True), (0.05, False), (5, False), (900, True)]
 )
-def test_another_unit(rftfit: Callable[..., Said], alpha: float, warned: bool) -> None:
+def test_another_unit(rftfit, alpha, warned):
     said = rftfit("scale", "--alpha", alpha)
     assert said.code == 0
     assert ("another unit" in said.err) is warned
 
 
-def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> None:
+def test_files_of_others_are_left(rftfit, here):
     mine = here / "alpha.csv"
     mine.write_text("mine")
     said = rftfit("scale", "--alpha", "0.9")
@@ -224,7 +216,7 @@ def test_files_of_others_are_left(rftfit: Callable[..., Said], here: Path) -> No
     assert mine.read_bytes() == first
 
 
-def test_where_nothing_can_be_written(rftfit: Callable[..., Said], here: Path) -> None:
+def test_where_nothing_can_be_written(rftfit, here):
     (here / "file").write_text("")
     said = rftfit("scale", "--alpha", "0.9", "--output", "file/below.csv")
     assert said.code == 3
@@ -236,14 +228,14 @@ OWN = ("poppy_LP", "glass3mm_CP")
 
 
 @pytest.fixture
-def results(here: Path) -> Path:
+def results(here):
     """Results of a campaign of two media."""
     alpha = {medium: reference.alpha_grid(medium) for medium in OWN}
     return make_campaign(here / "c", dict.fromkeys(OWN, LABORATORY), alpha)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_results_of_a_campaign(rftfit: Callable[..., Said], results: Path, method: str) -> None:
+def test_results_of_a_campaign(rftfit, results, method):
     words = ("--alpha", "0.9", "--results", results, "--method", method, "--json")
     said = rftfit("scale", *words)
     assert said.code == 0, said.err
@@ -262,17 +254,15 @@ def test_results_of_a_campaign(rftfit: Callable[..., Said], results: Path, metho
     assert [found[term]["value"] for term in TERMS] == pytest.approx(0.9 / np.mean(chi) * m0)
 
 
-def transform(
-    method: str, alpha: tuple[np.ndarray, np.ndarray], keep: np.ndarray | None
-) -> np.ndarray:
+def transform(method, alpha, keep):
     if method == "lsq":
         return fit_lsq(BETA, GAMMA, *flat(alpha), keep)
     values = fit_dft_index(BETA, GAMMA, *flat(alpha))
     return values if keep is None else np.where(keep, values, 0)
 
 
-def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
-    def why(*more: str) -> str:
+def test_damaged_results(rftfit, results):
+    def why(*more):
         said = rftfit("scale", "--alpha", "0.9", "--results", results, *more)
         assert (said.code, said.out) == (2, "")
         return said.err
@@ -293,7 +283,7 @@ def test_damaged_results(rftfit: Callable[..., Said], results: Path) -> None:
     assert "poppy_LP.csv: there is no such table" in why()
 
 
-def test_one_medium_of_its_own_is_not_enough(rftfit: Callable[..., Said], here: Path) -> None:
+def test_one_medium_of_its_own_is_not_enough(rftfit, here):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     folder = make_campaign(here / "one", {"a": LABORATORY, "sand": SAND}, alpha)
     said = rftfit("scale", "--alpha", "0.9", "--results", folder)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,18 +16,15 @@ from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
-
-def fits(rows: Sequence[tuple[float, ...]], depth: float = math.nan) -> pd.DataFrame:
+def fits(rows, depth=math.nan):
     """Runs r0, r1 and so on of beta, gamma, alpha_z, alpha_x, all with the same error."""
     table = pd.DataFrame(rows, columns=["beta_deg", "gamma_deg", column("z"), column("x")])
     errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.003)
     return table.assign(run_id=[f"r{n}" for n in range(len(rows))], depth_from_cm=depth, **errors)
 
 
-def published(medium: str) -> list[tuple[float, ...]]:
+def published(medium):
     """Every cell of the table of a medium, as one run each."""
     z, x = reference.alpha_grid(medium)
     return [
@@ -39,7 +36,7 @@ def published(medium: str) -> list[tuple[float, ...]]:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_nothing_stands_apart_in_the_published_tables(medium: str) -> None:
+def test_nothing_stands_apart_in_the_published_tables(medium):
     found = compare_runs(fits(published(medium)), medium)
     assert list(found) == COLUMNS
     assert set(found["beside"]) == {"map"}
@@ -48,7 +45,7 @@ def test_nothing_stands_apart_in_the_published_tables(medium: str) -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
+def test_a_cell_in_another_unit_stands_apart_from_the_map(medium):
     """Pound-force in place of newtons, 4.45 times too much, in one push that is strong."""
     rows = published(medium)
     place = next(n for n, row in enumerate(rows) if row[:2] == (30, 90))
@@ -64,7 +61,7 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium: str) -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium: str) -> None:
+def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
     """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
     cells = directions_of(GRIDS["no-vertical"], 5)
     rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
@@ -86,7 +83,7 @@ def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium: str) 
         ((0.30, 0.30, 0.440), ["r2"]),
     ],
 )
-def test_one_of_three_repeats(values: tuple[float, ...], which: list[str]) -> None:
+def test_one_of_three_repeats(values, which):
     found = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
     assert set(found["beside"]) == {"repeats"}
     assert found["n_others"].tolist() == [2, 2, 2]
@@ -105,7 +102,7 @@ def test_one_of_three_repeats(values: tuple[float, ...], which: list[str]) -> No
 
 
 @pytest.mark.parametrize("factor", [0.6, 1.4])
-def test_one_of_60_runs_is_off_by_two_fifths(factor: float) -> None:
+def test_one_of_60_runs_is_off_by_two_fifths(factor):
     """Beds differ by 5 %, of both components alike; by a tenth they may differ too."""
     luck = np.random.default_rng(4)
     beds = luck.normal(1, 0.05, 60)
@@ -120,7 +117,7 @@ def test_one_of_60_runs_is_off_by_two_fifths(factor: float) -> None:
         assert found.loc[found["apart"], "run_id"].tolist() == which
 
 
-def test_too_few_runs_say_nothing() -> None:
+def test_too_few_runs_say_nothing():
     found = compare_runs(fits(published("poppy_LP")[20:25]), "m")
     assert np.isnan(found["times_spread"]).all()
     assert not found["apart"].any()
@@ -128,14 +125,14 @@ def test_too_few_runs_say_nothing() -> None:
     assert (list(empty), len(empty), apart(empty)) == (COLUMNS, 0, {})
 
 
-def test_level_runs_of_another_depth_are_no_repeats() -> None:
+def test_level_runs_of_another_depth_are_no_repeats():
     runs = fits([(0.0, 0.0, 0.1, 0.2)] * 4)
     assert (compare_runs(runs.assign(depth_from_cm=2.54), "m")["n_others"] == 3).all()
     deeper = compare_runs(runs.assign(depth_from_cm=[2.54, 2.55, 5.08, 7.62]), "m")
     assert deeper["n_others"].tolist() == [1, 1, 0, 0]
 
 
-def test_least_that_all_published_media_feel() -> None:
+def test_least_that_all_published_media_feel():
     """Relative to alpha_z(0, 90): 1 there, and a pull has the opposite sign."""
     found = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
     push, pull = found["known_z_ratio"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from jobs import run_rules
@@ -14,18 +13,10 @@ from rftfit.measure.pairs import readers
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.results import open_results
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from campaigns import Folder
-
-    from rftfit.campaign.load import Campaign
-
 REFUSED, NOTHING, SOME, ALL = "refused", "nothing left", "some dropped", "all used"
 
 
-def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
+def compare(folder, stages=()):
     """Check and run a campaign, by default all of it, and say in a word how it went.
 
     Raises
@@ -66,7 +57,7 @@ def compare(folder: Folder, stages: Sequence[str] = ()) -> str:
     return NOTHING if empty else SOME if lost else ALL
 
 
-def _fault_of_readers(campaign: Campaign) -> str:
+def _fault_of_readers(campaign):
     try:
         if not campaign.numbers:
             readers(campaign)
@@ -75,12 +66,12 @@ def _fault_of_readers(campaign: Campaign) -> str:
     return ""
 
 
-def _logs_there(raw: Path, run: Any) -> bool:
+def _logs_there(raw, run):
     names = (run.force_log, run.motion_log, run.zero_log)
     return all((raw / name).is_file() for name in names if name)
 
 
-def _reasons(results: Path, medium: str) -> dict[str, str]:
+def _reasons(results, medium):
     """Why each run gave no number, by the tables of the stages; empty where it gave one."""
     found: dict[str, str] = {}
     for name in ("runs", "tares", "fits"):
@@ -89,7 +80,7 @@ def _reasons(results: Path, medium: str) -> dict[str, str]:
     return found
 
 
-def _told(text: str, medium: str) -> int:
+def _told(text, medium):
     """How many runs of a medium `check` says would be dropped."""
     lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
     counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]

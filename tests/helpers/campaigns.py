@@ -11,7 +11,6 @@ import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
@@ -30,11 +29,6 @@ from rftfit.store import write_bytes
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.figure import Figure
-
 PROJECT = Path(__file__).resolve().parents[2]
 
 FEW = tuple((beta, gamma) for beta in (-30.0, 0.0, 30.0, 90.0) for gamma in (90.0, -90, 45, -45, 0))
@@ -47,24 +41,18 @@ class Folder:
 
     root: Path
 
-    def snakemake(self, *words: str, cores: int = 2) -> subprocess.CompletedProcess[str]:
+    def snakemake(self, *words, cores=2):
         command = [sys.executable, "-m", "snakemake", "--snakefile", str(PROJECT / "Snakefile"),
                    "--directory", str(self.root), "--cores", str(cores), *words]  # fmt: skip
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
-    def run(self, *words: str, cores: int = 2) -> str:
+    def run(self, *words, cores=2):
         """Run the workflow by Snakemake alone, each stage in a process of its own."""
         done = self.snakemake(*words, cores=cores)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def run_here(
-        self,
-        last: str = "provenance",
-        made: Folder | None = None,
-        *,
-        checked: Sequence[str] | None = None,
-    ) -> None:
+    def run_here(self, last="provenance", made=None, *, checked=None):
         """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
         All figures are put together. With `made`, each is drawn as svg, and its other files are those
@@ -78,7 +66,7 @@ class Folder:
             told = untrue(open_results(self.root))
             assert not told, "\n".join(told)
 
-    def rftfit(self, *words: str) -> subprocess.CompletedProcess[str]:
+    def rftfit(self, *words):
         """Run a command in this process, from the campaign's folder."""
         out, error, before = io.StringIO(), io.StringIO(), Path.cwd()
         os.chdir(self.root)
@@ -92,10 +80,10 @@ class Folder:
         return done
 
     @property
-    def config(self) -> Path:
+    def config(self):
         return self.root / "config" / "config.yaml"
 
-    def stale(self) -> dict[str, set[str]]:
+    def stale(self):
         """Rules whose jobs are not as recorded by now, with the media or figures of these jobs."""
         found: dict[str, set[str]] = {}
         for one in Recorded(read_states(self.config)[0]).findings_of():
@@ -103,11 +91,11 @@ class Folder:
             found.setdefault(rule, set()).add(key)
         return found
 
-    def table(self, name: str) -> Any:
+    def table(self, name):
         """One result as a data frame; untyped, since cells may be of any kind."""
         return pd.read_csv(self.root / "results" / name)
 
-    def digests(self) -> dict[str, str]:
+    def digests(self):
         """Every result but logs, by path."""
         results = self.root / "results"
         return {
@@ -116,7 +104,7 @@ class Folder:
             if path.is_file() and "logs" not in path.relative_to(results).parts
         }
 
-    def raw_digests(self) -> dict[str, str]:
+    def raw_digests(self):
         raw = self.root / "raw"
         return {
             path.relative_to(raw).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -125,14 +113,7 @@ class Folder:
         }
 
 
-def _sketch(
-    folder: Folder,
-    made: Folder | None,
-    checked: Sequence[str] | None,
-    figure: Figure,
-    base: Path,
-    about: str,
-) -> None:
+def _sketch(folder, made, checked, figure, base, about):
     if checked is None or base.name in checked:
         assert text_faults(figure) == [], base.name
     words = "\n".join([about, *(text.get_text() for text in figure.findobj(Text))])
@@ -148,15 +129,8 @@ def _sketch(
 
 
 def make_campaign(
-    root: Path,
-    media: tuple[str, ...] = (),
-    faults: tuple[str, ...] = (),
-    *,
-    plates_only: bool = False,
-    robot: bool = True,
-    directions: Sequence[tuple[float, float]] | None = None,
-    disturb: Sequence[str] = (),
-) -> Folder:
+    root, media=(), faults=(), *, plates_only=False, robot=True, directions=None, disturb=()
+):
     """Write the demonstration campaign, or a part of it, into a new folder.
 
     Parameters
@@ -193,7 +167,7 @@ def make_campaign(
     return Folder(root)
 
 
-def coarse_robot(root: Path) -> str:
+def coarse_robot(root):
     """Write the paper's robot with coarse steps and elements; the path from the campaign's folder."""
     values = yaml.safe_load((PROJECT / "config" / "robot.yaml").read_text(encoding="utf-8"))
     values["numerics"] |= {"step_s": 0.002, "elements": 8}

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 
 from rftfit import reference
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 TERMS = ("A00", "A10", "B11", "B01", "Bm1", "C11", "C01", "Cm1", "D10")
 TITLES = {
@@ -23,9 +18,7 @@ TITLES = {
 MISSING = {(-30.0, 45.0): "no tare: rod_p_017 is too short", (90.0, -90.0): "surface not found"}
 
 
-def nine_terms(
-    m: Mapping[str, float], beta: np.ndarray, gamma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def nine_terms(m, beta, gamma):
     b = 2 * beta
     z = m["A00"] + m["A10"] * np.cos(b) + m["B11"] * np.sin(b + gamma)
     z = z + m["B01"] * np.sin(gamma) + m["Bm1"] * np.sin(gamma - b)
@@ -33,7 +26,7 @@ def nine_terms(
     return z, x + m["Cm1"] * np.cos(gamma - b) + m["D10"] * np.sin(b)
 
 
-def alpha_table(medium: str, missing: Mapping[tuple[float, float], str] = MISSING) -> pd.DataFrame:
+def alpha_table(medium, missing=MISSING):
     rng = np.random.default_rng(sum(map(ord, medium)))
     beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
     table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
@@ -56,11 +49,11 @@ def alpha_table(medium: str, missing: Mapping[tuple[float, float], str] = MISSIN
     return table
 
 
-def alpha_tables() -> pd.DataFrame:
+def alpha_tables():
     return pd.concat([alpha_table(medium) for medium in reference.MEDIA], ignore_index=True)
 
 
-def coefficient_table() -> pd.DataFrame:
+def coefficient_table():
     rows = []
     for method, shift in (("lsq", 0.002), ("dft-index", 0.0)):
         for medium in (*reference.MEDIA, "generic"):
@@ -85,7 +78,7 @@ def coefficient_table() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def penetration_table() -> pd.DataFrame:
+def penetration_table():
     rows = []
     for method in ("lsq", "dft-index"):
         for medium in reference.MEDIA:
@@ -108,7 +101,7 @@ def penetration_table() -> pd.DataFrame:
 DEPTHS = (2.54, 5.08, 7.62)
 
 
-def runs(medium: str, samples: int = 700) -> tuple[pd.DataFrame, pd.DataFrame]:
+def runs(medium, samples=700):
     """Traces and fits of one medium: 42 intrusions, 42 extractions, 21 horizontal runs."""
     rng = np.random.default_rng(3)
     grid = reference.alpha_grid(medium)
@@ -126,15 +119,7 @@ def runs(medium: str, samples: int = 700) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.concat(traces, ignore_index=True), pd.DataFrame(fits)
 
 
-def one_run(
-    run: str,
-    kind: str,
-    level: float,
-    alpha_z: float,
-    alpha_x: float,
-    rng: np.random.Generator,
-    samples: int,
-) -> tuple[pd.DataFrame, dict[str, object]]:
+def one_run(run, kind, level, alpha_z, alpha_x, rng, samples):
     path = np.linspace(0, 8, samples)
     depth = np.full(samples, level) if kind == "horizontal" else path
     window = path > 2 if kind == "horizontal" else (path > 0.6) & (path < 6.5)
@@ -165,7 +150,7 @@ def one_run(
     return trace, fit
 
 
-def spoil(fits: pd.DataFrame, row: int, reason: str) -> None:
+def spoil(fits, row, reason):
     names = [name for name in fits.columns if name.startswith("alpha_")]
     fits.loc[row, names] = np.nan
     fits.loc[row, "reason"] = reason

@@ -10,11 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Self
-
-if TYPE_CHECKING:
-    from pathlib import Path
-    from types import TracebackType
+from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 KEYS = {
@@ -39,7 +35,7 @@ _FLAGS = (
 _DEADLINE_S = 60.0
 
 
-def find() -> str | None:
+def find():
     """Path of a Chromium on this machine, or None; the pipe needs a POSIX system."""
     if sys.platform == "win32":
         return None
@@ -56,7 +52,7 @@ class Chromium:
         An empty folder for its settings.
     """
 
-    def __init__(self, program: str, profile: Path) -> None:
+    def __init__(self, program, profile):
         read_there, self._write = os.pipe()
         self._read, write_there = os.pipe()
         # above 3 and 4, the numbers that the browser expects, so that neither overwrites the other
@@ -64,7 +60,7 @@ class Chromium:
         os.close(read_there)
         os.close(write_there)
 
-        def connect() -> None:
+        def connect():
             os.dup2(high[0], 3)
             os.dup2(high[1], 4)
 
@@ -87,15 +83,10 @@ class Chromium:
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
 
-    def __enter__(self) -> Self:
+    def __enter__(self):
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind, error, trace):
         os.close(self._write)
         try:
             self._process.wait(10)
@@ -104,7 +95,7 @@ class Chromium:
             self._process.wait()
         os.close(self._read)
 
-    def _receive(self) -> dict[str, Any]:
+    def _receive(self):
         deadline = time.monotonic() + _DEADLINE_S
         while b"\0" not in self._buffer:
             ready, _, _ = select.select([self._read], [], [], deadline - time.monotonic())
@@ -116,7 +107,7 @@ class Chromium:
         received: dict[str, Any] = json.loads(message)
         return received
 
-    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+    def call(self, method, **parameters):
         """Send one command of the DevTools protocol and give its result."""
         self._count += 1
         message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
@@ -131,7 +122,7 @@ class Chromium:
                 return result
             self.events.append(answer)
 
-    def open(self, url: str, width: int = 1280, height: int = 900) -> None:
+    def open(self, url, width=1280, height=900):
         """Show a page and wait until it is loaded."""
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
                   deviceScaleFactor=1, mobile=width < 600)  # fmt: skip
@@ -143,14 +134,14 @@ class Chromium:
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._receive())
 
-    def evaluate(self, expression: str) -> Any:
+    def evaluate(self, expression):
         """Value of a JavaScript expression in the page."""
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True,
                            awaitPromise=True)  # fmt: skip
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
-    def click(self, selector: str, x_part: float = 0.5, y_part: float = 0.5) -> None:
+    def click(self, selector, x_part=0.5, y_part=0.5):
         """Scroll to an element and click it with the mouse, by default in its middle."""
         chosen = f"document.querySelector({json.dumps(selector)})"
         self.evaluate(f"{chosen}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
@@ -161,19 +152,19 @@ class Chromium:
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at)
 
-    def press(self, key: str, times: int = 1) -> None:
+    def press(self, key, times=1):
         """Press a key named in `KEYS`."""
         for _ in range(times):
             for kind in ("rawKeyDown", "keyUp"):
                 self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key,
                           windowsVirtualKeyCode=KEYS[key])  # fmt: skip
 
-    def type_text(self, text: str) -> None:
+    def type_text(self, text):
         """Type into what has the focus, over what stands there."""
         self.evaluate("document.activeElement.select()")
         self.call("Input.insertText", text=text)
 
-    def complaints(self) -> list[str]:
+    def complaints(self):
         """Errors and warnings of the page since it was opened."""
         self.evaluate("0")  # what happened before this has been told by then
         found = []
@@ -187,7 +178,7 @@ class Chromium:
                 found.append(told["entry"]["text"])
         return found
 
-    def requests(self) -> list[str]:
+    def requests(self):
         """Addresses that the page asked for since it was opened."""
         return [
             event["params"]["request"]["url"]

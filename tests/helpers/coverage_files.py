@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import yaml
 from campaigns import PROJECT
-from coverage_levels import (
-    Inside,
-    medium_inside,
-    peaks_inside,
-    quarters_inside,
-    stress_inside,
-    true_curve,
-)
+from coverage_levels import medium_inside, peaks_inside, quarters_inside, stress_inside, true_curve
 
 from rftfit.campaign.config import Config
 from rftfit.compare.legs import extreme, measured_peak
@@ -24,20 +16,10 @@ from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow import measure
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy as np
-
-    from rftfit.campaign.config import Errors
-    from rftfit.campaign.load import Campaign
-    from rftfit.lab.disturb import Sizes
-
-
 MEASURED = ("runs/{}.csv", "tares/{}.csv", "fits/{}.csv", "tared/{}.parquet", "windows/{}.parquet")
 
 
-def written(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> Path:
+def written(folder, sizes, number, seed, draws):
     """Write the logs of the plates and legs of one medium; the path of the config.
 
     `number`: Of the campaign; media take turns.
@@ -57,7 +39,7 @@ def written(folder: Path, sizes: Sizes, number: int, seed: int, draws: int) -> P
     return path
 
 
-def measured(campaign: Campaign, slow_noise_N: float = 0.0) -> Results:
+def measured(campaign, slow_noise_N=0.0):
     """Measure the logs of a campaign of one medium, all stages up to the slopes."""
     transducer = campaign.config.transducer.model_copy(update={"slow_noise_N": slow_noise_N})
     config = campaign.config.model_copy(update={"transducer": transducer})
@@ -73,7 +55,7 @@ def measured(campaign: Campaign, slow_noise_N: float = 0.0) -> Results:
     return results
 
 
-def held_in_files(results: Results, told: Errors, sizes: Sizes, number: int) -> Inside:
+def held_in_files(results, told, sizes, number):
     """Intervals of a measured campaign by level, of which so much is stated."""
     (medium,) = results.media
     config = results.config.model_copy(update={"errors": told})
@@ -93,7 +75,7 @@ def held_in_files(results: Results, told: Errors, sizes: Sizes, number: int) -> 
     return found | peaks_inside(alpha, leg, config, curves, true, (z, x))
 
 
-def _true_error(medium: str, leg: str, component: str, predicted: np.ndarray) -> float:
+def _true_error(medium, leg, component, predicted):
     """Error of the peak that the true table gives, against the published curve, percent."""
     table = load("fig_s5")
     rows = table[(table["medium"] == medium) & (table["leg"] == leg)].sort_values("theta_deg")

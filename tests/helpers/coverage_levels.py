@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,21 +12,16 @@ from ensembles import AREA_CM2, EXACT, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
+from rftfit.campaign.config import Errors
 from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
-from rftfit.lab.disturb import NOTHING, beds, delayed, power_law, turned, unevenness
+from rftfit.lab.disturb import NOTHING, Sizes, beds, delayed, power_law, turned, unevenness
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import (
-    MediumFit,
-    fit_medium,
-    generic,
-    generic_interval,
-    vertical_penetration,
-)
+from rftfit.model.scaling import fit_medium, generic, generic_interval, vertical_penetration
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
@@ -41,16 +36,7 @@ from rftfit.robot.intervals import (
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import optimum
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from ensembles import Ensemble
-
-    from rftfit.campaign.config import Config, Errors, Leg
-    from rftfit.lab.disturb import Sizes
-    from rftfit.model.profiles import Profile
-
-    FloatArray = np.ndarray
+FloatArray = np.ndarray
 
 SAMPLES_PER_DEG, LEG_RATE = 9, 0.2
 TRUE_RATIO = 1.12
@@ -70,11 +56,11 @@ class Held(NamedTuple):
 Inside = dict[str, Held]
 
 
-def within(lo: FloatArray, truth: FloatArray, hi: FloatArray) -> Held:
+def within(lo, truth, hi):
     return Held(np.asarray((lo <= truth) & (truth <= hi)), np.asarray(hi - lo))
 
 
-def alpha_inside(table: pd.DataFrame) -> Inside:
+def alpha_inside(table):
     """Every cell of the grid; beta = -90 degrees repeats 90."""
     lo, truth, hi = alpha_cells(table)
     level = np.zeros_like(truth, dtype=bool)
@@ -85,7 +71,7 @@ def alpha_inside(table: pd.DataFrame) -> Inside:
     }
 
 
-def alpha_cells(table: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+def alpha_cells(table):
     """Lower end, truth, upper end of alpha_z and alpha_x, N/cm^3, each of shape (2, 6, 13)."""
     truth = np.stack(alpha_grid(str(table["medium"].iloc[0])))
     lo, hi = (np.stack([grid(table, column(c, end)) for c in "zx"]) for end in ("_lo", "_hi"))
@@ -95,7 +81,7 @@ def alpha_cells(table: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray
 QUARTERS = ("weakest quarter", "second quarter", "third quarter", "strongest quarter")
 
 
-def quarters_inside(table: pd.DataFrame) -> Inside:
+def quarters_inside(table):
     """Quarters of all cells of both components by the size of the true alpha."""
     lo, truth, hi = (part.ravel() for part in alpha_cells(table))
     parts = np.array_split(np.abs(truth).argsort(kind="stable"), 4)
@@ -103,7 +89,7 @@ def quarters_inside(table: pd.DataFrame) -> Inside:
             for name, part in zip(QUARTERS, parts, strict=True)}  # fmt: skip
 
 
-def stress_inside(table: pd.DataFrame, power: float) -> Inside:
+def stress_inside(table, power):
     """Stress at some depths where it goes as a power of the depth."""
     lo, truth, hi = alpha_cells(table)
     return {
@@ -114,7 +100,7 @@ def stress_inside(table: pd.DataFrame, power: float) -> Inside:
     }
 
 
-def true_fit(fit: MediumFit) -> FloatArray:
+def true_fit(fit):
     """Coefficients of the true table by the same method, with the same terms."""
     alpha = flat(alpha_grid(fit.medium))
     if fit.method == "lsq":
@@ -122,7 +108,7 @@ def true_fit(fit: MediumFit) -> FloatArray:
     return np.where(fit.keep, fit_dft_index(BETA, GAMMA, *alpha), 0.0)
 
 
-def medium_inside(fit: MediumFit) -> Inside:
+def medium_inside(fit):
     """Coefficients, zeta and chi of one medium."""
     true = true_fit(fit)
     lo, hi = interval(fit.draws, LEVEL)
@@ -137,7 +123,7 @@ def medium_inside(fit: MediumFit) -> Inside:
     }
 
 
-def generic_inside(fits: Sequence[MediumFit]) -> Inside:
+def generic_inside(fits):
     """Coefficients of M0, of the fits of all media by one method."""
     true = generic(np.stack([true_fit(fit) for fit in fits]))
     lo, hi = generic_interval(fits, LEVEL)
@@ -145,7 +131,7 @@ def generic_inside(fits: Sequence[MediumFit]) -> Inside:
     return {f"M0 ({fits[0].method})": within(lo[there], true[there], hi[there])}
 
 
-def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
+def true_curve(medium, leg, config):
     """Force on a leg by the true table."""
     item = config.intruders[leg]
     assert item.shape == "leg"
@@ -155,9 +141,9 @@ def true_curve(medium: str, leg: str, config: Config) -> dict[str, FloatArray]:
 
 
 def measured_leg(
-    true: dict[str, FloatArray], medium: str, leg: str, random: np.random.Generator, spread: float,
-    sizes: Sizes, odd: np.random.Generator, session: float, item: Leg, slow_noise_N: float,
-) -> pd.DataFrame:  # fmt: skip
+    true, medium, leg, random, spread,
+    sizes, odd, session, item, slow_noise_N,
+):  # fmt: skip
     """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
 
     `sizes`: Of the disturbances, which go with the force as in `rftfit.lab`; `odd`: their random
@@ -186,18 +172,18 @@ def measured_leg(
 
 
 def leg_inside(
-    table: pd.DataFrame,
-    own: MediumFit,
-    config: Config,
-    random: np.random.Generator,
-    run_to_run: float,
-    leg: str,
-    sizes: Sizes = NOTHING,
-    odd: np.random.Generator | None = None,
-    session: float = 0.0,
-    told: Errors = EXACT,
-    slow_noise_N: float = 0.0,
-) -> Inside:
+    table,
+    own,
+    config,
+    random,
+    run_to_run,
+    leg,
+    sizes=NOTHING,
+    odd=None,
+    session=0.0,
+    told=EXACT,
+    slow_noise_N=0.0,
+):
     """Force on a leg against theta by the measured table, its peaks, and its peak error."""
     item = config.intruders[leg]
     assert item.shape == "leg"
@@ -211,14 +197,7 @@ def leg_inside(
     return peaks_inside(table, leg, config, measured, true, (too_low, too_low))
 
 
-def peaks_inside(
-    table: pd.DataFrame,
-    leg: str,
-    config: Config,
-    measured: pd.DataFrame,
-    true: dict[str, FloatArray],
-    true_error_percent: tuple[float, float],
-) -> Inside:
+def peaks_inside(table, leg, config, measured, true, true_error_percent):
     """Force on a leg by a measured table, its peaks, and their errors against its measured curve.
 
     `true`: Force by the true table. `true_error_percent`: Of its peaks, z and x.
@@ -262,30 +241,26 @@ BEST_IN = "poppy_LP"
 
 
 @cache
-def true_speed(medium: str, condition: Condition) -> float:
+def true_speed(medium, condition):
     """Speed on the true table, at the time step that all simulated campaigns have."""
     truth = TableProfile.published(medium)
     return float(speeds_of(coarser(paper_robot()), [truth], [condition], 1)[0, 0])
 
 
 @cache
-def true_best(medium: str) -> float:
+def true_best(medium):
     """Best curvature at 5 Hz on the true table."""
     return optimum(coarser(paper_robot()), TableProfile.published(medium), 1)[0]
 
 
-def robot_draws(
-    table: pd.DataFrame, config: Config, count: int = DRAWS
-) -> tuple[Profile, list[Profile]]:
+def robot_draws(table, config, count=DRAWS):
     """The measured table and draws of it, as the stage takes them."""
     best = measured_profile(table, config)
     assert isinstance(best.spread, TableProfile)
     return best, each_draw(best.spread, count)
 
 
-def robot_inside(
-    table: pd.DataFrame, own: MediumFit, config: Config, conditions: Sequence[Condition]
-) -> Inside:
+def robot_inside(table, own, config, conditions):
     """Speed of the paper's robot under some conditions, by the measured table."""
     profile, draws = robot_draws(table, config)
     found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
@@ -296,7 +271,7 @@ def robot_inside(
     return {"robot speed": within(found - half, truth, found + half)}
 
 
-def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
+def best_inside(table, own, config):
     """Best curvature of its legs at 5 Hz."""
     profile, draws = robot_draws(table, config, BEST_DRAWS)
     found = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
@@ -309,14 +284,12 @@ def best_inside(table: pd.DataFrame, own: MediumFit, config: Config) -> Inside:
 METHODS = ("lsq", "dft-index")
 
 
-def fits_by_method(
-    tables: Sequence[pd.DataFrame], config: Config, methods: Sequence[str] = METHODS
-) -> dict[str, list[MediumFit]]:
+def fits_by_method(tables, config, methods=METHODS):
     """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
     return {m: [fit_medium(table, config, m) for table in tables] for m in methods}
 
 
-def stated(**sizes: float | None) -> Errors:
+def stated(**sizes):
     """What is stated to the program, all else to be exact."""
     return EXACT.model_copy(update=sizes)
 
@@ -328,7 +301,7 @@ STATED_AS = {
 """Disturbances whose sizes can be stated, and the keys that do."""
 
 
-def as_disturbed(sizes: Sizes) -> Errors:
+def as_disturbed(sizes):
     """State every disturbance at its true size (`slow_noise` that of 1/f noise); the rest is left to the runs."""
     known = {key: sizes[name] for name, key in STATED_AS.items() if name in sizes}
     shown = (
@@ -346,7 +319,7 @@ It depends little on how long these are: 0.63 to 0.84 for rests of 1 to 10 s and
 """
 
 
-def slow_noise(sizes: Sizes) -> float:
+def slow_noise(sizes):
     """What of 1/f noise is stated at its true size, N."""
     return SLOW_OF_PINK * sizes.get("pink", 0.0)
 
@@ -376,9 +349,9 @@ SCENARIOS = (
 
 
 def held(
-    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int,
-    legs: bool = True, methods: Sequence[str] = METHODS,
-) -> Iterator[Inside]:  # fmt: skip
+    ensembles, scenario, config, seed,
+    legs = True, methods = METHODS,
+):  # fmt: skip
     """Intervals of every campaign by level.
 
     One campaign takes each medium once; alpha and legs are those of one medium after the other.
@@ -421,9 +394,7 @@ def held(
         yield found
 
 
-def cover(
-    ensembles: Sequence[Ensemble], scenario: Scenario, config: Config, seed: int, legs: bool = True
-) -> dict[str, FloatArray]:
+def cover(ensembles, scenario, config, seed, legs=True):
     """Share of intervals that contain the truth, by level, shape (campaigns,)."""
     found: dict[str, list[float]] = {}
     for one in held(ensembles, scenario, config, seed, legs):
@@ -432,9 +403,7 @@ def cover(
     return {level: np.array(shares) for level, shares in found.items()}
 
 
-def cover_robot(
-    ensemble: Ensemble, scenario: Scenario, config: Config, seed: int, bests: int = 0
-) -> dict[str, FloatArray]:
+def cover_robot(ensemble, scenario, config, seed, bests=0):
     """The same of the robot, in one medium; two conditions a campaign, shape (campaigns,).
 
     Running it is slow: the best curvature, in the medium that has one, is looked for in the first

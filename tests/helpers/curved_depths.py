@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 from coverage_levels import LEVEL, alpha_cells
@@ -13,16 +11,12 @@ from rftfit.campaign.config import Fit
 from rftfit.lab.disturb import power_law
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Errors
-    from rftfit.lab.disturb import Sizes
-
 DEPTHS_CM = Fit().depths_cm
 
 
 def forces_held(
-    medium: str, campaigns: int, seed: int, sizes: Sizes, errors: Errors = EXACT, *, line: bool = False,
-) -> pd.DataFrame:  # fmt: skip
+    medium, campaigns, seed, sizes, errors = EXACT, *, line = False,
+):  # fmt: skip
     """Coverage and width of the force at each depth, over campaigns and the cells whose windows hold the depth.
 
     `sizes`: Of the disturbances, ``power`` among them. `line`: Take alpha of the line through zero instead.

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from rftfit.outputs.dictionary import Column, Output, column_of, describe, outputs
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from pathlib import Path
+from rftfit.outputs.dictionary import column_of, describe, outputs
 
 UNITS = {
     "N_per_cm3": "N/cm^3",
@@ -35,17 +30,17 @@ UNITS = {
 """What a name ends with, the longest first, and the unit it stands for."""
 
 
-def unit_of(name: str) -> str:
+def unit_of(name):
     """Unit that a name carries; empty where it carries none."""
     return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
 
 
-def files_below(results: Path) -> list[str]:
+def files_below(results):
     root = results.parent
     return sorted(p.relative_to(root).as_posix() for p in results.rglob("*") if p.is_file())
 
 
-def undescribed(output: Output, names: Iterable[str]) -> list[str]:
+def undescribed(output, names):
     """What is wrong between the columns of a file and those of the dictionary."""
     names = list(names)
     found = {name: column_of(output, name) for name in names}
@@ -65,7 +60,7 @@ def undescribed(output: Output, names: Iterable[str]) -> list[str]:
     return problems
 
 
-def wrong_kind(output: Output, table: pd.DataFrame) -> list[str]:
+def wrong_kind(output, table):
     """Columns whose cells are not of the kind that the dictionary tells."""
     problems = []
     for name in table.columns:
@@ -79,7 +74,7 @@ def wrong_kind(output: Output, table: pd.DataFrame) -> list[str]:
     return problems
 
 
-def _is_kind(column: Column, cells: pd.Series) -> bool:
+def _is_kind(column, cells):
     if column.kind == "text":
         # a number may be a text (a run called 007), but not always: that is for the reader's list
         return True
@@ -90,7 +85,7 @@ def _is_kind(column: Column, cells: pd.Series) -> bool:
     return column.kind == "number" or bool((cells == cells.round()).all() and (cells >= 0).all())
 
 
-def columns_in(path: Path) -> tuple[list[str], pd.DataFrame | None]:
+def columns_in(path):
     """Columns of a csv or Parquet file, or keys of a json object; with the table, if it is one."""
     if path.suffix == ".json":
         return list(json.loads(path.read_text(encoding="utf-8"))), None
@@ -99,7 +94,7 @@ def columns_in(path: Path) -> tuple[list[str], pd.DataFrame | None]:
     return list(table.columns), table
 
 
-def check_results(results: Path) -> list[str]:
+def check_results(results):
     """Hold every file below results/ against the dictionary, and the dictionary against the files."""
     problems, met = [], set()
     seen: set[tuple[str, tuple[str, ...]]] = set()

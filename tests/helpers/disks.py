@@ -6,18 +6,13 @@ import functools
 import shutil
 import subprocess
 import sys
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 _OWN = ("unshare", "--user", "--map-root-user", "--mount")
 BLOCK = 4096
 
 
 @functools.cache
-def why_not() -> str:
+def why_not():
     """Why no disk can be made here; empty where it can."""
     if not sys.platform.startswith("linux") or shutil.which("unshare") is None:
         return "disks of a test's own need Linux and unshare"
@@ -30,28 +25,28 @@ def why_not() -> str:
     )
 
 
-def on_own_disks(words: Sequence[str | Path], **more: object) -> subprocess.CompletedProcess[str]:
+def on_own_disks(words, **more):
     """Run a program that may mount: what it mounts nobody else sees, and goes with it."""
-    return subprocess.run([*_OWN, *words], text=True, check=False, **more)  # type: ignore[call-overload, no-any-return]
+    return subprocess.run([*_OWN, *words], text=True, check=False, **more)
 
 
-def mount(folder: Path, size: int) -> None:
+def mount(folder, size):
     """Mount a disk of so many bytes on a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     words = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
     subprocess.run(words, check=True)
 
 
-def change(folder: Path, *options: str) -> None:
+def change(folder, *options):
     """Give a disk another size, or make it read-only (``ro``) or writable (``rw``)."""
     subprocess.run(["mount", "-o", ",".join(["remount", *options]), folder], check=True)
 
 
-def unmount(folder: Path) -> None:
+def unmount(folder):
     subprocess.run(["umount", folder], check=True)
 
 
-def room(folder: Path) -> int:
+def room(folder):
     """Bytes that the files of a folder take on a disk."""
     sizes = (path.lstat().st_size for path in folder.rglob("*") if path.is_file())
     return sum(-(-size // BLOCK) * BLOCK for size in sizes)

@@ -18,7 +18,6 @@ import sys
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import yaml
 
@@ -49,17 +48,17 @@ class Block:
     marks: dict[str, str] = field(default_factory=dict)
 
     @property
-    def place(self) -> str:
+    def place(self):
         return f"{self.page}, line {self.line}"
 
 
-def pages() -> list[str]:
+def pages():
     """Pages of the documentation and the README, from the project's folder."""
     found = (path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
     return ["README.md", *sorted(name for name in found if not name.startswith("docs/_"))]
 
 
-def blocks_of(page: str, text: str | None = None) -> list[Block]:
+def blocks_of(page, text=None):
     """Blocks of a page, in order; a fence that cannot be understood is an error."""
     lines = (ROOT / page).read_text(encoding="utf-8") if text is None else text
     found: list[Block] = []
@@ -87,7 +86,7 @@ def blocks_of(page: str, text: str | None = None) -> list[Block]:
     return found
 
 
-def fate(block: Block) -> str:
+def fate(block):
     """What becomes of a block: run, built, checked, file, run by, not run, shown; empty if it escapes."""
     if block.language == EXAMPLE:
         return "built"
@@ -101,12 +100,12 @@ def fate(block: Block) -> str:
     return "run" if block.language in ("sh", "bash", "console", "python") else "checked"
 
 
-def commands_in(block: Block) -> set[str]:
+def commands_in(block):
     """Commands of rftfit that a block calls."""
     return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
 
 
-def check_values(block: Block, base: dict[str, Any]) -> None:
+def check_values(block, base):
     """Let the models judge a block of configuration; `base` has the sections it leaves out."""
     if block.language == "toml":
         assert tomllib.loads(block.text), block.place
@@ -122,7 +121,7 @@ def check_values(block: Block, base: dict[str, Any]) -> None:
 class Reader:
     """Somebody who follows a page from top to bottom, in a folder of their own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.top = self.here = folder / "work"
         self.here.mkdir()
         self._state = folder / "here"
@@ -133,7 +132,7 @@ class Reader:
         self._env = {**os.environ, "PATH": path, "MPLBACKEND": "Agg"}
         self.said = ""
 
-    def follow(self, block: Block) -> None:
+    def follow(self, block):
         if "file" in block.marks:
             target = self.here / block.marks["file"]
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,6 @@ The disturbances of `rftfit reenact --disturb` are those of `rftfit.lab.disturb`
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from paper_grid import PAPER
 from scipy.signal import lfilter
 
 from rftfit.campaign.config import Config, Errors
-from rftfit.lab.disturb import NOTHING, beds, pink, power_law, session_cm, turned, unevenness
+from rftfit.lab.disturb import NOTHING, Sizes, beds, pink, power_law, session_cm, turned, unevenness
 from rftfit.lab.plan import Run, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
@@ -27,14 +26,9 @@ from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.laws import by_law, power_fit
-from rftfit.measure.slopes import Slope, fit_slope, unfinished_start, zero_intercept
+from rftfit.measure.slopes import fit_slope, unfinished_start, zero_intercept
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rftfit.lab.disturb import Sizes
 
 FloatArray = np.ndarray
 AREA_CM2, PRECISION_N, DRIFT_N_PER_MIN = 9.6774, 0.05, 0.02
@@ -44,7 +38,7 @@ RUN_TO_RUN = 0.005
 """N/cm^3: the paper's "within 0.005" taken as one standard deviation, the wider reading."""
 
 
-def paper_config(draws: int) -> Config:
+def paper_config(draws):
     """Return the demonstration's config with another number of draws."""
     text = (PROJECT / "config" / "config.yaml").read_text(encoding="utf-8")
     config = Config.model_validate(yaml.safe_load(text))
@@ -65,17 +59,17 @@ class Plan:
     number: int = 0
 
     @property
-    def level(self) -> bool:
+    def level(self):
         """Whether it is a horizontal run."""
         return self.gamma_deg == 0
 
     @property
-    def direction(self) -> str:
+    def direction(self):
         """As in the run sheet."""
         return "horizontal" if self.level else "intrusion" if self.gamma_deg > 0 else "extraction"
 
 
-def plan(medium: str, repeats: int = 1) -> list[Plan]:
+def plan(medium, repeats=1):
     """Runs of the paper's protocol; the straight pushes and pulls are made `repeats` times."""
     truth = alpha_grid(medium)
     runs = []
@@ -103,7 +97,7 @@ def plan(medium: str, repeats: int = 1) -> list[Plan]:
     return runs
 
 
-def noise(random: np.random.Generator, k: int, n: int) -> FloatArray:
+def noise(random, k, n):
     """First-order correlated noise of the transducer's precision, N/cm^2, shape (k, n)."""
     white = random.standard_normal((k, n + 20))
     scale = PRECISION_N / AREA_CM2 * np.sqrt(1 - CORRELATION**2)
@@ -111,9 +105,9 @@ def noise(random: np.random.Generator, k: int, n: int) -> FloatArray:
 
 
 def one_log(
-    random: np.random.Generator, k: int, n: int, sizes: Sizes = NOTHING,
-    odd: np.random.Generator | None = None, slow_noise_N: float = 0.0,
-) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
+    random, k, n, sizes = NOTHING,
+    odd = None, slow_noise_N = 0.0,
+):  # fmt: skip
     """Noise of a stroke whose drifting zero has been removed; variance and dof of that zero.
 
     `odd`: Random numbers of disturbances, so that all else is the same with and without them.
@@ -136,7 +130,7 @@ def one_log(
     return later - zero.force[:, :1], variance, zero.dof
 
 
-def rod_stress(run: Plan, medium: str) -> FloatArray:
+def rod_stress(run, medium):
     """Force on rod and mount along a run over the area of the plate, filed as the run is, shape (2, n)."""
     gamma, back = np.radians(abs(run.gamma_deg)), -1 if run.gamma_deg < 0 else 1
     held = back * run.beta_deg if run.beta_deg != 90 else 90.0
@@ -148,9 +142,9 @@ def rod_stress(run: Plan, medium: str) -> FloatArray:
 
 
 def measure(
-    run: Plan, campaigns: int, random: np.random.Generator, medium: str, sizes: Sizes,
-    odd: np.random.Generator, session: FloatArray, slow_noise_N: float = 0.0, at_cm: float | None = None,
-) -> Slope:  # fmt: skip
+    run, campaigns, random, medium, sizes,
+    odd, session, slow_noise_N = 0.0, at_cm = None,
+):  # fmt: skip
     """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,).
 
     `at_cm`: Where alpha is wanted by a power of depth, not by the line.
@@ -227,7 +221,7 @@ class Ensemble:
     session: FloatArray
     at_cm: float | None = None
 
-    def as_medium(self, medium: str) -> Ensemble:
+    def as_medium(self, medium):
         """Give another medium's truth the errors of this one, each campaign those of the next.
 
         Errors of most disturbances are in proportion to the force, so they cannot be handed on.
@@ -243,13 +237,7 @@ class Ensemble:
         rolled["nonlinear_ratio"] = rolled["nonlinear_ratio"] * ours / theirs
         return replace(self, medium=medium, runs=runs, found=rolled)
 
-    def fits(
-        self,
-        seed: int,
-        run_to_run: float = 0.0,
-        repeats: int = 1,
-        repeated: tuple[float, ...] = (90.0, -90.0),
-    ) -> Iterator[pd.DataFrame]:
+    def fits(self, seed, run_to_run=0.0, repeats=1, repeated=(90.0, -90.0)):
         """Table of fits of every campaign, as far as the slope stage makes it of samples.
 
         Beds differ from run to run with that deviation; cells at the `repeated` gammas are measured
@@ -298,14 +286,7 @@ class Ensemble:
             offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
             yield fixed.assign(**own, **offset).join(pd.DataFrame(flags, index=fixed.index))
 
-    def tables(
-        self,
-        seed: int,
-        run_to_run: float = 0.0,
-        errors: Errors = EXACT,
-        repeats: int = 1,
-        repeated: tuple[float, ...] = (90.0, -90.0),
-    ) -> Iterator[pd.DataFrame]:
+    def tables(self, seed, run_to_run=0.0, errors=EXACT, repeats=1, repeated=(90.0, -90.0)):
         """Alpha table of every campaign, as the slope stage makes it of `fits` with stated `errors`."""
         for fits in self.fits(seed, run_to_run, repeats, repeated):
             offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
@@ -314,9 +295,9 @@ class Ensemble:
 
 
 def simulate(
-    medium: str, campaigns: int, seed: int, sizes: Sizes = NOTHING, slow_noise_N: float = 0.0,
-    at_cm: float | None = None, repeats: int = REPEATS,
-) -> Ensemble:  # fmt: skip
+    medium, campaigns, seed, sizes = NOTHING, slow_noise_N = 0.0,
+    at_cm = None, repeats = REPEATS,
+):  # fmt: skip
     """Simulate and measure every run of so many campaigns, cells at gamma = +-90 `repeats` times.
 
     `sizes`: Of the disturbances; all else is the same with and without them. `slow_noise_N`: What is

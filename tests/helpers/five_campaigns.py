@@ -6,8 +6,8 @@ python tests/helpers/five_campaigns.py FOLDER      writes them and runs their wo
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,28 +17,25 @@ from other_labs import Case, make
 from rftfit import reference
 from rftfit.cli.main import main
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
 DEPTHS_CM = (1.0, 2.0, 3.0, 4.0, 5.0)
 
 
-def demonstration(root: Path) -> None:
+def demonstration(root):
     """The paper's campaign, with a coarse robot."""
     make_campaign(root)
 
 
-def one_push(root: Path) -> None:
+def one_push(root):
     """One plate pushed straight down."""
     make(root, Case("one-push", "paper"))
 
 
-def scattered(root: Path) -> None:
+def scattered(root):
     """25 scattered directions without a tare."""
     make(root, Case("scattered", "stroke-only", tare=False))
 
 
-def stress_table(root: Path) -> None:
+def stress_table(root):
     """A table of stress against depth instead of logs, of two media on a grid of its own."""
     rows = []
     for medium in ("poppy_LP", "glass3mm_CP"):
@@ -57,7 +54,7 @@ def stress_table(root: Path) -> None:
     assert code == 0, "rftfit init refused the table"
 
 
-def unusable(root: Path) -> None:
+def unusable(root):
     """Two media and a sand; in one medium the vertical channel is wired the wrong way round."""
     made = make_campaign(root, ("poppy_LP", "poppy_CP", "yuma"), directions=FEW)
     sheet = pd.read_csv(made.root / "raw" / "paper" / "runs.csv", comment="#")
@@ -78,7 +75,7 @@ CAMPAIGNS: dict[str, Callable[[Path], None]] = {
 }
 
 
-def make_and_run(name: str, root: Path) -> Folder:
+def make_and_run(name, root):
     """Write one of the campaigns and run its workflow as a user does."""
     CAMPAIGNS[name](root)
     folder = Folder(root)

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import csv
 import datetime as dt
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit.campaign.config import TextFormat
+from rftfit.logs.base import Reader
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from rftfit.logs.base import Reader
 
 
 @dataclass(frozen=True)
@@ -44,15 +40,13 @@ class Foreign:
     cells: Callable[[str], list[float]]
 
     @property
-    def content(self) -> bytes:
+    def content(self):
         """The whole file."""
         return self.header + b"".join(self.lines)
 
 
-def _split(
-    separator: str, places: Sequence[int], width: int, decimal: str = "."
-) -> Callable[[str], list[float]]:
-    def cells(line: str) -> list[float]:
+def _split(separator, places, width, decimal="."):
+    def cells(line):
         parts = [part.strip(' \t"') for part in line.split(separator)]
         if not width - 1 <= len(parts) <= width:
             raise ValueError(line)
@@ -61,25 +55,25 @@ def _split(
     return cells
 
 
-def _quoted(line: str) -> list[float]:
+def _quoted(line):
     parts = next(csv.reader([line]))
     if len(parts) != 10:
         raise ValueError(line)
     return [float(part) for part in parts[1:9]]
 
 
-def _blanks(line: str) -> list[float]:
+def _blanks(line):
     parts = line.split()
     if len(parts) != 3:
         raise ValueError(line)
     return [float(part) for part in parts]
 
 
-def _numbers(rows: int, columns: int, seed: int = 1) -> np.ndarray:
+def _numbers(rows, columns, seed=1):
     return np.random.default_rng(seed).normal(scale=5, size=(rows, columns)).round(6)
 
 
-def netft(rows: int, *, lost: int = 0) -> Foreign:
+def netft(rows, *, lost=0):
     """ATI Net F/T; `lost` packets are missing after every tenth row."""
     head = (
         "Start Time: 1/2/26 3:04 PM\r\nRDT Sample Rate: 125\r\n"
@@ -97,7 +91,7 @@ def netft(rows: int, *, lost: int = 0) -> Foreign:
     return _foreign("ati-netft", head, lines, names, _quoted)
 
 
-def daq(rows: int) -> Foreign:
+def daq(rows):
     """ATI through NI DAQ at 150 Hz."""
     head = (
         "First line indicates sampling freq [Hz], samples per channel, QTimer [ms] ,,,\n"
@@ -108,7 +102,7 @@ def daq(rows: int) -> Foreign:
     return _foreign("ati-daq", head, lines, names, _split(",", range(6), 6))
 
 
-def rostopic(rows: int) -> Foreign:
+def rostopic(rows):
     """One wrench topic at 125 Hz."""
     forces = [f"field.wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz"]
     head = "%time,field.header.seq,field.header.stamp,field.header.frame_id," + ",".join(forces)
@@ -121,7 +115,7 @@ def rostopic(rows: int) -> Foreign:
     return _foreign("rostopic", head + "\n", lines, names, _split(",", [1, *range(4, 10)], 10))
 
 
-def lvm(rows: int, *, segments: int = 1, comment: bool = True) -> Foreign:
+def lvm(rows, *, segments=1, comment=True):
     """LabVIEW with decimal commas and no X column."""
     head = (
         "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
@@ -147,7 +141,7 @@ def lvm(rows: int, *, segments: int = 1, comment: bool = True) -> Foreign:
             body[0] = part + body[0]
         lines += body
 
-    def cells(line: str) -> list[float]:
+    def cells(line):
         parts = line.split("\t")
         if not 3 <= len(parts) <= 4:
             raise ValueError(line)
@@ -156,7 +150,7 @@ def lvm(rows: int, *, segments: int = 1, comment: bool = True) -> Foreign:
     return _foreign("lvm", head, lines, ["Force z", "z"], cells)
 
 
-def instron(rows: int) -> Foreign:
+def instron(rows):
     """Semicolons, decimal commas, units in brackets."""
     head = "Time;Displacement;Force\r\n(s);(mm);(kN)\r\n"
     lines = [
@@ -167,7 +161,7 @@ def instron(rows: int) -> Foreign:
     return _foreign("instron", head, lines, names, _split(";", range(3), 3, ","))
 
 
-def delimited(rows: int) -> Foreign:
+def delimited(rows):
     """Blanks between cells, a comment and a row of names."""
     head = "# made by hand\ntime_s  x_mm z_mm\n"
     lines = [
@@ -180,7 +174,7 @@ def delimited(rows: int) -> Foreign:
     return Foreign(found.name, reader, found.header, found.lines, found.raw, found.cells)
 
 
-def dated(rows: int) -> Foreign:
+def dated(rows):
     """Commas between cells, the time as a date of ISO 8601."""
     head = "Time,Fz [N]\n"
     start = dt.datetime(2026, 1, 2, 23, 59, 59, tzinfo=dt.UTC)
@@ -190,7 +184,7 @@ def dated(rows: int) -> Foreign:
         for time, values in zip(times, _numbers(rows, 1), strict=True)
     ]
 
-    def cells(line: str) -> list[float]:
+    def cells(line):
         parts = [part.strip(' \t"') for part in next(csv.reader([line]))]
         whole, _, rest = parts[0].replace(",", ".").partition(".")
         zone = rest.lstrip("0123456789")
@@ -205,7 +199,7 @@ def dated(rows: int) -> Foreign:
     return Foreign("dated", reader, found.header, found.lines, found.raw, found.cells)
 
 
-def rig(rows: int) -> Foreign:
+def rig(rows):
     """The rig's own force log."""
     head = "# a comment\ntime_s,arm_moving,F1_N,F2_N,F3_N\n"
     lines = [
@@ -216,9 +210,7 @@ def rig(rows: int) -> Foreign:
     return _foreign("rig", head, lines, names, _split(",", range(5), 5))
 
 
-def _foreign(
-    name: str, head: str, lines: list[str], raw: list[str], cells: Callable[[str], list[float]]
-) -> Foreign:
+def _foreign(name, head, lines, raw, cells):
     return Foreign(name, dialect(name), head.encode(), [x.encode() for x in lines], raw, cells)
 
 

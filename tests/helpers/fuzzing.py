@@ -6,19 +6,13 @@ import random
 import time
 import tracemalloc
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from foreign_logs import TEXTS
 
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.delimited import preview
 from rftfit.logs.registry import claimants
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from foreign_logs import Foreign
 
 MEMORY = 64_000_000
 """Bytes that reading a file of some kilobytes may take."""
@@ -51,7 +45,7 @@ class Score:
     memory: int = 0
 
 
-def fuzz(name: str, seconds: float, seed: int, place: Path, most: int = 10**9) -> Score:
+def fuzz(name, seconds, seed, place, most=10**9):
     """Feed one reader for some seconds, or with at most so many inputs.
 
     Parameters
@@ -86,12 +80,12 @@ def fuzz(name: str, seconds: float, seed: int, place: Path, most: int = 10**9) -
     return score
 
 
-def _written(place: Path, content: bytes) -> Path:
+def _written(place, content):
     place.write_bytes(content)
     return place
 
 
-def _one(made: Foreign, place: Path, content: bytes, score: Score) -> None:
+def _one(made, place, content, score):
     measured = score.inputs % 20 == 0
     if measured:
         tracemalloc.start()
@@ -117,7 +111,7 @@ def _one(made: Foreign, place: Path, content: bytes, score: Score) -> None:
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"
 
 
-def check_rows(made: Foreign, log: Log, content: bytes) -> None:
+def check_rows(made, log, content):
     """Compare with the plainest reading of each line.
 
     Parameters
@@ -149,7 +143,7 @@ def check_rows(made: Foreign, log: Log, content: bytes) -> None:
         assert tuple(row) in seen, row
 
 
-def _input(luck: random.Random, made: Foreign) -> bytes:
+def _input(luck, made):
     sort = luck.randrange(10)
     if sort == 0:
         return luck.randbytes(luck.choice([0, 1, 10, 300, 5000]))
@@ -161,7 +155,7 @@ def _input(luck: random.Random, made: Foreign) -> bytes:
     return bytes(content)
 
 
-def _mutate(luck: random.Random, content: bytearray) -> None:
+def _mutate(luck, content):
     at = luck.randrange(len(content) + 1)
     to = min(len(content), at + luck.choice([1, 1, 4, 30, 400]))
     sort = luck.randrange(6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import (
@@ -22,9 +22,6 @@ from rftfit.workflow.records import record_holds
 from rftfit.workflow.stages import RULES
 from rftfit.workflow.state import read_states
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 
 
@@ -38,7 +35,7 @@ class Job:
     writes: tuple[str, ...]
 
 
-def planned_jobs(config: Path, targets: Sequence[str] = ()) -> list[Job]:
+def planned_jobs(config, targets=()):
     """All jobs that some results need, or all results, in an order in which they can be done.
 
     Their states are written. Snakemake plans campaigns once that are alike in all that the rules look at.
@@ -60,7 +57,7 @@ def planned_jobs(config: Path, targets: Sequence[str] = ()) -> list[Job]:
 _PLANS: dict[tuple[object, ...], list[Job]] = {}
 
 
-def _plan(config: Path, targets: Sequence[str]) -> list[Job]:
+def _plan(config, targets):
     root, before = root_of(config), Path.cwd()
     environment = dict(os.environ)
     try:
@@ -92,7 +89,7 @@ def _plan(config: Path, targets: Sequence[str]) -> list[Job]:
     ]
 
 
-def run_rules(config: Path, *rules: str, last: str = "") -> int:
+def run_rules(config, *rules, last=""):
     """Do the jobs of some rules (default: of all up to one) that are out of date; how many were done."""
     jobs, done = planned_jobs(config), 0
     if last:

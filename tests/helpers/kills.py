@@ -10,16 +10,10 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import psutil  # type: ignore[import-untyped]
 
 from rftfit.store.files import is_rest
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from campaigns import Folder
 
 STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of them"
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
@@ -57,7 +51,7 @@ class Living:
     server: list[psutil.Process]
     stages: dict[psutil.Process, str]
 
-    def chosen(self, kind: str, pick: float) -> list[psutil.Process]:
+    def chosen(self, kind, pick):
         """Processes to kill; `pick`, from 0 to 1, says which stage of several. Empty: none yet."""
         if kind == RUN:
             return [self.run]
@@ -71,7 +65,7 @@ class Living:
         return [self.run, self.snakemake, *self.server, *stages]
 
 
-def start(folder: Folder, output: Path, *words: str) -> subprocess.Popen[bytes]:
+def start(folder, output, *words):
     """Start `rftfit run` in a session of its own, so that nothing but the test ends it."""
     with output.open("wb") as handle:
         return subprocess.Popen(
@@ -81,11 +75,11 @@ def start(folder: Folder, output: Path, *words: str) -> subprocess.Popen[bytes]:
         )  # fmt: skip
 
 
-def run(folder: Folder, output: Path, *words: str) -> int:
+def run(folder, output, *words):
     return start(folder, output, *words).wait(_LONGEST_S)
 
 
-def living(child: subprocess.Popen[Any]) -> Living:
+def living(child):
     """Look at the processes of a run."""
     top = psutil.Process(child.pid)
     snakemake, server, stages = None, list[psutil.Process](), {}
@@ -106,7 +100,7 @@ def living(child: subprocess.Popen[Any]) -> Living:
     return Living(top, snakemake, server, stages)
 
 
-def kill(child: subprocess.Popen[bytes], kind: str, pick: float) -> tuple[bool, list[str]]:
+def kill(child, kind, pick):
     """Kill what is asked for, waiting for it to be there; also the stages that ran then."""
     while child.poll() is None:
         try:
@@ -130,7 +124,7 @@ def kill(child: subprocess.Popen[bytes], kind: str, pick: float) -> tuple[bool, 
     return False, []
 
 
-def working(root: Path) -> list[psutil.Process]:
+def working(root):
     """Processes whose current folder is the campaign's."""
     found = []
     for process in psutil.process_iter(["cwd", "status"]):
@@ -140,7 +134,7 @@ def working(root: Path) -> list[psutil.Process]:
     return found
 
 
-def seconds_until_quiet(root: Path, limit_s: float) -> float:
+def seconds_until_quiet(root, limit_s):
     """How long it takes until no process works in the campaign's folder; infinite beyond the limit."""
     began = time.monotonic()
     while (passed := time.monotonic() - began) < limit_s:
@@ -150,18 +144,18 @@ def seconds_until_quiet(root: Path, limit_s: float) -> float:
     return float("inf")
 
 
-def fresh(folder: Folder) -> None:
+def fresh(folder):
     for name in ("results", ".snakemake"):
         shutil.rmtree(folder.root / name, ignore_errors=True)
 
 
-def state(folder: Folder) -> dict[str, tuple[int, int, int]]:
+def state(folder):
     """Inode, size and time of every file in results/: equal means that nobody wrote."""
     found = {path.as_posix(): path.lstat() for path in (folder.root / "results").rglob("*")}
     return {name: (one.st_ino, one.st_size, one.st_mtime_ns) for name, one in found.items()}
 
 
-def look(folder: Folder, whole: dict[str, str]) -> Left:
+def look(folder, whole):
     """Compare what is there with the undisturbed run."""
     complete, partial, rests = 0, [], 0
     for name, digest in folder.digests().items():

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import yaml
 
 from rftfit import reference
@@ -16,21 +17,13 @@ from rftfit.measure.flags import FLAGS, MARKS
 from rftfit.results import Results
 from rftfit.store import write_csv
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-
 PROJECT = Path(__file__).resolve().parents[2]
 LABORATORY, SAND = "laboratory", "natural_sand"
 SE = 0.003
 
 
-def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFrame:
+def alpha_frame(medium, values):
     """Alpha table of a medium with a known error."""
-    import pandas as pd
 
     columns: dict[str, Any] = {
         "medium": medium,
@@ -57,7 +50,7 @@ def alpha_frame(medium: str, values: tuple[np.ndarray, np.ndarray]) -> pd.DataFr
     return pd.DataFrame(columns)
 
 
-def one_cell(alpha_z: float) -> tuple[np.ndarray, np.ndarray]:
+def one_cell(alpha_z):
     """Alpha of a natural sand: nothing but (0, 90 deg)."""
     z = np.full((7, 13), np.nan)
     z[3, -1] = alpha_z
@@ -65,9 +58,9 @@ def one_cell(alpha_z: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def make_campaign(
-    root: Path, roles: Mapping[str, str], alpha: Mapping[str, tuple[np.ndarray, np.ndarray]],
-    settings: Mapping[str, Any] | None = None, without_runs: Sequence[str] = (),
-) -> Path:  # fmt: skip
+    root, roles, alpha,
+    settings = None, without_runs = (),
+):  # fmt: skip
     """Write configuration, run sheet and tables of alpha; its logs are missing, which is a warning.
 
     Returns the folder of results.
@@ -99,7 +92,7 @@ def make_campaign(
     return root / "results"
 
 
-def results_of(tables: Sequence[pd.DataFrame], config: Config) -> Results:
+def results_of(tables, config):
     """Results that hold tables of alpha and nothing else, without a file."""
     names = [str(table["medium"].iloc[0]) for table in tables]
     runs: Any = tuple(SimpleNamespace(medium=name, kind="plate") for name in names)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -15,11 +14,6 @@ from rftfit.errors import InputError
 from rftfit.measure.ledger import RowStatus
 from rftfit.results import Results
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    import pandas as pd
-
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 PLATE_CM2 = 3.81 * 2.54
 
@@ -27,11 +21,11 @@ PLATE_CM2 = 3.81 * 2.54
 class Memory(Results):
     """Tables by their names; one of several media stands under ``folder/{medium}.csv``."""
 
-    def __init__(self, campaign: Campaign, tables: dict[str, pd.DataFrame]) -> None:
+    def __init__(self, campaign, tables):
         super().__init__(campaign)
         self.tables = tables
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name):
         for pattern, table in self.tables.items():
             head, _, tail = pattern.partition("{medium}")
             if name == pattern:
@@ -43,12 +37,7 @@ class Memory(Results):
         raise InputError(f"{name}: there is no such table")
 
 
-def memory(
-    tables: dict[str, pd.DataFrame],
-    media: Iterable[str] = reference.MEDIA,
-    runs: Iterable[Any] = (),
-    **settings: Any,
-) -> Memory:
+def memory(tables, media=reference.MEDIA, runs=(), **settings):
     """The demonstration campaign with these media and tables, its settings changed by section."""
     config = Config(**yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
     config = config.model_copy(update=settings)
@@ -60,7 +49,7 @@ def memory(
     return Memory(Campaign(here, here, here, config, tuple(every)), tables)
 
 
-def run(run_id: str, medium: str, kind: str = "plate", direction: str = "intrusion") -> Any:
+def run(run_id, medium, kind="plate", direction="intrusion"):
     """A row of the run sheet."""
     return SimpleNamespace(
         run_id=run_id, medium=medium, kind=kind, direction=direction, tare_run="",
@@ -69,7 +58,7 @@ def run(run_id: str, medium: str, kind: str = "plate", direction: str = "intrusi
     )  # fmt: skip
 
 
-def of_runs(traces: pd.DataFrame, fits: pd.DataFrame, **settings: Any) -> Memory:
+def of_runs(traces, fits, **settings):
     """Results of plate runs: their samples as the tare and slope stages leave them.
 
     `traces`: Stress in the lab frame, as `chain_tables.one_run` makes it.

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import yaml
 from campaigns import PROJECT
 from coverage_files import measured
-from mutations import Cells, Written
+from mutations import Written
 from other_labs import SECTIONS
 
 from rftfit.campaign.config import Config
@@ -28,12 +29,9 @@ from rftfit.lab.write import fixed, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.workflow.measure import checks
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    Luck = np.random.Generator
-    Table = np.ndarray
-    """Columns of a log as rows, shape (columns, n)."""
+Luck = np.random.Generator
+Table = np.ndarray
+"""Columns of a log as rows, shape (columns, n)."""
 
 CHANNELS = {"x": 3, "z": 4}
 """Column of the force log that the demonstration's mount has along x and z: F2 and F3, both turned."""
@@ -48,15 +46,8 @@ OTHER = {"poppy_CP": "glass0.3mm_LP"}
 
 
 def enacted(
-    medium: str,
-    seed: int,
-    errors: Mapping[str, float] | None,
-    directions: Sequence[tuple[float, float]] | None = None,
-    repeats: int = 1,
-    disturb: Sequence[str] = (),
-    protocol: str = PAPER,
-    tare: bool = True,
-) -> Written:
+    medium, seed, errors, directions=None, repeats=1, disturb=(), protocol=PAPER, tare=True
+):
     """Re-enact the plates of a medium in memory, the sheet in the order of time.
 
     `errors`: the section; None leaves it out. `repeats`: of each plate run, with one rod run for all.
@@ -84,7 +75,7 @@ def enacted(
     return Written(values, rows, {name: text for name, text in logs.items() if text is not None})
 
 
-def stated(sizes: Mapping[str, float] | None = None) -> dict[str, float]:
+def stated(sizes=None):
     """Return the section `errors` of the demonstration, all 0 but what is given."""
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
     return {**values["errors"], **(sizes or {})}
@@ -93,7 +84,7 @@ def stated(sizes: Mapping[str, float] | None = None) -> dict[str, float]:
 # --- Which rows of the sheet.
 
 
-def some(rows: list[Cells], share: float, luck: Luck, where: str = "random") -> list[Cells]:
+def some(rows, share, luck, where="random"):
     """Return a share of the rows, anywhere or in a `stretch`."""
     count = round(share * len(rows))
     if where == "stretch":
@@ -102,18 +93,18 @@ def some(rows: list[Cells], share: float, luck: Luck, where: str = "random") -> 
     return [rows[place] for place in sorted(luck.permutation(len(rows))[:count])]
 
 
-def plates(made: Written) -> list[Cells]:
+def plates(made):
     """Return the rows of plates."""
     return [row for row in made.rows if row["kind"] == "plate"]
 
 
-def one_push(made: Written) -> Cells:
+def one_push(made):
     """Return the first row of a level plate that is pushed straight down."""
     return next(row for row in plates(made)
                 if (row["beta_deg"], row["gamma_deg"], row["direction"]) == ("0", "90", "intrusion"))  # fmt: skip
 
 
-def one_slanted(made: Written, luck: Luck) -> Cells:
+def one_slanted(made, luck):
     """Return a row of a plate that is pushed along a slanted path."""
     rows = [
         row
@@ -126,7 +117,7 @@ def one_slanted(made: Written, luck: Luck) -> Cells:
 # --- Readings of logs.
 
 
-def change(made: Written, name: str, how: Callable[[Table], Table | None]) -> None:
+def change(made, name, how):
     """Change the columns of a log, in place or by those that `how` returns."""
     text = made.logs[name].decode()
     start = text.index("\n", text.index("time_s")) + 1
@@ -139,111 +130,106 @@ def change(made: Written, name: str, how: Callable[[Table], Table | None]) -> No
     made.logs[name] = (text[:start] + fixed(list(columns), decimals)).encode()
 
 
-def of_logs(
-    made: Written,
-    rows: Sequence[Cells],
-    how: Callable[[Table], Table | None],
-    log: str = "force_log",
-) -> list[str]:
+def of_logs(made, rows, how, log="force_log"):
     """Change one log of each row; the run_ids."""
     for row in rows:
         change(made, row[log], how)
     return [row["run_id"] for row in rows]
 
 
-def dead(made: Written, luck: Luck, axis: str, share: float = 1, where: str = "random",
-         noise_N: float = 0.02) -> list[str]:  # fmt: skip
+def dead(made, luck, axis, share = 1, where = "random",
+         noise_N = 0.02):  # fmt: skip
     """Let a channel read 1.2 N and noise."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[CHANNELS[axis]] = 1.2 + noise_N * luck.standard_normal(log.shape[1])
 
     return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def gain(made: Written, luck: Luck, axis: str, factor: float, share: float = 1,
-         where: str = "random") -> list[str]:  # fmt: skip
+def gain(made, luck, axis, factor, share = 1,
+         where = "random"):  # fmt: skip
     """Multiply a channel; a factor of -1 is a reversed wire."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[CHANNELS[axis]] *= factor
 
     return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def turned(made: Written, _: Luck, degrees: float) -> list[str]:
+def turned(made, _, degrees):
     """Turn the mount by so much more than the configuration says."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
 
-    def how(log: Table) -> None:
+    def how(log):
         x, z = log[CHANNELS["x"]].copy(), log[CHANNELS["z"]].copy()
         log[CHANNELS["x"]], log[CHANNELS["z"]] = c * x - s * z, s * x + c * z
 
     return of_logs(made, made.rows, how)
 
 
-def exchanged_channels(made: Written, _: Luck) -> list[str]:
+def exchanged_channels(made, _):
     """Exchange the wires of x and z."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[[*CHANNELS.values()]] = log[[*CHANNELS.values()][::-1]]
 
     return of_logs(made, made.rows, how)
 
 
-def clipped(made: Written, _: Luck, newtons: float) -> list[str]:
+def clipped(made, _, newtons):
     """Cut both channels off."""
 
-    def how(log: Table) -> None:
+    def how(log):
         own = [*CHANNELS.values()]
         log[own] = log[own].clip(-newtons, newtons)
 
     return of_logs(made, made.rows, how)
 
 
-def drift(made: Written, _: Luck, axis: str, newtons_per_s: float) -> list[str]:
+def drift(made, _, axis, newtons_per_s):
     """Let a channel drift in runs of plates."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[CHANNELS[axis]] += newtons_per_s * (log[0] - log[0, 0])
 
     return of_logs(made, plates(made), how)
 
 
-def late(made: Written, luck: Luck, seconds: float, share: float = 1,
-         where: str = "random") -> list[str]:  # fmt: skip
+def late(made, luck, seconds, share = 1,
+         where = "random"):  # fmt: skip
     """Let the channels lag behind the sync line."""
     count = round(100 * seconds)
 
-    def how(log: Table) -> None:
+    def how(log):
         log[2:] = np.hstack([np.repeat(log[2:, :1], count, axis=1), log[2:, :-count]])
 
     return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def surface(made: Written, luck: Luck, mm: float, share: float = 1,
-            where: str = "random") -> list[str]:  # fmt: skip
+def surface(made, luck, mm, share = 1,
+            where = "random"):  # fmt: skip
     """Let the free surface be lower than the arm's z says, by so much."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[2] -= mm
 
     return of_logs(made, some(made.rows, share, luck, where), how, "motion_log")
 
 
-def pounds(made: Written, luck: Luck) -> list[str]:
+def pounds(made, luck):
     """Write one run in lbf under a heading of newtons."""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[2:] /= POUND_N
 
     return of_logs(made, [one_slanted(made, luck)], how)
 
 
-def one_off(made: Written, luck: Luck, percent: float) -> list[str]:
+def one_off(made, luck, percent):
     """Make the force on one of several repeats larger by so much; its zero stays."""
 
-    def how(log: Table) -> None:
+    def how(log):
         zero = log[2:, :100].mean(axis=1, keepdims=True)
         log[2:] = zero + (log[2:] - zero) * (1 + percent / 100)
 
@@ -255,7 +241,7 @@ def one_off(made: Written, luck: Luck, percent: float) -> list[str]:
 LOGS = ("force_log", "motion_log")
 
 
-def swapped(made: Written, luck: Luck, count: int | None, where: str = "random") -> list[str]:
+def swapped(made, luck, count, where="random"):
     """Exchange the logs of some plates with those of their rods."""
     rods = {row["run_id"]: row for row in made.rows}
     own = {row["tare_run"]: row for row in plates(made)}  # one of several repeats
@@ -268,7 +254,7 @@ def swapped(made: Written, luck: Luck, count: int | None, where: str = "random")
     return [row["run_id"] for row in chosen]
 
 
-def another_run(made: Written, luck: Luck, other: bool = False, turn_deg: float = 0) -> list[str]:
+def another_run(made, luck, other=False, turn_deg=0):
     """Make one run in another medium, or with the plate at another angle than sheet and arm say."""
     row = one_slanted(made, luck)
     own = row["medium"]
@@ -281,30 +267,28 @@ def another_run(made: Written, luck: Luck, other: bool = False, turn_deg: float 
     for name in LOGS:
         made.logs[row[name]] = logs[getattr(run, name)] or b""
 
-    def how(log: Table) -> None:
+    def how(log):
         log[3] += beta - (run.beta_deg or 0)
 
     return of_logs(made, [row], how, "motion_log")
 
 
-def _cut(log: Table, number: int) -> Table:
+def _cut(log, number):
     return log[:, 5 * number :]
 
 
-def _last_digit(log: Table, number: int) -> Table:
+def _last_digit(log, number):
     force = log.shape[0] == len(CHANNELS) + 3
     log[2 if force else 1 :] += (1e-5 if force else 1e-2) * number
     return log
 
 
-def _times(log: Table, number: int) -> Table:
+def _times(log, number):
     log[0] *= 1 + 1e-4 * number
     return log
 
 
-def copies(
-    made: Written, _: Luck, how: Callable[..., Table] | None = None, count: int = 4
-) -> list[str]:
+def copies(made, _, how=None, count=4):
     """File copies of a straight push as its repeats, each changed by its number."""
     first = one_push(made)
     for number in range(1, count + 1):
@@ -328,7 +312,7 @@ class Mistake(NamedTuple):
     told: tuple[str, ...]
 
 
-def _each() -> dict[str, Mistake]:
+def _each():
     found: dict[str, Any] = {}
     for axis in "xz":
         found |= {
@@ -383,12 +367,12 @@ MISTAKES = _each()
 """By name. Of one run, and copies: `repeats` of the sheet matter."""
 
 
-def copied(base: Written) -> Written:
+def copied(base):
     """Copy a campaign, to make mistakes in it."""
     return Written(copy.deepcopy(base.config), copy.deepcopy(base.rows), dict(base.logs))
 
 
-def with_mistake(base: Written, name: str, seed: int) -> tuple[Written, list[str]]:
+def with_mistake(base, name, seed):
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
     made = copied(base)
     return made, MISTAKES[name].make(made, np.random.default_rng(seed))
@@ -405,30 +389,30 @@ class Judged(NamedTuple):
     at_depth: pd.DataFrame
 
     @property
-    def failed(self) -> dict[str, str]:
+    def failed(self):
         """Sentences of the checks that fail, by check."""
         rows = self.checks[self.checks["verdict"] == "failed"]
         return dict(zip(rows["check"], rows["sentence"], strict=True))
 
     @property
-    def flags(self) -> set[str]:
+    def flags(self):
         """Codes of all flags on cells."""
         return {code for own in self.alpha["flag_codes"] for code in str(own).split()}
 
-    def wrong(self, truth: Callable[[str, float, float], tuple[float, float]] = table_s5) -> Any:
+    def wrong(self, truth=table_s5):
         """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
         return self.alpha[[self._is_wrong(row, truth) for row in self.alpha.to_dict("records")]]
 
-    def silent(self) -> int:
+    def silent(self):
         """Number of wrong cells without a flag where no check fails."""
         return 0 if self.failed else int((self.wrong()["flag_codes"] == "").sum())
 
-    def narrower(self, than: Judged, least: float = NARROWER) -> pd.DataFrame:
+    def narrower(self, than, least=NARROWER):
         """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
         return pd.concat([_narrower(self.alpha, than.alpha, (), least),
                           _narrower(self.at_depth, than.at_depth, ("depth_cm",), least)])  # fmt: skip
 
-    def silently(self, than: Judged) -> pd.DataFrame:
+    def silently(self, than):
         """Of these, cells without a flag where no check fails that did not fail before."""
         found = self.narrower(than)
         return (
@@ -436,7 +420,7 @@ class Judged(NamedTuple):
         )
 
     @staticmethod
-    def _is_wrong(row: dict[Any, Any], truth: Any) -> bool:
+    def _is_wrong(row, truth):
         true = truth(row["medium"], row["beta_deg"], row["gamma_deg"])
         return any(
             abs(row[column(c)] - value) > LEAST_OFF
@@ -445,9 +429,7 @@ class Judged(NamedTuple):
         )
 
 
-def _narrower(
-    after: pd.DataFrame, before: pd.DataFrame, more: tuple[str, ...], least: float
-) -> pd.DataFrame:
+def _narrower(after, before, more, least):
     both = after.merge(before, on=["beta_deg", "gamma_deg", *more], suffixes=("", "_before"))
     width, old = (
         np.stack([both[column(c, "_hi") + end] - both[column(c, "_lo") + end] for c in "zx"])
@@ -458,7 +440,7 @@ def _narrower(
     return found
 
 
-def judged(made: Written) -> Judged:
+def judged(made):
     """Write a campaign into files, measure and check it."""
     with TemporaryDirectory() as folder:
         root = Path(folder) / "lab"

@@ -19,7 +19,7 @@ NAN = float("nan")
 RIGHT, WRONG, REFUSED = "right", "wrong", "refused"
 
 
-def row(gamma_deg: float, stroke: int | None = None, way: str = "", depth_cm: float = NAN) -> Run:
+def row(gamma_deg, stroke=None, way="", depth_cm=NAN):
     """A row of a run sheet: an intrusion or a horizontal run, unless it says extraction."""
     way = way or ("intrusion" if gamma_deg else "horizontal")
     return Run(
@@ -49,17 +49,17 @@ class Pushes:
     seed: int = 0
 
     @property
-    def top_cm(self) -> float:
+    def top_cm(self):
         """Where each push begins."""
         if not self.gamma_deg:
             return -3.0
         return {"air": AIR_CM, "contact": 0.0, "below": -1.0}[self.begins]
 
     @property
-    def arm(self) -> Arm:
+    def arm(self):
         return Arm(speed_cm_per_s=self.stated * self.speed_cm_per_s)
 
-    def corners(self) -> np.ndarray:
+    def corners(self):
         """Time, s, and way along the path, cm, of every corner: shape (n, 2)."""
         rest = 1.0 if self.begins == "air" else 0.0
         corners, time = [(0.0, 0.0)], rest
@@ -74,7 +74,7 @@ class Pushes:
                     corners.append((time, at))
         return np.array([*corners, (time + rest, corners[-1][1])] if rest else corners)
 
-    def motion(self) -> Motion:
+    def motion(self):
         random = np.random.default_rng(self.seed)
         corners = self.corners()
         time = np.arange(0, corners[-1, 0] + 1e-9, 1 / self.rate_Hz)
@@ -91,7 +91,7 @@ class Pushes:
             )
         return Motion(time, x, z + self.top_cm, np.zeros(time.size))
 
-    def strokes(self, *, back: bool = False) -> list[tuple[float, float]]:
+    def strokes(self, *, back=False):
         """Start and end, s, of each push that goes below the surface, or of each pull."""
         down = -math.sin(math.radians(self.gamma_deg))
         found = []
@@ -109,7 +109,7 @@ class Pushes:
                 found.append(ends)
         return found
 
-    def judge(self) -> list[tuple[str, str]]:
+    def judge(self):
         """What becomes of each row that may be written of this log, and the reason."""
         motion, told = self.motion(), []
         depth_cm = NAN if self.gamma_deg else 3.0
@@ -121,7 +121,7 @@ class Pushes:
                 told.append(self._judge(motion, run, true))
         return told
 
-    def _judge(self, motion: Motion, run: Run, true: list[tuple[float, float]]) -> tuple[str, str]:
+    def _judge(self, motion, run, true):
         wanted = "" if len(true) == 1 else "several-strokes"
         if run.stroke is not None:
             wanted = "" if run.stroke <= len(true) else "no-such-stroke"
@@ -146,13 +146,13 @@ class Pushes:
         return (RIGHT if right else WRONG), f"off by {off:.3f} cm, {late:.3f} s"
 
     @property
-    def allowed_cm(self) -> float:
+    def allowed_cm(self):
         """How far off an end may be: what lies between samples, in noise, or is no stretch of motion of its own."""
         sd, step = self.noise_cm
         return self.speed_cm_per_s * max(0.15, 2.5 / self.rate_Hz) + 6 * sd + 2 * step
 
 
-def any_pushes(seed: int) -> Pushes:
+def any_pushes(seed):
     """One of all the motions that a machine may make."""
     random = np.random.default_rng(seed)
     cycles = int(random.integers(1, 6))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import csv
 import io
+import random
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 from other_labs import Case, make
@@ -18,10 +20,6 @@ from rigroom import Room
 
 from rftfit.campaign.load import REENACTED
 from rftfit.lab.truth import table_s5
-
-if TYPE_CHECKING:
-    import random
-    from collections.abc import Callable
 
 RUNS = ("poppy_LP_bp30_g45_in", "poppy_LP_bp00_g90_in", "poppy_LP_bp00_g45_ex", "poppy_LP_bm30_g00_h254",
         "poppy_LP_c_leg", "yuma_bp00_g90_in")  # fmt: skip
@@ -54,7 +52,7 @@ class Written:
     done: list[str] = field(default_factory=list)
 
     @classmethod
-    def read(cls, root: Path) -> Written:
+    def read(cls, root):
         """Read a campaign that was made in a folder."""
         raw = root / "raw" / "paper"
         config = yaml.safe_load((root / "config" / "config.yaml").read_text(encoding="utf-8"))
@@ -67,7 +65,7 @@ class Written:
         }
         return cls(config, rows, logs)
 
-    def write(self, root: Path) -> None:
+    def write(self, root):
         """Write it into a folder."""
         raw = root / "raw" / "paper"
         for path in (root / "config", raw):
@@ -86,7 +84,7 @@ class Written:
 
 
 @cache
-def bases() -> dict[str, Written]:
+def bases():
     """Small campaigns that are right: the paper's protocol with a leg and a sand, and two others."""
     found = {}
     with TemporaryDirectory() as folder:
@@ -108,7 +106,7 @@ def bases() -> dict[str, Written]:
     return found
 
 
-def _stress() -> str:
+def _stress():
     """A table of stress of two media: pushes, one with its way back, pulls, a level run, and one left out."""
     lines = [
         "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,run_id,excluded,reason"
@@ -128,7 +126,7 @@ def _stress() -> str:
     return "\n".join(lines) + "\n"
 
 
-def mutated(luck: random.Random, base: str | None = None) -> Written:
+def mutated(luck, base=None):
     """Make one to three mistakes in one of the campaigns."""
     made = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
     for _ in range(luck.choice([1, 1, 2, 3])):
@@ -137,7 +135,7 @@ def mutated(luck: random.Random, base: str | None = None) -> Written:
     return made
 
 
-def _of_cell(luck: random.Random, made: Written) -> str:
+def _of_cell(luck, made):
     row = luck.choice(made.rows)
     column = luck.choice(list(row))
     others = [other[column] for other in made.rows]
@@ -148,7 +146,7 @@ def _of_cell(luck: random.Random, made: Written) -> str:
     return f"{row['run_id']}, {column}: {row[column]!r}"
 
 
-def _of_setting(luck: random.Random, made: Written) -> str:
+def _of_setting(luck, made):
     section: Any = made.config
     path = []
     while True:
@@ -171,7 +169,7 @@ def _of_setting(luck: random.Random, made: Written) -> str:
     return f"{'.'.join(path)}: {section[key]!r}"
 
 
-def _of_log(luck: random.Random, made: Written) -> str:
+def _of_log(luck, made):
     name = luck.choice([name for name in made.logs if not name.endswith(REENACTED)])
     how = luck.choice(DAMAGES)
     text = made.logs[name].decode()
@@ -202,32 +200,32 @@ def _of_log(luck: random.Random, made: Written) -> str:
 Table = list[list[str]]
 
 
-def _cut(luck: random.Random, rows: Table) -> Table:
+def _cut(luck, rows):
     return rows[: luck.randrange(len(rows))]
 
 
-def _late(luck: random.Random, rows: Table) -> Table:
+def _late(luck, rows):
     return rows[luck.randrange(len(rows)) :]
 
 
-def _hole(luck: random.Random, rows: Table) -> Table:
+def _hole(luck, rows):
     at = luck.randrange(len(rows))
     return rows[:at] + rows[at + luck.choice([1, 30, 300]) :]
 
 
-def _twice(luck: random.Random, rows: Table) -> Table:
+def _twice(luck, rows):
     at = luck.randrange(len(rows))
     return rows[:at] + [row for row in rows[at:] for _ in range(2)]
 
 
-def _swapped(luck: random.Random, rows: Table) -> Table:
+def _swapped(luck, rows):
     one, other = luck.sample(range(len(rows[0])), 2)
     for row in rows:
         row[one], row[other] = row[other], row[one]
     return rows
 
 
-def _scaled(luck: random.Random, rows: Table) -> Table:
+def _scaled(luck, rows):
     column, factor = luck.randrange(len(rows[0])), luck.choice([-1.0, 0.0, 1000.0, 0.001])
     for row in rows:
         with suppress(ValueError):
@@ -235,7 +233,7 @@ def _scaled(luck: random.Random, rows: Table) -> Table:
     return rows
 
 
-def _spoiled(luck: random.Random, rows: Table) -> Table:
+def _spoiled(luck, rows):
     column, word = (
         luck.randrange(len(rows[0])),
         luck.choice(["nan", "", "x", "1e9", "inf", "1;2", "0"]),
@@ -247,28 +245,28 @@ def _spoiled(luck: random.Random, rows: Table) -> Table:
     return rows
 
 
-def _backwards(_: random.Random, rows: Table) -> Table:
+def _backwards(_, rows):
     return rows[::-1]
 
 
-def _shorter(luck: random.Random, rows: Table) -> Table:
+def _shorter(luck, rows):
     column = luck.randrange(len(rows[0]))
     return [row[:column] + row[column + 1 :] for row in rows]
 
 
-def _nothing(_luck: random.Random, _rows: Table) -> Table:
+def _nothing(_luck, _rows):
     return []
 
 
-def _header(_luck: random.Random, _rows: Table) -> Table:
+def _header(_luck, _rows):
     return []
 
 
-def _another(_: random.Random, rows: Table) -> Table:
+def _another(_, rows):
     return rows
 
 
-def _unit(_: random.Random, rows: Table) -> Table:
+def _unit(_, rows):
     return rows
 
 

@@ -53,7 +53,7 @@ class Case:
     legs: bool = False
     dialect: str = "rig"
 
-    def __str__(self) -> str:
+    def __str__(self):
         more = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
         more += "" if self.dialect == "rig" else f", {self.dialect}"
         return f"{self.grid}, {self.protocol}{more}"
@@ -75,7 +75,7 @@ CASES = [
 ]  # fmt: skip
 
 
-def make(folder: Path, case: Case) -> None:
+def make(folder, case):
     """Write the campaign of a case: configuration, logs and run sheet."""
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
     del values["robot"]
@@ -97,7 +97,7 @@ def make(folder: Path, case: Case) -> None:
     )  # fmt: skip
 
 
-def judge(folder: Path, case: Case, held: list[bool]) -> tuple[str, list[str]]:
+def judge(folder, case, held):
     """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
     wanted = set(directions_of(GRIDS[case.grid], 2013))
     table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +38,13 @@ from rftfit.measure.flags import flag_columns, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 from rftfit.model.reference_kernel import pose_forces
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
 from rftfit.outputs.dictionary import describe
@@ -47,10 +53,6 @@ from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
 from rftfit.workflow.profiles import maps
-
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 NASTY = "</script><script>window.hacked = 1</script><b>\"&'"
@@ -63,14 +65,12 @@ SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", 
 OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
-def paper_config() -> Config:
+def paper_config():
     """The configuration of the demonstration campaign."""
     return Config.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
 
 
-def bare_campaign(
-    folder: Path, names: tuple[str, ...], *, robot: bool = False, **changes: Any
-) -> Results:
+def bare_campaign(folder, names, *, robot=False, **changes):
     """A campaign that has media but not a row of results; `changes` are sections of its config."""
     config = paper_config().model_copy(update=changes if robot else {"robot": None} | changes)
     runs = tuple(
@@ -84,7 +84,7 @@ def bare_campaign(
     return results
 
 
-def write(results: Results, name: str, table: pd.DataFrame) -> None:
+def write(results, name, table):
     """Write a table; columns that the test does not care about get something of their kind."""
     described = describe(f"results/{name}")
     assert described is not None
@@ -99,7 +99,7 @@ def write(results: Results, name: str, table: pd.DataFrame) -> None:
     write_csv(table.assign(**lacking), results.root / "results" / name)
 
 
-def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> Results:
+def page_results(folder, *, nasty=False, robot=False):
     """The paper's five media and one sand, with legs; with the robot, if wanted."""
     campaign = _page_results(nasty, robot)
     shutil.copytree(campaign.root, folder, dirs_exist_ok=True)
@@ -107,7 +107,7 @@ def page_results(folder: Path, *, nasty: bool = False, robot: bool = False) -> R
 
 
 @cache
-def _page_results(nasty: bool, robot: bool) -> Campaign:
+def _page_results(nasty, robot):
     made = TemporaryDirectory()
     atexit.register(made.cleanup)
     folder = Path(made.name)
@@ -134,7 +134,7 @@ def _page_results(nasty: bool, robot: bool) -> Campaign:
 
 
 @cache
-def paper_tables() -> dict[str, pd.DataFrame]:
+def paper_tables():
     """Results of the paper's media and one sand, by name."""
     config = paper_config()
     found = {f"alpha/{m}": alpha_table(m, MISSING if m == HOLED else {}) for m in reference.MEDIA}
@@ -189,7 +189,7 @@ def paper_tables() -> dict[str, pd.DataFrame]:
     }  # fmt: skip
 
 
-def sand_results(folder: Path) -> Results:
+def sand_results(folder):
     """One natural sand alone, scaled with the published media."""
     results = bare_campaign(folder, ("yuma",))
     chi, m0 = published().chi, published().m0
@@ -203,7 +203,7 @@ def sand_results(folder: Path) -> Results:
     return results
 
 
-def empty_grid_results(folder: Path) -> Results:
+def empty_grid_results(folder):
     """One laboratory medium of which no run gave an alpha: a grid of reasons, no coefficient."""
     intruders = paper_config().intruders
     plates = {name: item for name, item in intruders.items() if not isinstance(item, Leg)}
@@ -218,7 +218,7 @@ def empty_grid_results(folder: Path) -> Results:
     return results
 
 
-def curves(config: Config, name: str, profile: Profile, medium: str) -> pd.DataFrame:
+def curves(config, name, profile, medium):
     """Forces that a profile predicts for every leg of the config."""
     parts = []
     for leg, item in config.intruders.items():
@@ -238,7 +238,7 @@ def curves(config: Config, name: str, profile: Profile, medium: str) -> pd.DataF
     return pd.concat(parts, ignore_index=True)
 
 
-def write_robot(results: Results) -> None:
+def write_robot(results):
     """Simulated speeds at fixed ratios to the measured ones, and pictures of two runs."""
     measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     simulated, sweeps = [], []
@@ -265,7 +265,7 @@ def write_robot(results: Results) -> None:
     path.write_text(json.dumps(FRAMES), encoding="utf-8")
 
 
-def _run(curvature: float, frequency: float) -> dict[str, Any]:
+def _run(curvature, frequency):
     """A run whose body sinks and whose legs turn from frame to frame."""
     poses = [[0.5 * i, 2 - 0.01 * i, 0.001 * i, 0.17 * i] for i in range(36)]
     arrows = [[-3.0, -1.0, 10 * i, 700 + i, 3.0, -1.5, -5, 770] for i in range(36)]
@@ -282,11 +282,11 @@ FRAMES: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _fit(table: pd.DataFrame) -> FloatArray:
+def _fit(table):
     return fit_lsq(*directions(table), *both(table))
 
 
-def _one_test(medium: str) -> pd.DataFrame:
+def _one_test(medium):
     table = alpha_table("poppy_LP", {}).assign(medium=medium, reason="no run", n_runs=0)
     other = ~((table["beta_deg"] == 0) & (table["gamma_deg"] == 90))
     numbers = [name for name in table.columns if name.startswith("alpha_")]
@@ -296,9 +296,7 @@ def _one_test(medium: str) -> pd.DataFrame:
     return table
 
 
-def _penetration(
-    method: str, medium: str, alpha: float, zeta: float, chi: float
-) -> dict[str, object]:
+def _penetration(method, medium, alpha, zeta, chi):
     row: dict[str, object] = {"method": method, "medium": medium}
     for end, factor in (("", 1.0), ("_lo", 0.99), ("_hi", 1.01)):
         row[f"alpha_z_measured{end}_N_per_cm3"] = alpha * factor
@@ -308,14 +306,14 @@ def _penetration(
     return row
 
 
-def _coefficients(medium: str, values: FloatArray) -> pd.DataFrame:
+def _coefficients(medium, values):
     return pd.DataFrame(
         {"method": "lsq", "medium": medium, "coefficient": list(TERMS), "value_N_per_cm3": values,
          "lo": values - 0.001, "hi": values + 0.001}
     )  # fmt: skip
 
 
-def _reproduction(why: str) -> pd.DataFrame:
+def _reproduction(why):
     items = [
         compare("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
         stated("zeta", "Table S2", 0.248, 0.2564, INCONSISTENT, TEXT, why),
@@ -325,7 +323,7 @@ def _reproduction(why: str) -> pd.DataFrame:
     return pd.DataFrame(items)
 
 
-def _ledger(reason: str) -> pd.DataFrame:
+def _ledger(reason):
     columns = ["run_id", "medium", "kind", "file", "fate", "reason_code", "rows"]
     rows: list[list[object]] = [
         ["air", "", "leg_air", "a.csv", "used", "tare", 100],

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rftfit import reference
 from rftfit.campaign.config import Grid
 from rftfit.measure.alpha import rows_at
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
 
 PAPER = Grid(beta_deg=tuple(reference.BETA_DEG), gamma_deg=tuple(reference.GAMMA_DEG))
 BETA, GAMMA = (
@@ -30,22 +21,20 @@ GAMMA_OF_FILE = np.radians(np.round(np.degrees(GAMMA), 4))
 """Gamma with the six digits of a table in a file."""
 
 
-def grid(table: pd.DataFrame, name: str) -> FloatArray:
+def grid(table, name):
     """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row."""
     place = rows_at(table, np.degrees(BETA), np.degrees(GAMMA))
     values = table[name].to_numpy(float)[place]
     return np.where(place < 0, np.nan, values).reshape(7, 13)
 
 
-def flat(alpha: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+def flat(alpha):
     """alpha_z and alpha_x of shape (..., 7, 13) as cells, shape (..., 91)."""
     z, x = (np.asarray(part).reshape(*np.shape(part)[:-2], 91) for part in alpha)
     return z, x
 
 
-def by_hand(
-    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
-) -> FloatArray:
+def by_hand(beta, gamma, alpha_z, alpha_x):
     """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
     found = []
     for alpha, terms in ((alpha_z, _lift), (alpha_x, _drag)):
@@ -62,9 +51,9 @@ def by_hand(
     return np.concatenate(found)
 
 
-def _lift(b: float, g: float) -> list[float]:
+def _lift(b, g):
     return [1, np.cos(2 * b), np.sin(2 * b + g), np.sin(g), np.sin(-2 * b + g)]
 
 
-def _drag(b: float, g: float) -> list[float]:
+def _drag(b, g):
     return [np.cos(2 * b + g), np.cos(g), np.cos(-2 * b + g), np.sin(2 * b)]

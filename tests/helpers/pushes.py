@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray
 
 
 @dataclass(frozen=True)
@@ -23,25 +21,25 @@ class Push:
     drift: float
     surface_cm: float
 
-    def offset_at(self, time: float) -> float:
+    def offset_at(self, time):
         """Return the true offset at a time of the force log."""
         return self.offset_s + self.drift * (time - float(self.force_time[0]))
 
 
 def make_push(
-    seed: int,
+    seed,
     *,
-    offset_s: float = 0.0,
-    drift: float = 0.0,
-    stiffness: float = 25.0,
-    bend: float = 0.0,
-    by_hand: bool = True,
-    rate_Hz: float = 100.0,
-    noise_N: float = 0.05,
-    medium_N: float = 0.3,
-    memory_s: float = 0.15,
-    start_s: float = 1.6e9,
-) -> Push:
+    offset_s=0.0,
+    drift=0.0,
+    stiffness=25.0,
+    bend=0.0,
+    by_hand=True,
+    rate_Hz=100.0,
+    noise_N=0.05,
+    medium_N=0.3,
+    memory_s=0.15,
+    start_s=1.6e9,
+):
     """Go down 3 cm in air and 4 cm into a medium; by hand, or at 1 cm/s with a pause at the surface."""
     random = np.random.default_rng(seed)
     fine = np.arange(0, 24, 0.002)

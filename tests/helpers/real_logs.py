@@ -6,19 +6,17 @@ import csv
 import gzip
 import shutil
 import textwrap
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
 from agreement import ALL, NOTHING
 from campaigns import Folder
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
 PLATE_CM = 3.0
@@ -49,7 +47,7 @@ class RealLog:
     speed_mm_per_s: float = 2.0
     stroke: str = ""
 
-    def __str__(self) -> str:
+    def __str__(self):
         z = self.motion.get("z", {})
         gain = self.section.get("columns", {}).get("F3", {})
         more = ", gain" if isinstance(gain, dict) and "factor" in gain else ""
@@ -101,7 +99,7 @@ REAL_LOGS = [
 ]  # fmt: skip
 
 
-def campaign_around(log: RealLog, root: Path) -> Folder:
+def campaign_around(log, root):
     """Write config, run sheet and log as a user of `inspect` would; what the log lacks is constant."""
     (root / "raw").mkdir(parents=True)
     for name in filter(None, (log.file, log.zero_log)):
@@ -158,7 +156,7 @@ def campaign_around(log: RealLog, root: Path) -> Folder:
     return folder
 
 
-def judge(log: RealLog, folder: Folder, *, page: bool) -> list[str]:
+def judge(log, folder, *, page):
     """Say what is wrong with the tables of such a campaign, and with its page."""
     wrong = []
     ledger = folder.table("ledger.csv")
@@ -191,7 +189,7 @@ def judge(log: RealLog, folder: Folder, *, page: bool) -> list[str]:
 # --- The same numbers by other readers: Python's own of tables, and the library of workbooks as a whole
 
 
-def by_csv(path: Path, delimiter: str, header: int) -> np.ndarray:
+def by_csv(path, delimiter, header):
     """Numbers of a text below so many rows."""
     content = path.read_bytes()
     lines = (gzip.decompress(content) if path.suffix == ".gz" else content).decode().splitlines()
@@ -199,7 +197,7 @@ def by_csv(path: Path, delimiter: str, header: int) -> np.ndarray:
     return np.array([[float(cell) for cell in row if cell] for row in rows])
 
 
-def by_openpyxl(path: Path, sheet: str, width: int, header: int) -> np.ndarray:
+def by_openpyxl(path, sheet, width, header):
     """Numbers of a sheet below so many rows."""
     book: Any = import_module("openpyxl").load_workbook(path, data_only=True)
     rows = book[sheet].iter_rows(min_row=header + 1, max_col=width, values_only=True)
@@ -219,7 +217,7 @@ OTHERWISE: dict[str, tuple[Callable[[Path], np.ndarray], dict[str, int], float]]
 """Of a file: another reader, the columns of the quantities, newtons of its unit of force."""
 
 
-def slope_apart(log: RealLog, fit: Any) -> float:
+def slope_apart(log, fit):
     """How far the slope of a fit is from that of the numbers another reader finds within its window, relative."""
     reader, columns, newtons = OTHERWISE[log.file]
     table = reader(LOGS / log.file)

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rftfit.outputs.dictionary import describe
 from rftfit.results import Tables
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-    import pandas as pd
-
-
-def read_result(path: Path) -> pd.DataFrame:
+def read_result(path):
     """Read a table of results; its name is the longest end of the path that the dictionary knows."""
     names = {folder: path.relative_to(folder).as_posix() for folder in reversed(path.parents)}
     folder, name = next(

@@ -8,27 +8,20 @@ import io
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import pandas as pd
 import yaml
 
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import reenact, run_logs
-from rftfit.lab.plan import plan_runs
+from rftfit.lab.plan import Run, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.tare import tare_medium
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    import pandas as pd
-
-    from rftfit.lab.plan import Run
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 # the demonstration's, without its robot: these rooms have no marker tracks
@@ -40,16 +33,16 @@ WHOLE = ("glass3mm_CP", "yuma")
 
 
 @cache
-def paper() -> Config:
+def paper():
     return Config(**yaml.safe_load(CONFIG_TEXT))
 
 
 @cache
-def planned() -> dict[str, Run]:
+def planned():
     return {run.run_id: run for run in plan_runs(paper())}
 
 
-def data_lines(content: bytes | None) -> int:
+def data_lines(content):
     """Data lines of a log: counted here, without the program."""
     if content is None:
         return 0
@@ -67,7 +60,7 @@ class Room:
     cells: dict[str, dict[str, str]] = field(default_factory=dict)
     config: str = CONFIG_TEXT
 
-    def add(self, *names: str, **faults: tuple[str, ...]) -> Room:
+    def add(self, *names, **faults):
         """Add runs with their tares; `faults` by run_id."""
         wanted = dict.fromkeys(names)
         wanted |= dict.fromkeys(planned()[name].tare_run for name in names)
@@ -79,22 +72,20 @@ class Room:
             self.logs |= run_logs(run, paper(), SEED, faults.get(name, ()))
         return self
 
-    def change(self, log: str, how: Callable[[str], str]) -> None:
+    def change(self, log, how):
         content = self.logs[log]
         assert content is not None
         self.logs[log] = how(content.decode()).encode()
 
-    def set(self, run: str, **cells: str) -> None:
+    def set(self, run, **cells):
         """Change cells of one row of the sheet, named by the plan's run_id."""
         self.cells.setdefault(run, {}).update(cells)
 
-    def rows(self) -> list[dict[str, str]]:
+    def rows(self):
         sheet = csv.DictReader(io.StringIO(sheet_text(self.runs, {})))
         return [{**row, **self.cells.get(row["run_id"], {})} for row in sheet]
 
-    def write(
-        self, order: Callable[[list[dict[str, str]]], Iterable[dict[str, str]]] = list
-    ) -> Path:
+    def write(self, order=list):
         """Write config, sheet and logs; the path of the config."""
         path = self.folder / "config" / "config.yaml"
         raw = self.folder / "raw" / "paper"
@@ -114,16 +105,16 @@ class Room:
         (raw / "runs.csv").write_text(out.getvalue(), encoding="utf-8")
         return path
 
-    def chain(self, medium: str = "poppy_LP") -> Results:
+    def chain(self, medium="poppy_LP"):
         return chain(load_campaign(self.write()), medium)
 
     @property
-    def counted(self) -> dict[str, int]:
+    def counted(self):
         """Data lines of every log the sheet names."""
         return {name: data_lines(content) for name, content in self.logs.items()}
 
 
-def one(table: pd.DataFrame, run_id: str) -> pd.Series:
+def one(table, run_id):
     """Return the only row of a run."""
     rows = table[table["run_id"] == run_id]
     assert len(rows) == 1
@@ -143,26 +134,26 @@ class Results:
     curves: pd.DataFrame
     book: pd.DataFrame
 
-    def fit(self, run_id: str) -> pd.Series:
+    def fit(self, run_id):
         return one(self.fits, run_id)
 
-    def run(self, run_id: str) -> pd.Series:
+    def run(self, run_id):
         return one(self.runs, run_id)
 
-    def cell(self, beta_deg: float, gamma_deg: float) -> pd.Series:
+    def cell(self, beta_deg, gamma_deg):
         here = (self.alpha["beta_deg"] == beta_deg) & (
             (self.alpha["gamma_deg"] - gamma_deg).abs() < 0.1
         )
         assert here.sum() == 1
         return self.alpha[here].iloc[0]
 
-    def fates(self, file: str) -> dict[tuple[str, str], int]:
+    def fates(self, file):
         rows = self.book[self.book["file"] == file]
         return dict(
             zip(zip(rows["fate"], rows["reason_code"], strict=True), rows["rows"], strict=True)
         )
 
-    def check_ledger(self, counted: dict[str, int], one_file: Iterable[str] = ()) -> None:
+    def check_ledger(self, counted, one_file=()):
         """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""
         check(self.book, self.runs, list(one_file))
         assert self.book.groupby("file")["rows"].sum().to_dict() == counted
@@ -171,7 +162,7 @@ class Results:
         assert set(self.book["fate"]) <= {"used", "dropped"}
 
 
-def chain(campaign: Campaign, medium: str) -> Results:
+def chain(campaign, medium):
     """Ingest, tare, slopes, alpha table, legs and ledger of one medium."""
     traces, runs, *_, book1 = ingest_medium(campaign, medium)
     tared, tares, *_, book2 = tare_medium(campaign, medium, traces, runs)
@@ -183,7 +174,7 @@ def chain(campaign: Campaign, medium: str) -> Results:
     return Results(traces, runs, tared, tares, fits, alpha, curves, book)
 
 
-def digests(folder: Path) -> dict[str, str]:
+def digests(folder):
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -194,7 +185,7 @@ def digests(folder: Path) -> dict[str, str]:
 class Lab:
     """The folder of the whole media, read-only while it is measured."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.config = folder / "config" / "config.yaml"
         self.raw = folder / "raw" / "paper"
         self.config.parent.mkdir()
@@ -208,13 +199,13 @@ class Lab:
         self.after = digests(folder / "raw")
         self.campaign = campaign
 
-    def counted(self, medium: str) -> dict[str, int]:
+    def counted(self, medium):
         return {
             file: data_lines((self.raw / file).read_bytes())
             for run in self.campaign.runs_of(medium)
             for file in (run.force_log, run.motion_log)
         }
 
-    def unlock(self) -> None:
+    def unlock(self):
         for path in [self.raw, *self.raw.rglob("*")]:
             path.chmod(0o755 if path.is_dir() else 0o644)

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rftfit.model import kernel, reference_kernel
-
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.body import Parts
 
 NOTHING = np.empty((0, 0))
 
 
 def step(
-    profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float, step_s: float,
-    steps: int, rk4: bool = False, every: int = 0, samples: np.ndarray = NOTHING,
-) -> np.ndarray:  # fmt: skip
+    profile, parts, state, turn, rate, step_s,
+    steps, rk4 = False, every = 0, samples = NOTHING,
+):  # fmt: skip
     """State after some steps."""
     state = np.array(state, dtype=float)
     kernel.advance(
@@ -28,27 +22,25 @@ def step(
     return state
 
 
-def forces(
-    profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float
-) -> list[np.ndarray]:
+def forces(profile, parts, state, turn, rate):
     """Force z, x on every element of each group, and where it acts: shape (members, n, 4)."""
     placed = parts.place(state, turn, rate)
     return [reference_kernel.element_forces(profile, elements) for elements in placed]
 
 
-def net(profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float) -> np.ndarray:
+def net(profile, parts, state, turn, rate):
     """Force z, x and moment about the centre of mass."""
     each = [part.reshape(-1, 4) for part in forces(profile, parts, state, turn, rate)]
     return reference_kernel.net(np.concatenate(each), state[0], state[1])
 
 
 def plain_steps(
-    profile: Profile, parts: Parts, state: np.ndarray, turn: float, rate: float, step_s: float,
-    steps: int, rk4: bool = False,
-) -> np.ndarray:  # fmt: skip
+    profile, parts, state, turn, rate, step_s,
+    steps, rk4 = False,
+):  # fmt: skip
     """States before the first step and after each, shape (steps + 1, 6)."""
 
-    def slope(now: np.ndarray, at: float) -> np.ndarray:
+    def slope(now, at):
         force_z, force_x, moment = net(profile, parts, now, at, rate)
         per_newton, per_newton_cm, gravity = parts.inertia
         return np.array(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy as np
@@ -11,17 +11,11 @@ import numpy as np
 from rftfit.lab import truth
 from rftfit.model.rft3d import alpha_3drft
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import AbstractContextManager
-
-    Truth = Callable[[str, float, float], tuple[float, float]]
-    """alpha_z and alpha_x, N/cm^3, of a medium at beta and gamma, deg."""
+Truth = Callable[[str, float, float], tuple[float, float]]
+"""alpha_z and alpha_x, N/cm^3, of a medium at beta and gamma, deg."""
 
 
-def slice_3drft(
-    friction: float, size: float, _: str, beta_deg: float, gamma_deg: float
-) -> tuple[float, float]:
+def slice_3drft(friction, size, _, beta_deg, gamma_deg):
     """alpha_z and alpha_x of a plate, N/cm^3, in the medium whose alpha_z(0, 90 deg) is `size`."""
     z, x = alpha_3drft(np.radians(beta_deg), np.radians(gamma_deg), friction)
     return size * float(z), size * float(x)
@@ -33,6 +27,6 @@ SLICES: dict[str, Truth] = {
 }
 
 
-def lab_in(found: Truth) -> AbstractContextManager[object]:
+def lab_in(found):
     """Let the re-enacted lab push plates into this medium whatever published one is asked for."""
     return mock.patch.object(truth, "table_s5", found)

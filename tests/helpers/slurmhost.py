@@ -12,12 +12,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import psutil  # type: ignore[import-untyped]
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 CONF = Path("/etc/slurm/slurm.conf")
 NODES = ("n1", "n2")
@@ -31,7 +27,7 @@ class CannotRun(Exception):
     """This machine cannot be a cluster; the message says why."""
 
 
-def prepare(say: object = print) -> None:
+def prepare(say=print):
     """See that this machine can be a cluster; install what is missing.
 
     Raises
@@ -71,12 +67,12 @@ class SlurmHost:
         For its keys, sockets, logs and state.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
         self.daemons: dict[str, subprocess.Popen[bytes]] = {}
         self._found: Path | None = None
 
-    def start(self) -> None:
+    def start(self):
         """Start everything and wait until both nodes take jobs."""
         self.folder.mkdir(parents=True)
         # what a daemon leaves behind becomes a child of this process, and so can be found again
@@ -101,10 +97,10 @@ class SlurmHost:
         self._wait(lambda: self.states() == dict.fromkeys(NODES, "idle"), "the two nodes")
 
     @property
-    def socket(self) -> Path:
+    def socket(self):
         return self.folder / "munge.socket"
 
-    def _conf(self) -> str:
+    def _conf(self):
         host = socket.gethostname().partition(".")[0]
         memory = min(8000, psutil.virtual_memory().total // 2**20 // 2)
         here = self.folder
@@ -128,7 +124,7 @@ class SlurmHost:
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
-    def _put_conf(self, conf: Path) -> None:
+    def _put_conf(self, conf):
         # the jobs' own srun looks here, whatever SLURM_CONF says
         CONF.parent.mkdir(exist_ok=True)
         if CONF.exists() or CONF.is_symlink():
@@ -137,20 +133,20 @@ class SlurmHost:
             self._found = aside
         CONF.symlink_to(conf)
 
-    def _take_conf_away(self) -> None:
+    def _take_conf_away(self):
         if CONF.is_symlink() and CONF.readlink() == self.folder / "slurm.conf":
             CONF.unlink()
         if self._found is not None:
             self._found.rename(CONF)
             self._found = None
 
-    def _daemon(self, name: str, *command: str) -> None:
+    def _daemon(self, name, *command):
         with (self.folder / f"{name}.out").open("wb") as out:
             self.daemons[name] = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True
             )
 
-    def _wait(self, ready: object, what: str, seconds: float = 60.0) -> None:
+    def _wait(self, ready, what, seconds=60.0):
         end = time.monotonic() + seconds
         assert callable(ready)
         while not ready():
@@ -163,21 +159,21 @@ class SlurmHost:
                 raise CannotRun(f"{what} did not come up (ended: {dead})\n{logs}")
             time.sleep(0.3)
 
-    def states(self) -> dict[str, str]:
+    def states(self):
         """State of each node."""
         done = subprocess.run(
             ["sinfo", "-h", "-N", "-o", "%N %T"], capture_output=True, text=True, check=False
         )
         return dict(line.split() for line in done.stdout.splitlines() if line.strip())
 
-    def jobs(self, *words: str, form: str = "%i") -> list[str]:
+    def jobs(self, *words, form="%i"):
         """Jobs as ``squeue`` lists them, those that have ended too where asked for."""
         done = subprocess.run(
             ["squeue", "-h", "-o", form, *words], capture_output=True, text=True, check=False
         )
         return done.stdout.splitlines()
 
-    def kill_node(self, node: str) -> list[str]:
+    def kill_node(self, node):
         """End a node as a power cut would: its daemon, its jobs, all at once.
 
         Returns
@@ -200,11 +196,11 @@ class SlurmHost:
             _kill_tree(process)
         return hit
 
-    def revive_node(self, node: str) -> None:
+    def revive_node(self, node):
         """Start a killed node's daemon again."""
         self._daemon(node, "slurmd", "-D", "-c", "-N", node)
 
-    def stop(self) -> None:
+    def stop(self):
         """End every job and daemon, and put the machine's own configuration back."""
         try:
             if self.daemons:
@@ -227,7 +223,7 @@ class SlurmHost:
             self._take_conf_away()
 
     @contextlib.contextmanager
-    def running(self) -> Iterator[SlurmHost]:
+    def running(self):
         """Start; stop at the end, whatever happens."""
         try:
             self.start()
@@ -236,7 +232,7 @@ class SlurmHost:
             self.stop()
 
 
-def _kill_tree(process: psutil.Process) -> None:
+def _kill_tree(process):
     # stopped first, itself before its children: it must not report that they ended, as after a power cut
     for one in [process, *process.children(recursive=True)]:
         with contextlib.suppress(psutil.Error):

@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import io
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.text import Text
 
+import rftfit
 from rftfit.figures import style
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from matplotlib.figure import Figure
+from rftfit.figures.registry import figures
 
 _SVG_DPI = 72
 _EDGE_CM = 0.02
@@ -29,7 +26,7 @@ _LEADING = 0.18
 """Share of the height of a box that letters leave free above and below."""
 
 
-def text_faults(figure: Figure) -> list[str]:
+def text_faults(figure):
     """Say of every text whether it leaves the figure or lies over another one; empty if none does."""
     usual, figure.dpi = figure.dpi, _SVG_DPI
     try:
@@ -38,7 +35,7 @@ def text_faults(figure: Figure) -> list[str]:
         figure.dpi = usual
 
 
-def _faults(figure: Figure) -> list[str]:
+def _faults(figure):
     svg: Any = RendererSVG
     renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
     with style.styled(), renderer._draw_disabled():
@@ -62,7 +59,7 @@ def _faults(figure: Figure) -> list[str]:
     return found + [f"{names[i]!r} lies over {names[j]!r}" for i, j in pairs]
 
 
-def _drawn(figure: Figure) -> Iterator[Text]:
+def _drawn(figure):
     """Every text that is drawn: of ticks only those between the ends of their axis."""
     ticks, shown = set(), []
     for axes in figure.findobj(Axes):
@@ -83,9 +80,7 @@ def _drawn(figure: Figure) -> Iterator[Text]:
             yield text
 
 
-def main(campaigns: list[str]) -> int:
-    import rftfit
-    from rftfit.figures.registry import figures
+def main(campaigns):
 
     count = 0
     for folder in campaigns:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import html
 import re
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from rftfit.figures.captions import of_method, predicted_by, tared
 from rftfit.figures.plates import stress_runs
@@ -16,15 +16,8 @@ from rftfit.figures.registry import figures, has_intervals
 from rftfit.page.page import page
 from rftfit.results import open_results
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
-    import pandas as pd
-
-    from rftfit.results import Results
-
-
-def texts(results: Results) -> dict[str, str]:
+def texts(results):
     """Prose of the page, its Methods, and captions of all figures, by name."""
     made = results.has("report.html")
     whole = results.path("report.html").read_text(encoding="utf-8") if made else page(results)
@@ -49,7 +42,7 @@ def texts(results: Results) -> dict[str, str]:
 class Records:
     """What a campaign has."""
 
-    def __init__(self, results: Results) -> None:
+    def __init__(self, results):
         campaign, self.results = results.campaign, results
         fits, legs = (results.joined(f"{name}/{{medium}}.csv") for name in ("fits", "legs"))
         self.fits = fits
@@ -84,14 +77,14 @@ class Records:
         self.trials = len(self.of_robot("tracks")) > 0
         self.strides = self.recorded and len(self.of_robot("strides")) > 0
 
-    def _zeta(self) -> pd.Series[str]:
+    def _zeta(self):
         table = self.results.table("penetration.csv")
         return table.loc[table["zeta"].notna(), "medium"]
 
-    def of_robot(self, name: str) -> pd.DataFrame:
+    def of_robot(self, name):
         return self.results.table(f"robot/{name}.csv") if self.robot else self.fits.iloc[:0]
 
-    def moved(self, direction: str, where: str) -> bool:
+    def moved(self, direction, where):
         """Whether there are plate runs of a direction in what a text is about."""
         fits = self.fits
         if where == "figures/stress_of_runs":
@@ -144,7 +137,7 @@ METHODS: dict[str, Callable[[Records], object]] = {
 """Words that Methods have wherever the records have what they tell of."""
 
 
-def untrue(results: Results) -> list[str]:
+def untrue(results):
     """Sentences on what a campaign does not have, and what its Methods lack."""
     there, written = Records(results), texts(results)
     found = [

@@ -2,37 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 
 from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
-    from rftfit.conventions import FloatArray
-    from rftfit.model.forces import Forces
-    from rftfit.model.outlines import Outline
-    from rftfit.model.profiles import Profile
-
-
-def turned(
-    theta: npt.ArrayLike | None = None,
-    hip_height_cm: float = HIP_HEIGHT_CM,
-    rate_rad_per_s: float = RATE_RAD_PER_S,
-) -> FloatArray:
+def turned(theta=None, hip_height_cm=HIP_HEIGHT_CM, rate_rad_per_s=RATE_RAD_PER_S):
     """Poses at angles theta, rad; by default -135 to 135 degrees by 1."""
     theta = np.radians(THETA_DEG) if theta is None else theta
     return rotation_poses(theta, hip_height_cm, rate_rad_per_s)
 
 
-def sweep(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
+def sweep(profile, leg, *path, **how):
     """Force and moment about the axle on a leg `turned` so, one for each theta."""
     return forces_on(profile, leg, turned(*path, **how))
 
 
-def sweep_draws(profile: Profile, leg: Outline, *path: Any, **how: Any) -> Forces:
+def sweep_draws(profile, leg, *path, **how):
     """`sweep` for a stack of draws of a profile: arrays of shape (draws, theta)."""
     return force_draws(profile, leg, turned(*path, **how))

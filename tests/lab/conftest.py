@@ -11,6 +11,6 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="session")
-def config() -> Config:
+def config():
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     return Config(**yaml.safe_load(text))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -25,13 +25,6 @@ from rftfit.lab.enact import reenact, run_logs
 from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import bed_of, ideal, nuisance
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.plan import Run
-
 PUSH, ROD, LEG, AIR = (
     "poppy_CP_bp00_g90_in", "poppy_CP_bp00_g90_in_rod", "poppy_CP_c_leg", "air_c_leg",
 )  # fmt: skip
@@ -41,16 +34,16 @@ NONE: Mapping[str, float] = {}
 
 
 @pytest.fixture(scope="module")
-def runs(config: Config) -> dict[str, Run]:
+def runs(config):
     return {run.run_id: run for run in plan_runs(config)}
 
 
-def read(content: bytes | None) -> pd.DataFrame:
+def read(content):
     assert content is not None
     return pd.read_csv(io.BytesIO(content), comment="#")
 
 
-def force(run: Run, config: Config, sizes: Mapping[str, float] = NONE) -> np.ndarray:
+def force(run, config, sizes=NONE):
     """Force (z, x, y) of the written log in the lab frame, N, shape (3, n); axes and turn by hand."""
     log = read(run_logs(run, config, SEED, sizes=sizes)[run.force_log])
     f1, f2, f3 = (log[f"F{k}_N"].to_numpy() for k in (1, 2, 3))
@@ -59,18 +52,18 @@ def force(run: Run, config: Config, sizes: Mapping[str, float] = NONE) -> np.nda
     return np.array([-x * np.sin(turn) + z * np.cos(turn), x * np.cos(turn) + z * np.sin(turn), f1])
 
 
-def change(run: Run, config: Config, sizes: Mapping[str, float]) -> np.ndarray:
+def change(run, config, sizes):
     """By how much disturbances change the force (z, x) of a log: noise and bias are the same."""
     return np.asarray((force(run, config, sizes) - force(run, config))[:2])
 
 
-def granular(run: Run, config: Config) -> np.ndarray:
+def granular(run, config):
     """Undisturbed granular force (z, x) at the samples of the log."""
     phase = nuisance(run, SEED).force_phase_s
     return np.array(ideal(run, config, phase_s=phase).granular)
 
 
-def depth(run: Run, config: Config) -> np.ndarray:
+def depth(run, config):
     return -ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).motion.z_cm
 
 
@@ -82,7 +75,7 @@ CHANGED = {
 
 
 @pytest.mark.parametrize("name", DISTURBANCES)
-def test_what_is_changed(config: Config, runs: dict[str, Run], name: str) -> None:
+def test_what_is_changed(config, runs, name):
     one = DISTURBANCES[name]
     found = set()
     for run in (runs[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
@@ -100,9 +93,7 @@ def test_what_is_changed(config: Config, runs: dict[str, Run], name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["surface", "surface-session"])
-def test_surface_moves_the_onset_of_the_force(
-    config: Config, runs: dict[str, Run], name: str
-) -> None:
+def test_surface_moves_the_onset_of_the_force(config, runs, name):
     area = plate_of(config)[1].area_cm2
     drawn = []
     for medium in ("poppy_CP", "glass0.3mm_CP", "glass3mm_CP"):
@@ -129,7 +120,7 @@ def test_surface_moves_the_onset_of_the_force(
     assert np.std(beds) == pytest.approx(0.2 if name == "surface" else 0, rel=0.08, abs=1e-12)
 
 
-def test_surface_and_legs(config: Config, runs: dict[str, Run]) -> None:
+def test_surface_and_legs(config, runs):
     # forces go with the square of the depth of the tip: 2 mm of 56 mm
     run = runs[LEG]
     up = bed_of(run, SEED, 0, {"surface": 2.0}).surface_cm
@@ -140,7 +131,7 @@ def test_surface_and_legs(config: Config, runs: dict[str, Run]) -> None:
 
 
 @pytest.mark.parametrize("lag", [0.03, 0.07])
-def test_lag_is_so_many_samples(config: Config, runs: dict[str, Run], lag: float) -> None:
+def test_lag_is_so_many_samples(config, runs, lag):
     for name in (PUSH, SLANTED, LEG, AIR):
         run = runs[name]
         moved = change(run, config, {"lag": lag})[0, 20:]
@@ -154,9 +145,7 @@ def test_lag_is_so_many_samples(config: Config, runs: dict[str, Run], lag: float
 @pytest.mark.parametrize(
     ("run_id", "held"), [(PUSH, False), ("glass3mm_CP_bp60_g56_ex", False), (LEG, True)]
 )
-def test_turn_is_that_of_a_mount_turned_more(
-    config: Config, runs: dict[str, Run], run_id: str, held: bool
-) -> None:
+def test_turn_is_that_of_a_mount_turned_more(config, runs, run_id, held):
     run = runs[run_id]
     more = config.transducer.model_copy(update={"turn_deg": 7.0})
     meant = force(run, config.model_copy(update={"transducer": more}))
@@ -173,9 +162,7 @@ def test_turn_is_that_of_a_mount_turned_more(
         assert np.hypot(*after) == pytest.approx(np.hypot(*before), rel=0.01)
 
 
-def stress_curve(
-    runs: dict[str, Run], config: Config, sizes: Mapping[str, float]
-) -> tuple[np.ndarray, np.ndarray]:
+def stress_curve(runs, config, sizes):
     """Depth and force of a push less that of its rod, both from the logs."""
     plate, rod = (force(runs[name], config, sizes)[0] for name in (PUSH, ROD))
     below, of_rod = depth(runs[PUSH], config), depth(runs[ROD], config)
@@ -186,7 +173,7 @@ def stress_curve(
 
 
 @pytest.mark.parametrize("power", [1.0, 0.8, 1.2, 1.3])
-def test_power_is_found_by_a_fit(config: Config, runs: dict[str, Run], power: float) -> None:
+def test_power_is_found_by_a_fit(config, runs, power):
     below, load = stress_curve(runs, config, {"power": power})
     slope, _ = np.polyfit(np.log(below), np.log(load), 1)
     assert slope == pytest.approx(power, abs=0.012)
@@ -196,7 +183,7 @@ def test_power_is_found_by_a_fit(config: Config, runs: dict[str, Run], power: fl
     assert load[near].mean() == pytest.approx(plain[near].mean(), rel=0.003)
 
 
-def test_pink_noise_falls_as_one_over_f(config: Config, runs: dict[str, Run]) -> None:
+def test_pink_noise_falls_as_one_over_f(config, runs):
     legs = [run for run in runs.values() if run.leg]
     power = []
     for run in legs:
@@ -213,7 +200,7 @@ def test_pink_noise_falls_as_one_over_f(config: Config, runs: dict[str, Run]) ->
 
 
 @pytest.mark.parametrize("count", [4096, 1000, 20000])
-def test_pink_noise_has_its_size(count: int) -> None:
+def test_pink_noise_has_its_size(count):
     noise = pink(np.random.default_rng(1), 300, count)
     assert noise.shape == (300, count)
     # octaves have the same variance: of 11 in 41 s, 2.3 more in 200 s, none of the slowest 2 in 10 s
@@ -223,7 +210,7 @@ def test_pink_noise_has_its_size(count: int) -> None:
 
 
 @pytest.mark.parametrize("length", [2.0, 0.1])
-def test_a_path_is_uneven_over_a_length(length: float) -> None:
+def test_a_path_is_uneven_over_a_length(length):
     travel = np.linspace(0, 6 * length, 601)
     drawn = along_path(np.random.default_rng(2), 4000, travel, length)
     assert drawn.std(axis=0) == pytest.approx(1, abs=0.05)
@@ -237,7 +224,7 @@ def test_a_path_is_uneven_over_a_length(length: float) -> None:
 
 
 @pytest.mark.parametrize(("name", "common"), [("patches", True), ("deep-noise", False)])
-def test_many_campaigns_at_once(name: str, common: bool) -> None:
+def test_many_campaigns_at_once(name, common):
     """All z, then all x: patches are common to the two components of a campaign, slips are not."""
     random = np.random.default_rng(4)
     factor = unevenness({name: 5.0}, lambda _: random, np.linspace(0, 8, 400), 50)
@@ -248,9 +235,7 @@ def test_many_campaigns_at_once(name: str, common: bool) -> None:
 
 
 @pytest.mark.parametrize(("name", "apart_cm"), [("patches", 2.0), ("deep-noise", 0.1)])
-def test_unevenness_of_the_logs(
-    config: Config, runs: dict[str, Run], name: str, apart_cm: float
-) -> None:
+def test_unevenness_of_the_logs(config, runs, name, apart_cm):
     """Relative to the force, by as much at every depth, over a length; patches common to z and x."""
     many = [run for run in runs.values()
             if run.kind == "plate" and run.medium in ("poppy_CP", "glass3mm_CP")
@@ -287,7 +272,7 @@ def test_unevenness_of_the_logs(
     np.testing.assert_allclose(2 * half, change(many[0], config, {name: 10.0}), atol=0.025)
 
 
-def test_length_of_the_way(config: Config, runs: dict[str, Run]) -> None:
+def test_length_of_the_way(config, runs):
     # down through the air and 9 cm of the medium; the tip of a leg, 270 degrees at 7.62 cm
     for name, length in ((PUSH, 0.32 + 1.6 + depth(runs[PUSH], config).max()), (LEG, 35.9)):
         run = runs[name]
@@ -297,7 +282,7 @@ def test_length_of_the_way(config: Config, runs: dict[str, Run]) -> None:
         assert way[-1] == pytest.approx(length, rel=0.01)
 
 
-def test_proportional_spread(config: Config, runs: dict[str, Run]) -> None:
+def test_proportional_spread(config, runs):
     for run_id in (PUSH, SLANTED, LEG, "yuma_bp00_g90_in", "poppy_CP_bp90_g00_h762"):
         run = runs[run_id]
         moved, clean = change(run, config, {"spread-percent": 10.0}), granular(run, config)
@@ -311,14 +296,14 @@ def test_proportional_spread(config: Config, runs: dict[str, Run]) -> None:
     assert np.mean(drawn) == pytest.approx(1, abs=0.005)
 
 
-def test_tare_of_another_bed(config: Config, runs: dict[str, Run]) -> None:
+def test_tare_of_another_bed(config, runs):
     run = runs[ROD]
     felt = np.array(ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).rod)
     assert np.abs(felt[0]).max() > 0.4
     np.testing.assert_allclose(change(run, config, {"tare-bed": 50.0}), 0.5 * felt, atol=0.02)
 
 
-def test_draws_know_nothing_of_each_other(config: Config, runs: dict[str, Run]) -> None:
+def test_draws_know_nothing_of_each_other(config, runs):
     run = runs[SLANTED]
     real = sizes_of([REAL_LAB])
     both = change(run, config, {"pink": 0.5, "patches": 5.0})
@@ -334,7 +319,7 @@ def test_draws_know_nothing_of_each_other(config: Config, runs: dict[str, Run]) 
     assert len(beds) == 3
 
 
-def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
+def test_same_seed_same_bytes(config, tmp_path):
     few = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
     written = []
     for number, (media, asked) in enumerate([
@@ -358,7 +343,7 @@ def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     assert "disturbed" not in (tmp_path / "2" / "runs.csv").read_text(encoding="utf-8")
 
 
-def test_sizes() -> None:
+def test_sizes():
     assert sizes_of([]) == {}
     assert sizes_of(["surface"]) == {"surface": 1.0}
     assert sizes_of(["turn=-2", "surface=0.5"]) == {"surface": 0.5, "turn": -2.0}
@@ -378,6 +363,6 @@ def test_sizes() -> None:
         ("power=0", "from 0.3 to 3 .exponent"), ("lag=1,5", "from 0 to 2 s"),
     ],
 )  # fmt: skip
-def test_sizes_that_cannot_be(asked: str, words: str) -> None:
+def test_sizes_that_cannot_be(asked, words):
     with pytest.raises(InputError, match=words):
         sizes_of([asked])

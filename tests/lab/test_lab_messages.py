@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -13,24 +12,21 @@ from rftfit.lab.marker import remove
 from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import resolve
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
 
-
-def test_a_tare_of_another_medium_needs_one(config: Config) -> None:
+def test_a_tare_of_another_medium_needs_one(config):
     runs = {run.run_id: run for run in plan_runs(config) if run.medium in ("poppy_LP", "")}
     with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
         resolve(["wrong_medium_tare"], runs, "poppy_LP")
 
 
-def test_a_config_without_a_plate(config: Config) -> None:
+def test_a_config_without_a_plate(config):
     legs = {name: one for name, one in config.intruders.items() if one.shape == "leg"}
     with pytest.raises(InputError, match="intruders has no entry of shape plate"):
         plate_of(config.model_copy(update={"intruders": legs}))
 
 
-def test_a_log_that_cannot_be_removed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def refuse(*_: Any, **__: Any) -> None:
+def test_a_log_that_cannot_be_removed(monkeypatch, tmp_path):
+    def refuse(*_, **__):
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(Path, "unlink", refuse)

@@ -13,18 +13,18 @@ import pytest
 
 import rftfit.lab
 from rftfit import reference
-from rftfit.campaign.config import Config, Container
+from rftfit.campaign.config import Container
 from rftfit.errors import InputError
-from rftfit.lab.plan import Run, half_extents, motion_at, plan_runs, plate_of, segments, window
+from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, window
 from rftfit.lab.write import SHEET_COLUMNS, sheet_text
 
 
 @pytest.fixture(scope="module")
-def runs(config: Config) -> list[Run]:
+def runs(config):
     return plan_runs(config)
 
 
-def test_number_of_runs(runs: list[Run]) -> None:
+def test_number_of_runs(runs):
     assert len(runs) == 933
     assert Counter(run.medium for run in runs) == {
         **dict.fromkeys(reference.MEDIA, 183),
@@ -39,7 +39,7 @@ def test_number_of_runs(runs: list[Run]) -> None:
     assert [run.run_id for run in runs] == sorted({run.run_id for run in runs})
 
 
-def test_every_cell_of_table_s5_is_measured(runs: list[Run]) -> None:
+def test_every_cell_of_table_s5_is_measured(runs):
     cells = set()
     for run in runs:
         if run.kind == "plate" and run.medium == "poppy_LP":
@@ -54,7 +54,7 @@ def test_every_cell_of_table_s5_is_measured(runs: list[Run]) -> None:
     }
 
 
-def test_tares(runs: list[Run]) -> None:
+def test_tares(runs):
     by_id = {run.run_id: run for run in runs}
     users = Counter(run.tare_run for run in runs if run.tare_run)
     for run in runs:
@@ -70,18 +70,18 @@ def test_tares(runs: list[Run]) -> None:
             )
 
 
-def test_subset_has_the_same_runs(config: Config, runs: list[Run]) -> None:
+def test_subset_has_the_same_runs(config, runs):
     some = plan_runs(config, ["yuma", "poppy_LP"])
     assert len(some) == 183 + 5 + 3
     assert set(some) <= set(runs)
 
 
-def test_unknown_medium(config: Config) -> None:
+def test_unknown_medium(config):
     with pytest.raises(InputError, match="did you mean 'poppy_LP'"):
         plan_runs(config, ["popy_LP"])
 
 
-def test_sheet(runs: list[Run]) -> None:
+def test_sheet(runs):
     lines = sheet_text(runs, {}).split("\n")
     assert lines[0] == ",".join(
         name for name in SHEET_COLUMNS if name not in ("zero_log", "stroke")
@@ -100,14 +100,14 @@ def test_sheet(runs: list[Run]) -> None:
     assert ",air_c_leg,yes," in leg
 
 
-def test_every_path_leaves_a_window(config: Config, runs: list[Run]) -> None:
+def test_every_path_leaves_a_window(config, runs):
     for run in runs:
         if run.kind == "plate" and run.direction != "horizontal":
             shallow, deep = window(run, config)
             assert deep - shallow >= 0.5
 
 
-def test_paths_stay_in_the_box(config: Config, runs: list[Run]) -> None:
+def test_paths_stay_in_the_box(config, runs):
     plate = plate_of(config)[1]
     for run in runs:
         if run.kind != "plate" or run.medium not in ("poppy_LP", "yuma"):
@@ -132,7 +132,7 @@ def test_paths_stay_in_the_box(config: Config, runs: list[Run]) -> None:
         assert speed.max() <= config.arm.speed_cm_per_s + 1e-6
 
 
-def test_too_small_a_container(config: Config) -> None:
+def test_too_small_a_container(config):
     small = config.model_copy(
         update={"container": Container(length_cm=17, width_cm=22, depth_cm=15)}
     )
@@ -140,7 +140,7 @@ def test_too_small_a_container(config: Config) -> None:
         segments(plan_runs(small, ["poppy_LP"])[20], small)
 
 
-def test_lab_knows_nothing_of_the_analysis() -> None:
+def test_lab_knows_nothing_of_the_analysis():
     allowed = {"lab", "campaign", "reference", "store", "errors", "__version__"}
     files = list(Path(str(rftfit.lab.__file__)).parent.glob("*.py"))
     assert len(files) > 5

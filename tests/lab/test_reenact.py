@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,31 +16,25 @@ from rftfit.lab.marker import MARKER
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.rig import FAULTS
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.plan import Run
-
 SANDS = ["yuma", "palms29", "palms29_sieved"]
 
 
 @pytest.fixture(scope="module")
-def runs(config: Config) -> dict[str, Run]:
+def runs(config):
     return {run.run_id: run for run in plan_runs(config)}
 
 
-def _contents(folder: Path) -> dict[str, bytes]:
+def _contents(folder):
     files = (path for path in folder.rglob("*") if path.is_file() and path.name != MARKER)
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
-def _table(content: bytes | None) -> pd.DataFrame:
+def _table(content):
     assert content is not None
     return pd.read_csv(io.BytesIO(content), comment="#")
 
 
-def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
+def test_same_seed_same_bytes(config, tmp_path):
     one, two, part = (tmp_path / name for name in ("one", "two parts", "part"))
     few: Any = {"media": ["poppy_LP"], "directions": FEW}
     planned, whole = len(plan_runs(config, **few)), len(plan_runs(config))
@@ -64,14 +58,14 @@ def test_same_seed_same_bytes(config: Config, tmp_path: Path) -> None:
     assert summary.bytes / planned * whole < 150e6
 
 
-def test_another_seed_other_bytes(config: Config, runs: dict[str, Run]) -> None:
+def test_another_seed_other_bytes(config, runs):
     run = runs["yuma_c_leg"]
     assert run_logs(run, config, 1) == run_logs(run, config, 1)
     first, second = run_logs(run, config, 1), run_logs(run, config, 2)
     assert all(first[name] != second[name] for name in first)
 
 
-def test_form_of_the_logs(config: Config, runs: dict[str, Run]) -> None:
+def test_form_of_the_logs(config, runs):
     run = runs["poppy_CP_bp30_g34_in"]
     logs = run_logs(run, config, 2013)
     force, motion = _table(logs[run.force_log]), _table(logs[run.motion_log])
@@ -93,7 +87,7 @@ def test_form_of_the_logs(config: Config, runs: dict[str, Run]) -> None:
     assert np.abs(motion["angle_deg"] - 30).max() < 0.15
 
 
-def test_folder_that_cannot_be_written(config: Config, tmp_path: Path) -> None:
+def test_folder_that_cannot_be_written(config, tmp_path):
     blocked = tmp_path / "raw"
     blocked.write_text("a file, no folder", encoding="utf-8")
     with pytest.raises(OutputError, match="cannot write"):
@@ -110,21 +104,21 @@ def test_folder_that_cannot_be_written(config: Config, tmp_path: Path) -> None:
         ("never_touches:yuma_c_leg", "is a leg"),
     ],
 )
-def test_fault_that_cannot_be(config: Config, tmp_path: Path, fault: str, words: str) -> None:
+def test_fault_that_cannot_be(config, tmp_path, fault, words):
     media = ["poppy_LP", "yuma"]
     with pytest.raises(InputError, match=words):
         reenact(config, tmp_path, tmp_path / "runs.csv", media=media, faults=[fault])
     assert not list(tmp_path.iterdir())
 
 
-def test_default_runs_exist(runs: dict[str, Run]) -> None:
+def test_default_runs_exist(runs):
     endings = {ending for ending, _ in FAULTS.values()}
     assert len(endings) == len(FAULTS)
     for ending in endings:
         assert runs[f"poppy_LP_{ending}"].kind == "plate"
 
 
-def test_faults_in_a_campaign(config: Config, tmp_path: Path) -> None:
+def test_faults_in_a_campaign(config, tmp_path):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     reenact(config, whole, whole / "runs.csv", media=SANDS)
     reenact(config, broken, broken / "runs.csv", media=SANDS)
@@ -159,12 +153,12 @@ def test_faults_in_a_campaign(config: Config, tmp_path: Path) -> None:
     assert summary.n_files == len(after)
 
 
-def test_faults_of_the_force_log(config: Config, runs: dict[str, Run]) -> None:
+def test_faults_of_the_force_log(config, runs):
     run = runs["poppy_LP_bm30_g45_in"]
     whole = run_logs(run, config, 2013)
     good = _table(whole[run.force_log])
 
-    def with_fault(name: str) -> bytes:
+    def with_fault(name):
         logs = run_logs(run, config, 2013, (name,))
         assert logs[run.motion_log] == whole[run.motion_log]
         content = logs[run.force_log]
@@ -220,7 +214,7 @@ def test_faults_of_the_force_log(config: Config, runs: dict[str, Run]) -> None:
     assert set(run_logs(run, config, 2013, ("missing_tare",)).values()) == {None}
 
 
-def test_faults_of_the_motion(config: Config, runs: dict[str, Run]) -> None:
+def test_faults_of_the_motion(config, runs):
     run = runs["poppy_LP_bm30_g45_in"]
     whole = run_logs(run, config, 2013)
     flipped = run_logs(run, config, 2013, ("flipped_beta",))

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.lab.plan import Run, plan_runs, plate_of, segments, window
-from rftfit.lab.rig import Ideal, ideal, nuisance, record
+from rftfit.lab.plan import plan_runs, plate_of, segments, window
+from rftfit.lab.rig import ideal, nuisance, record
 from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
-
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
 
 
 @pytest.fixture(scope="module")
-def runs(config: Config) -> dict[str, Run]:
+def runs(config):
     return {run.run_id: run for run in plan_runs(config)}
 
 
-def _in_stroke(run: Run, config: Config, true: Ideal) -> np.ndarray:
+def _in_stroke(run, config, true):
     phases = [part.phase for part in segments(run, config)]
     return np.asarray(true.motion.segment == phases.index("stroke"))
 
 
 @pytest.mark.parametrize("beta_deg", [-60, -30, 0, 30, 60, 90])
 @pytest.mark.parametrize("gamma_deg", [18.43495, 45, 71.56505, 90])
-def test_pull_is_the_mirror_image_of_its_cell(beta_deg: float, gamma_deg: float) -> None:
+def test_pull_is_the_mirror_image_of_its_cell(beta_deg, gamma_deg):
     # the pull: plate held at beta, moved back up along the path
     beta, gamma = np.radians([beta_deg, gamma_deg])
     tangent = np.array([np.cos(beta), -np.sin(beta)])
@@ -51,7 +46,7 @@ def test_pull_is_the_mirror_image_of_its_cell(beta_deg: float, gamma_deg: float)
         assert pull_alpha("glass3mm_CP", beta_deg, gamma_deg) == (physical_z, physical_x)
 
 
-def test_forces_oppose_the_motion_where_they_must(config: Config, runs: dict[str, Run]) -> None:
+def test_forces_oppose_the_motion_where_they_must(config, runs):
     down = ideal(runs["poppy_CP_bp00_g90_in"], config)
     assert down.granular[0].max() > 40
     assert down.granular[0].min() == 0
@@ -62,9 +57,7 @@ def test_forces_oppose_the_motion_where_they_must(config: Config, runs: dict[str
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass0.3mm_CP"])
-def test_force_in_the_window_is_exactly_the_published_one(
-    config: Config, runs: dict[str, Run], medium: str
-) -> None:
+def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
     area = plate_of(config)[1].area_cm2
     checked = 0
     for run in runs.values():
@@ -89,7 +82,7 @@ def test_force_in_the_window_is_exactly_the_published_one(
     assert checked == 72
 
 
-def test_level_runs_reach_their_steady_state(config: Config, runs: dict[str, Run]) -> None:
+def test_level_runs_reach_their_steady_state(config, runs):
     area = plate_of(config)[1].area_cm2
     for run in runs.values():
         if run.kind != "plate" or run.medium != "poppy_CP" or run.direction != "horizontal":
@@ -106,7 +99,7 @@ def test_level_runs_reach_their_steady_state(config: Config, runs: dict[str, Run
             assert np.abs(force[start] / value - 1).max() > 0.2
 
 
-def test_written_numbers_give_the_force_back(config: Config, runs: dict[str, Run]) -> None:
+def test_written_numbers_give_the_force_back(config, runs):
     turn = np.radians(config.transducer.turn_deg)
     for name in ("poppy_CP_bm30_g45_in", "glass3mm_CP_bp60_g56_ex", "yuma_c_leg"):
         run = runs[name]
@@ -126,7 +119,7 @@ def test_written_numbers_give_the_force_back(config: Config, runs: dict[str, Run
         assert s_y.std() == pytest.approx(0.05, rel=0.2)
 
 
-def test_motion_log_and_its_clock(config: Config, runs: dict[str, Run]) -> None:
+def test_motion_log_and_its_clock(config, runs):
     for name, late in (("poppy_LP_bp00_g45_in", 0.0), ("glass3mm_CP_bp00_g45_in", 3600.0)):
         run = runs[name]
         made, true = record(run, config, 2013), ideal(run, config)
@@ -142,7 +135,7 @@ def test_motion_log_and_its_clock(config: Config, runs: dict[str, Run]) -> None:
         assert np.mean(moved == made.arm_moving[:-1].astype(bool)) > 0.99
 
 
-def test_rod(config: Config, runs: dict[str, Run]) -> None:
+def test_rod(config, runs):
     for run in runs.values():
         if run.kind == "rod" and run.medium in ("poppy_CP", "glass0.3mm_LP", "palms29"):
             true, with_plate = ideal(run, config), ideal(runs[run.run_id[:-4]], config)
@@ -154,7 +147,7 @@ def test_rod(config: Config, runs: dict[str, Run]) -> None:
                 assert peak > 0.25
 
 
-def test_partly_submerged_plate_meets_the_whole_one_smoothly() -> None:
+def test_partly_submerged_plate_meets_the_whole_one_smoothly():
     depth = np.linspace(-2, 3, 5001)
     load = submerged_depth(depth, 1.9)
     assert np.all(load[depth < -1.9] == 0)
@@ -163,7 +156,7 @@ def test_partly_submerged_plate_meets_the_whole_one_smoothly() -> None:
     assert np.abs(np.diff(load, 2)).max() < 1e-5
 
 
-def test_legs_and_sands(config: Config, runs: dict[str, Run]) -> None:
+def test_legs_and_sands(config, runs):
     for figure, name in (("fig_s5", "poppy_CP_c_leg"), ("fig_s12", "palms29_flat_leg")):
         run = runs[name]
         table = reference.load(figure)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +13,6 @@ from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, head_of
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 h5py = pytest.importorskip("h5py")
 
 N = 400
@@ -24,7 +21,7 @@ FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
 Z = -10 * TIME
 
 
-def mat5(path: Path) -> None:
+def mat5(path):
     from scipy.io import savemat
 
     run = {
@@ -37,7 +34,7 @@ def mat5(path: Path) -> None:
     savemat(path, {"run": run, "z_mm": Z[None]})
 
 
-def mat73(path: Path) -> None:
+def mat73(path):
     # MATLAB puts its own text in front, and lays tables the other way round
     with h5py.File(path, "w", userblock_size=512) as file:
         file["run/time"], file["run/F"], file["z_mm"] = TIME[None], FORCE.T, Z[:, None]
@@ -48,7 +45,7 @@ def mat73(path: Path) -> None:
         raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512))
 
 
-def hdf5(path: Path) -> None:
+def hdf5(path):
     with h5py.File(path, "w") as file:
         file["run/time"], file["run/F"], file["z"] = TIME, FORCE.astype(">f4").astype(">f8"), Z
         file["run/F"][...] = FORCE
@@ -57,7 +54,7 @@ def hdf5(path: Path) -> None:
         file["text"] = "a note"
 
 
-def npz(path: Path) -> None:
+def npz(path):
     arrays: dict[str, Any] = {
         "run.time": TIME,
         "run.F": FORCE,
@@ -72,7 +69,7 @@ MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_every_column_by_its_path(name: str, tmp_path: Path) -> None:
+def test_every_column_by_its_path(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
     reader, *others = claimants(head_of(path))
@@ -90,7 +87,7 @@ def test_every_column_by_its_path(name: str, tmp_path: Path) -> None:
     assert log.rows == N
 
 
-def test_arrays_of_numpy(tmp_path: Path) -> None:
+def test_arrays_of_numpy(tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, np.column_stack([TIME, FORCE]))
     log = ArraysReader().load(path)
@@ -107,7 +104,7 @@ def test_arrays_of_numpy(tmp_path: Path) -> None:
     assert log.units["stamp"] == "s"
 
 
-def test_a_rate_where_no_time_is(tmp_path: Path) -> None:
+def test_a_rate_where_no_time_is(tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, FORCE)
     log = ArraysReader().with_options({"rate_Hz": 50.0}).load(path)
@@ -116,7 +113,7 @@ def test_a_rate_where_no_time_is(tmp_path: Path) -> None:
     assert "50 Hz" in log.notes[0]
 
 
-def test_lengths(tmp_path: Path) -> None:
+def test_lengths(tmp_path):
     path = tmp_path / "d.npz"
     npz(path)
     assert "settings (7)" in ArraysReader().load(path).notes[0]
@@ -126,13 +123,13 @@ def test_lengths(tmp_path: Path) -> None:
     assert_array_equal(log.columns["settings"], np.arange(7))
 
 
-def damaged(path: Path) -> Any:
+def damaged(path):
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 3])
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_a_file_that_was_cut(name: str, tmp_path: Path) -> None:
+def test_a_file_that_was_cut(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
     damaged(path)
@@ -141,7 +138,7 @@ def test_a_file_that_was_cut(name: str, tmp_path: Path) -> None:
     assert error.value.code in ("damaged", "header_only")
 
 
-def test_what_holds_no_plain_numbers(tmp_path: Path) -> None:
+def test_what_holds_no_plain_numbers(tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, np.array([{"a": 1}], dtype=object), allow_pickle=True)
     with pytest.raises(LogError, match="damaged"):
@@ -156,7 +153,7 @@ def test_what_holds_no_plain_numbers(tmp_path: Path) -> None:
         ArraysReader().load(tmp_path / "none.h5")
 
 
-def test_cells_and_struct_arrays_of_matlab(tmp_path: Path) -> None:
+def test_cells_and_struct_arrays_of_matlab(tmp_path):
     """Each cell and each struct by its number, as MATLAB counts; a field of one number each is a column."""
     from scipy.io import savemat
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,22 +12,16 @@ from foreign_logs import TEXTS, netft
 from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
 from rftfit.logs.registry import dialect
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from rftfit.logs.base import Log
-
 NAMES = sorted(TEXTS)
 ROWS = 900
 
 
 @pytest.fixture
-def blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+def blocks(monkeypatch):
     monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 3000)
 
 
-def damaged(name: str) -> bytes:
+def damaged(name):
     made = TEXTS[name](ROWS)
     lines = list(made.lines)
     for row in range(40, ROWS, 41):
@@ -36,7 +29,7 @@ def damaged(name: str) -> bytes:
     return made.header + b"".join(lines) + made.lines[0][:-3]
 
 
-def assert_same(one: Log, other: Log) -> None:
+def assert_same(one, other):
     assert list(one.columns) == list(other.columns)
     for name, values in one.columns.items():
         np.testing.assert_array_equal(values, other.columns[name])
@@ -45,9 +38,7 @@ def assert_same(one: Log, other: Log) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_blocks_give_what_the_whole_gives(
-    name: str, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
+def test_blocks_give_what_the_whole_gives(name, tmp_path, request):
     path = tmp_path / "log.txt"
     path.write_bytes(damaged(name))
     reader = TEXTS[name](1).reader
@@ -61,7 +52,7 @@ def test_blocks_give_what_the_whole_gives(
 
 
 @pytest.mark.usefixtures("blocks")
-def test_a_reader_may_stop_after_the_first_block(tmp_path: Path) -> None:
+def test_a_reader_may_stop_after_the_first_block(tmp_path):
     path = tmp_path / "log.txt"
     path.write_bytes(netft(ROWS).content)
     before = threading.active_count()
@@ -72,7 +63,7 @@ def test_a_reader_may_stop_after_the_first_block(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("blocks")
-def test_long_rig_logs_are_refused_like_short_ones(tmp_path: Path) -> None:
+def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
     path = tmp_path / "log.csv"
     for content, code, rows in (
         (b"time_s,x_mm,z_mm\n" + b"1,2,3\n" * 900 + b"1,2", "header", 901),
@@ -86,15 +77,15 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path: Path) -> None:
         assert str(path) in str(error)
 
 
-def test_results_come_in_order_and_few_items_are_taken_early() -> None:
+def test_results_come_in_order_and_few_items_are_taken_early():
     taken: list[int] = []
 
-    def items() -> Iterator[int]:
+    def items():
         for item in range(1, 41):
             taken.append(item)
             yield item
 
-    def work(item: int) -> int:
+    def work(item):
         time.sleep(0.002 * (item % 3))
         return item * item
 
@@ -104,8 +95,8 @@ def test_results_come_in_order_and_few_items_are_taken_early() -> None:
     assert len(taken) == 40
 
 
-def test_an_error_of_the_work_reaches_whoever_asked() -> None:
-    def work(item: int) -> float:
+def test_an_error_of_the_work_reaches_whoever_asked():
+    def work(item):
         return 1 / item
 
     with pytest.raises(ZeroDivisionError):

@@ -9,7 +9,8 @@ import subprocess
 import sys
 import zipfile
 import zlib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -23,10 +24,6 @@ from rftfit.cli.main import main
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import dialect
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
 h5py = pytest.importorskip("h5py")
 
 HUGE, MOST_MB = 250_000_000, 200
@@ -36,24 +33,24 @@ ZEROS = bytes(1 << 22)
 # --- Files that name others
 
 
-def external(file: Any) -> None:
+def external(file):
     file.create_dataset("F", (8,), "f8", external=[("secret.bin", 0, 64)])
 
 
-def virtual(file: Any) -> None:
+def virtual(file):
     layout = h5py.VirtualLayout((8,), "f8")
     layout[:] = h5py.VirtualSource("secret.h5", "F", (8,))
     file.create_virtual_dataset("run/F", layout)
 
 
-def virtual_through_a_link(file: Any) -> None:
+def virtual_through_a_link(file):
     file["way"] = h5py.ExternalLink("secret.h5", "/")
     layout = h5py.VirtualLayout((8,), "f8")
     layout[:] = h5py.VirtualSource(".", "way/F", (8,))
     file.create_virtual_dataset("F", layout)
 
 
-def virtual_of_hidden_external(file: Any) -> None:
+def virtual_of_hidden_external(file):
     file.create_dataset("#refs#/a", (8,), "f8", external=[("secret.bin", 0, 64)])
     layout = h5py.VirtualLayout((8,), "f8")
     layout[:] = h5py.VirtualSource(".", "#refs#/a", (8,))
@@ -70,13 +67,7 @@ def virtual_of_hidden_external(file: Any) -> None:
         (virtual_of_hidden_external, "'#refs#/a' are in another file, 'secret.bin'"),
     ],
 )
-def test_hdf5_that_reads_other_files(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    make: Callable[[Any], None],
-    named: str,
-    name: str,
-) -> None:
+def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, named, name):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "secret.bin").write_bytes(np.arange(8.0).tobytes())
     with h5py.File("secret.h5", "w") as file:
@@ -94,9 +85,7 @@ def test_hdf5_that_reads_other_files(
     assert "allowed: values in the log itself" in str(caught.value)
 
 
-def test_inspect_check_and_run_refuse_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
     folder = make_campaign(
         tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=((0.0, 90.0),)
     )
@@ -123,7 +112,7 @@ def test_inspect_check_and_run_refuse_it(
     assert runs["reason"].str.contains(said, regex=False).all()
 
 
-def test_hdf5_that_reads_itself(tmp_path: Path) -> None:
+def test_hdf5_that_reads_itself(tmp_path):
     """Virtual datasets of the file's own; links to other files are not followed, as before."""
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["raw/F"] = np.arange(8.0)
@@ -141,37 +130,37 @@ def test_hdf5_that_reads_itself(tmp_path: Path) -> None:
 # --- Small files of huge content
 
 
-def h5_fill(path: Path) -> None:
+def h5_fill(path):
     with h5py.File(path, "w") as file:
         for name in ("time", "F"):
             file.create_dataset(name, (HUGE // 2,), "f8", chunks=(1 << 20,), compression="gzip")
 
 
-def h5_small_numbers(path: Path) -> None:
+def h5_small_numbers(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("F", (HUGE,), "i1", chunks=(1 << 20,))
 
 
-def h5_large_block(path: Path) -> None:
+def h5_large_block(path):
     """A block of which the dataset has the first rows only."""
     with h5py.File(path, "w") as file:
         file.create_dataset("F", (8,), "f8", maxshape=(None,), chunks=(HUGE,), compression="gzip")
 
 
-def deflated(count: int, head: bytes = b"") -> bytes:
+def deflated(count, head=b""):
     packer = zlib.compressobj(1)
     parts = [packer.compress(head), *(packer.compress(ZEROS) for _ in range(count))]
     return b"".join([*parts, packer.flush()])
 
 
-def h5_lie(path: Path) -> None:
+def h5_lie(path):
     """A block that unpacks to more than its size."""
     with h5py.File(path, "w") as file:
         data = file.create_dataset("F", (400,), "f8", chunks=(400,), compression="gzip")
         data.id.write_direct_chunk((0,), deflated(128))
 
 
-def npy_head(count: int) -> bytes:
+def npy_head(count):
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(
         head, {"descr": "<f8", "fortran_order": False, "shape": (count,)}
@@ -179,7 +168,7 @@ def npy_head(count: int) -> bytes:
     return head.getvalue()
 
 
-def npz(path: Path) -> None:
+def npz(path):
     archive = zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
     with archive, archive.open("F.npy", "w") as member:
         member.write(npy_head(HUGE // 2 + 10_000_000))
@@ -187,15 +176,15 @@ def npz(path: Path) -> None:
             member.write(ZEROS)
 
 
-def npy(path: Path) -> None:
+def npy(path):
     path.write_bytes(npy_head(HUGE) + bytes(8000))
 
 
-def element(kind: int, data: bytes) -> bytes:
+def element(kind, data):
     return struct.pack("<II", kind, len(data)) + data
 
 
-def mat5(count: int, data: bytes) -> bytes:
+def mat5(count, data):
     """A file of one packed variable: doubles, as MATLAB writes whole numbers, in a byte each."""
     flags, name = element(6, struct.pack("<II", 6, 0)), element(1, b"Fx      ")
     inside = flags + element(5, struct.pack("<ii", count, 1)) + name + struct.pack("<II", 2, count)
@@ -204,19 +193,19 @@ def mat5(count: int, data: bytes) -> bytes:
     return head + element(15, packer)
 
 
-def parquet(path: Path) -> None:
+def parquet(path):
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     pq.write_table(pa.table({"F": np.zeros(140_000_000, bool)}), path)
 
 
-def gz(path: Path) -> None:
+def gz(path):
     head, rows = b"# rig\ntime_s,x_mm,z_mm,angle_deg\n", b"0,1,2,3\n" * 500_000
     path.write_bytes(gzip.compress(head) + gzip.compress(rows) * 270)
 
 
-def xlsx(path: Path) -> None:
+def xlsx(path):
     """Styles without number: each becomes an object that takes a hundred times its text."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         archive.writestr("[Content_Types].xml", "")
@@ -252,7 +241,7 @@ except LogError as error:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
 @pytest.mark.parametrize("name", BOMBS)
-def test_refused_before_it_takes_memory(tmp_path: Path, name: str) -> None:
+def test_refused_before_it_takes_memory(tmp_path, name):
     reader, make, code = BOMBS[name]
     make(tmp_path / name)
     assert (tmp_path / name).stat().st_size < 30_000_000
@@ -264,7 +253,7 @@ def test_refused_before_it_takes_memory(tmp_path: Path, name: str) -> None:
     assert "allowed: 1074 MB" in said or code == "damaged"
 
 
-def test_rows_as_wide_as_a_sheet_can_be(tmp_path: Path) -> None:
+def test_rows_as_wide_as_a_sheet_can_be(tmp_path):
     """One cell at the far end makes a row of 16,384: so many rows were kept at a time, 6 GB of them."""
     rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F", "far"])
     with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,38 +15,31 @@ from rftfit.logs.base import FINITE, Log, LogError
 from rftfit.logs.registry import DIALECTS
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from foreign_logs import Foreign
-
-    from rftfit.logs.base import Reader
-
 NAMES = sorted(TEXTS)
 ROWS = 12
 LOGS = {name: make(ROWS) for name, make in TEXTS.items()}
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(tmp_path_factory):
     return tmp_path_factory.mktemp("cut") / "log.txt"
 
 
-def read(reader: Reader, content: bytes, place: Path) -> Log | LogError:
+def read(reader, content, place):
     place.write_bytes(content)
     log = reader.load_many([place])[0]
     assert isinstance(log, Log) or str(place) in str(log)
     return log
 
 
-def whole(made: Foreign, place: Path) -> Log:
+def whole(made, place):
     log = read(made.reader, made.content, place)
     assert isinstance(log, Log)
     return log
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_whole(name: str, place: Path) -> None:
+def test_whole(name, place):
     made = LOGS[name]
     log = whole(made, place)
     assert (log.rows, log.dropped, log.missing) == (ROWS, {}, {})
@@ -58,13 +50,13 @@ def test_whole(name: str, place: Path) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_only_its_own_reader_claims_it(name: str) -> None:
+def test_only_its_own_reader_claims_it(name):
     head = LOGS[name].content
     claim = [other for other, reader in DIALECTS.items() if reader.detect(head)]
     assert claim == ([] if name in ("delimited", "dated") else [name])
 
 
-def ends(made: Foreign) -> list[int]:
+def ends(made):
     """Where each data line is complete: behind its first line end character."""
     stops = np.cumsum([len(made.header), *map(len, made.lines)])[1:]
     return [
@@ -72,7 +64,7 @@ def ends(made: Foreign) -> list[int]:
     ]
 
 
-def check_cut(made: Foreign, full: Log, stop: int, place: Path) -> None:
+def check_cut(made, full, stop, place):
     complete = sum(end <= stop for end in ends(made))
     log = read(made.reader, made.content[:stop], place)
     if isinstance(log, LogError):
@@ -88,7 +80,7 @@ def check_cut(made: Foreign, full: Log, stop: int, place: Path) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_cut_anywhere(name: str, place: Path) -> None:
+def test_cut_anywhere(name, place):
     """At every byte of a short file."""
     made = TEXTS[name](3)
     full = whole(made, place)
@@ -98,16 +90,14 @@ def test_cut_anywhere(name: str, place: Path) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(name=st.sampled_from(NAMES), rows=st.integers(1, 400), share=st.floats(0, 1))
-def test_cut_long(
-    name: str, rows: int, share: float, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_cut_long(name, rows, share, tmp_path_factory):
     place = tmp_path_factory.getbasetemp() / "long.txt"
     made = TEXTS[name](rows)
     check_cut(made, whole(made, place), round(share * len(made.content)), place)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_bad_line_keeps_its_place_in_time(name: str, place: Path) -> None:
+def test_a_bad_line_keeps_its_place_in_time(name, place):
     """What is left out is a gap; the rows below stay when they were."""
     made = LOGS[name]
     full = whole(made, place)
@@ -128,7 +118,7 @@ def test_a_bad_line_keeps_its_place_in_time(name: str, place: Path) -> None:
             np.testing.assert_array_equal(log.columns[column], values[keep])
 
 
-def _worse(made: Foreign, word: bytes) -> bytes:
+def _worse(made, word):
     """The sixth line with its last number replaced."""
     *_, last = re.finditer(rb"-?\d+[.,]\d+", made.lines[5])
     return made.lines[5][: last.start()] + word + made.lines[5][last.end() :]
@@ -139,9 +129,7 @@ def _worse(made: Foreign, word: bytes) -> bytes:
     name=st.sampled_from(NAMES),
     spots=st.lists(st.tuples(st.floats(0, 0.9999), st.binary(max_size=3)), min_size=1, max_size=4),
 )
-def test_no_row_is_invented(
-    name: str, spots: list[tuple[float, bytes]], tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_no_row_is_invented(name, spots, tmp_path_factory):
     """Whatever bytes are changed: each row that comes back stands in a line of the file."""
     made = LOGS[name]
     content = bytearray(made.content)
@@ -154,7 +142,7 @@ def test_no_row_is_invented(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_byte_order_mark_within_the_file_is_damage(name: str, place: Path) -> None:
+def test_a_byte_order_mark_within_the_file_is_damage(name, place):
     """Parsers pass over one at the start of what they are given, and take the cell without it."""
     made = LOGS[name]
     lines = [b"\xef\xbb\xbf" + made.lines[0].lstrip()[1:], *made.lines[1:]]
@@ -164,7 +152,7 @@ def test_a_byte_order_mark_within_the_file_is_damage(name: str, place: Path) -> 
         assert log.size == ROWS - 1
 
 
-def test_lost_packets_are_a_gap(place: Path) -> None:
+def test_lost_packets_are_a_gap(place):
     made = netft(40, lost=3)
     log = whole(made, place)
     assert sum(log.missing.values()) == 9
@@ -177,7 +165,7 @@ def test_lost_packets_are_a_gap(place: Path) -> None:
     assert (sum(damaged.missing.values()), sum(damaged.dropped.values())) == (9, 1)
 
 
-def test_segments(place: Path) -> None:
+def test_segments(place):
     made = lvm(20, segments=3)
     log = whole(made, place)
     assert log.rows == 60
@@ -185,7 +173,7 @@ def test_segments(place: Path) -> None:
     assert log.units == {"time": "s", "Force z": "N", "z": "mm"}
 
 
-def test_a_segment_with_other_channels(place: Path) -> None:
+def test_a_segment_with_other_channels(place):
     made = lvm(20, segments=2)
     content = made.content
     second = content.index(b"Channels", len(made.header))

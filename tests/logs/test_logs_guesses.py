@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,14 +12,11 @@ from rftfit.logs.base import Log
 from rftfit.logs.quantities import guesses
 from rftfit.logs.units import names_and_units
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 Header = list[tuple[str, str, str]]
 """Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
 
 
-def proposed(path: Path, header: Header, how: str) -> dict[str, int]:
+def proposed(path, header, how):
     """Quantities of a text with this header, by the place of the column that is proposed."""
     names = [f"{name} [{unit}]" if unit and how == "brackets" else name for name, unit, _ in header]
     below = ["\t".join(unit for _, unit, _ in header)] if how == "row" else []
@@ -61,7 +57,7 @@ CASES: dict[str, dict[str, str]] = {
 
 
 @pytest.mark.parametrize("header", CASES)
-def test_what_a_header_says(header: str, tmp_path: Path) -> None:
+def test_what_a_header_says(header, tmp_path):
     names, units = names_and_units(header.split("|"))
     columns = {name: np.arange(2.0) for name in names}
     log = Log(tmp_path, columns, dict(zip(names, units, strict=True)), 2)
@@ -97,7 +93,7 @@ AXES = [
 ]
 
 
-def made(luck: random.Random) -> Header:
+def made(luck):
     """Make a header as some program could write it, with what each column holds."""
     header: Header = [(*luck.choice(TIMES), "time")] if luck.random() < 0.9 else []
     style = luck.randrange(5)
@@ -133,7 +129,7 @@ def made(luck: random.Random) -> Header:
     return header
 
 
-def test_no_wrong_quantity_is_proposed(tmp_path: Path) -> None:
+def test_no_wrong_quantity_is_proposed(tmp_path):
     luck = random.Random(20)
     wrong, right, wanted = [], 0, 0
     for _ in range(300):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from foreign_logs import lvm
@@ -11,14 +9,11 @@ from foreign_logs import lvm
 from rftfit.logs.base import LogError
 from rftfit.logs.labview import LvmReader
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 ROWS = 20
 STEP = 0.01 * np.arange(ROWS)
 
 
-def changed(path: Path, key: str, second: str, *, part: int = 0, segments: int = 1) -> Path:
+def changed(path, key, second, *, part=0, segments=1):
     """A file in which one key of one segment's header says something else of the second channel."""
     head, *parts = lvm(ROWS, segments=segments).content.decode().split("Channels\t")
     lines = parts[part].split("\n")
@@ -39,9 +34,7 @@ def changed(path: Path, key: str, second: str, *, part: int = 0, segments: int =
         ("Date", "2026/01/03", 86400 + STEP),
     ],
 )
-def test_channels_on_clocks_of_their_own(
-    tmp_path: Path, key: str, second: str, own: np.ndarray
-) -> None:
+def test_channels_on_clocks_of_their_own(tmp_path, key, second, own):
     path = changed(tmp_path / "a.lvm", key, second)
     with pytest.raises(LogError) as caught:
         LvmReader().load(path)
@@ -54,12 +47,12 @@ def test_channels_on_clocks_of_their_own(
         np.testing.assert_allclose(log.columns["time"], time, atol=1e-6)
 
 
-def test_a_blank_in_the_header_says_nothing_else(tmp_path: Path) -> None:
+def test_a_blank_in_the_header_says_nothing_else(tmp_path):
     log = LvmReader().load(changed(tmp_path / "a.lvm", "X0", ""))
     np.testing.assert_allclose(log.columns["time"], STEP)
 
 
-def test_a_later_segment_is_looked_at_too(tmp_path: Path) -> None:
+def test_a_later_segment_is_looked_at_too(tmp_path):
     path = changed(tmp_path / "a.lvm", "X0", "0,5", part=1, segments=2)
     with pytest.raises(LogError) as caught:
         LvmReader().load(path)
@@ -68,7 +61,7 @@ def test_a_later_segment_is_looked_at_too(tmp_path: Path) -> None:
     np.testing.assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
 
 
-def with_x(path: Path, columns: str, shift: float, late: float = 0.0) -> Path:
+def with_x(path, columns, shift, late=0.0):
     """One X column or one for each channel; the second `shift` later in it, `late` in the header."""
     head = lvm(ROWS).header.decode().replace("X_Columns\tNo", f"X_Columns\t{columns}")
     head = head.replace(
@@ -86,7 +79,7 @@ def with_x(path: Path, columns: str, shift: float, late: float = 0.0) -> Path:
 
 
 @pytest.mark.parametrize(("shift", "late"), [(0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
-def test_x_columns_that_differ(tmp_path: Path, shift: float, late: float) -> None:
+def test_x_columns_that_differ(tmp_path, shift, late):
     path = with_x(tmp_path / "a.lvm", "Multi", shift, late)
     with pytest.raises(LogError) as caught:
         LvmReader().load(path)
@@ -98,7 +91,7 @@ def test_x_columns_that_differ(tmp_path: Path, shift: float, late: float) -> Non
     np.testing.assert_array_equal(motion.columns["z"], -np.arange(ROWS))
 
 
-def test_x_columns_that_agree(tmp_path: Path) -> None:
+def test_x_columns_that_agree(tmp_path):
     """Also where a later segment's start and X together give one time."""
     for columns, shift, late in (("Multi", 0.0, 0.0), ("Multi", -0.5, 0.5), ("One", 0.0, 0.0)):
         log = LvmReader().load(with_x(tmp_path / "a.lvm", columns, shift, late))
@@ -106,7 +99,7 @@ def test_x_columns_that_agree(tmp_path: Path) -> None:
         np.testing.assert_array_equal(log.columns["Force z"], np.arange(ROWS))
 
 
-def test_one_x_column_of_channels_that_began_apart(tmp_path: Path) -> None:
+def test_one_x_column_of_channels_that_began_apart(tmp_path):
     path = with_x(tmp_path / "a.lvm", "One", 0.0, 0.5)
     with pytest.raises(LogError) as caught:
         LvmReader().load(path)
@@ -117,7 +110,7 @@ def test_one_x_column_of_channels_that_began_apart(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", [1, 2])
-def test_a_channel_without_values_costs_the_others_nothing(tmp_path: Path, place: int) -> None:
+def test_a_channel_without_values_costs_the_others_nothing(tmp_path, place):
     path = tmp_path / "a.lvm"
     head, _, body = lvm(ROWS, comment=False).content.decode().rpartition("Comment\n")
     rows = [line.split("\t") for line in body.splitlines()]

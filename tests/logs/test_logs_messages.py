@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from foreign_logs import daq, instron, lvm, netft, rostopic
 
@@ -17,16 +18,11 @@ from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import CELLS, CUT, GROUPED, NUMBER
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.logs.base import Reader
-
 LVM = lvm(3).content
 NETFT = netft(3).content
 
 
-def refused(reader: Reader, path: Path, content: bytes, code: str, *found: str) -> None:
+def refused(reader, path, content, code, *found):
     path.write_bytes(content)
     with pytest.raises(LogError) as caught:
         reader.load(path)
@@ -58,11 +54,11 @@ def refused(reader: Reader, path: Path, content: bytes, code: str, *found: str) 
          "%time"),
     ],
 )  # fmt: skip
-def test_header_of_a_dialect(tmp_path: Path, name: str, content: bytes, found: str) -> None:
+def test_header_of_a_dialect(tmp_path, name, content, found):
     refused(dialect(name), tmp_path / "log.txt", content, "header", found)
 
 
-def test_lvm_segment_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lvm_segment_without_an_end(tmp_path, monkeypatch):
     first, last = b"***End_of_Header***", LVM.rindex(b"***End_of_Header***")
     assert LVM.index(first) != last
     monkeypatch.setattr("rftfit.logs.labview.MAX_LINE", 100)
@@ -70,7 +66,7 @@ def test_lvm_segment_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     refused(dialect("lvm"), tmp_path / "log.lvm", content, "header", "***End_of_Header***")
 
 
-def test_netft_that_never_reached_its_transducer(tmp_path: Path) -> None:
+def test_netft_that_never_reached_its_transducer(tmp_path):
     content = re.sub(rb"RDT Sample Rate: *[0-9]+", b"RDT Sample Rate: 0", NETFT)
     found = "found RDT Sample Rate: 0", "options: {rate_Hz: ...}"
     refused(dialect("ati-netft"), tmp_path / "log.csv", content, "rate", *found)
@@ -83,12 +79,12 @@ def test_netft_that_never_reached_its_transducer(tmp_path: Path) -> None:
         ({"units": True}, b"t,F\n", "(units: true)"),
     ],
 )
-def test_described_text(tmp_path: Path, text: dict[str, Any], content: bytes, found: str) -> None:
+def test_described_text(tmp_path, text, content, found):
     reader = DelimitedReader(TextFormat.model_validate({"delimiter": ",", **text}))
     refused(reader, tmp_path / "log.csv", content, "header", found)
 
 
-def test_delimited_without_a_description(tmp_path: Path) -> None:
+def test_delimited_without_a_description(tmp_path):
     refused(dialect("delimited"), tmp_path / "log.csv", b"t,F\n1,2\n", "header", "`text`")
 
 
@@ -102,15 +98,14 @@ def test_delimited_without_a_description(tmp_path: Path) -> None:
         ("ati-daq", {"rate_Hz": -1}, "rate_Hz: found -1; allowed: a number above 0, in Hz"),
     ],
 )  # fmt: skip
-def test_options(name: str, options: dict[str, Any], said: str) -> None:
+def test_options(name, options, said):
     with pytest.raises(InputError, match=said):
         source_reader(
             ForceLog.model_validate({"dialect": name, "options": options}), "rig", "force_log"
         )
 
 
-def test_workbooks_and_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import pandas as pd
+def test_workbooks_and_tables(tmp_path, monkeypatch):
 
     book, table = tmp_path / "log.xlsx", tmp_path / "log.parquet"
     pd.DataFrame([[1.0, 2.0], [3.0, 4.0]]).to_excel(book, index=False, header=False)
@@ -121,9 +116,8 @@ def test_workbooks_and_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     refused(dialect("parquet"), table, table.read_bytes(), "header")
 
 
-def test_tdms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tdms(tmp_path, monkeypatch):
     nptdms = pytest.importorskip("nptdms")
-    import numpy as np
 
     path = tmp_path / "log.tdms"
     with nptdms.TdmsWriter(path) as writer:
@@ -136,13 +130,13 @@ def test_tdms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     refused(tdms.TdmsReader(), path, content, "extra", 'pip install "rftfit[tdms]"')
 
 
-def test_rosbag_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rosbag_that_is_too_large(tmp_path, monkeypatch):
     pytest.importorskip("rosbags")
     monkeypatch.setattr(rosbag, "check_size", partial(check_size, most=10))
     refused(rosbag.RosBagReader(), tmp_path / "log.bag", bytes(11), "too_large")
 
 
-def test_lines_that_are_left_out(tmp_path: Path) -> None:
+def test_lines_that_are_left_out(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,x_mm,z_mm,angle_deg\n0,0,0,0\n1,0,0\n2,a,0,0\n3,nan,0,0\n4,0,0,0\n5,0")
     log = dialect("rig").load(path)
@@ -153,20 +147,20 @@ def test_lines_that_are_left_out(tmp_path: Path) -> None:
     assert log.size + sum(log.dropped.values()) == log.rows == 6
 
 
-def test_samples_that_were_lost(tmp_path: Path) -> None:
+def test_samples_that_were_lost(tmp_path):
     path = tmp_path / "log.txt"
     path.write_bytes(netft(20, lost=7).content)
     assert dialect("ati-netft").load(path).missing == {"lost packets (gap in the RDT sequence)": 7}
 
 
-def test_messages_that_were_lost(tmp_path: Path) -> None:
+def test_messages_that_were_lost(tmp_path):
     path = tmp_path / "log.txt"
     lines = rostopic(20).content.splitlines(keepends=True)
     path.write_bytes(b"".join([*lines[:5], *lines[8:]]))
     assert dialect("rostopic").load(path).missing == {"lost messages (gap in header.seq)": 3}
 
 
-def test_numbers_with_two_decimal_commas(tmp_path: Path) -> None:
+def test_numbers_with_two_decimal_commas(tmp_path):
     path = tmp_path / "log.csv"
     rows = [f"{row},5;1,5\n" for row in range(30)]
     path.write_text("time;force\n" + "".join([*rows, "30,5;1,114,200\n"]))

@@ -7,7 +7,6 @@ import re
 import shutil
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,26 +18,23 @@ from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_state
 from rftfit.workflow.state import States, read_states
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
 PAGE = Path(__file__).parents[2] / "docs" / "dialects.md"
 
 
-def blocks(language: str) -> list[str]:
+def blocks(language):
     """The examples of the documentation, as a reader would copy them."""
     return re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
 @pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+def install(tmp_path, monkeypatch):
     """Put a package where Python finds it, as an installer does."""
     site = tmp_path / "site"
     site.mkdir()
     monkeypatch.syspath_prepend(str(site))
     before = set(sys.modules)
 
-    def put(package: str, module: str, code: str, **points: str) -> None:
+    def put(package, module, code, **points):
         (site / f"{module}.py").write_text(code, encoding="utf-8")
         info = site / f"{package.replace(chr(45), chr(95))}-1.0.dist-info"
         info.mkdir()
@@ -59,7 +55,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
             del sys.modules[name]
 
 
-def test_the_example_of_the_documentation(install: Callable[..., None], tmp_path: Path) -> None:
+def test_the_example_of_the_documentation(install, tmp_path):
     (code,) = blocks("python")
     (project,) = (block for block in blocks("toml") if "entry-points" in block)
     name, target = re.findall(
@@ -90,7 +86,7 @@ def test_the_example_of_the_documentation(install: Callable[..., None], tmp_path
 GOOD = "class D:\n    def describe(self): return 'ours'\n    def detect(self, head): return head[:4] == b'OURS'\n"
 
 
-def test_broken_ones_say_so_and_harm_nobody(install: Callable[..., None], tmp_path: Path) -> None:
+def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
     install("ourlab-broken", "ourlab_broken", "import no_such_module\n", a_broken="ourlab_broken:D")
     install("ourlab-partial", "ourlab_partial", GOOD, partial="ourlab_partial:D")
     failing = GOOD + "    def load(self, path): return 1 / 0\n"
@@ -124,7 +120,7 @@ def test_broken_ones_say_so_and_harm_nobody(install: Callable[..., None], tmp_pa
         dialect("wrong").load(path)
 
 
-def test_two_packages_with_one_name(install: Callable[..., None]) -> None:
+def test_two_packages_with_one_name(install):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-one", "ourlab_one", code, same="ourlab_one:D")
     install("ourlab-two", "ourlab_two", code, same="ourlab_two:D")
@@ -142,7 +138,7 @@ RUNS = (
 
 
 @pytest.fixture
-def campaign(tmp_path: Path) -> Path:
+def campaign(tmp_path):
     """One run; its logs need not be there."""
     root = tmp_path / "campaign"
     (root / "raw" / "paper").mkdir(parents=True)
@@ -154,23 +150,21 @@ def campaign(tmp_path: Path) -> Path:
     return root / "config" / "config.yaml"
 
 
-def fresh() -> None:
+def fresh():
     """What a new process knows."""
     plugins_module.plugins.cache_clear()
     digests.plugin_digest.cache_clear()
 
 
 @pytest.fixture
-def forgotten() -> Iterator[None]:
+def forgotten():
     fresh()
     yield
     fresh()
 
 
 @pytest.mark.usefixtures("forgotten")
-def test_a_changed_plug_in_is_told(
-    install: Callable[..., None], campaign: Path, tmp_path: Path
-) -> None:
+def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
     text = campaign.read_text(encoding="utf-8").replace("method: sync_line", "method: estimate")
@@ -203,9 +197,7 @@ def test_a_changed_plug_in_is_told(
     ]
 
 
-def test_the_rig_needs_no_search_for_plug_ins(
-    campaign: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):
     text = campaign.read_text(encoding="utf-8").replace("dialect: ours", "dialect: rig")
     campaign.write_text(text, encoding="utf-8")
     monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))

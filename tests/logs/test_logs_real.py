@@ -32,7 +32,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("file", TEXTS)
-def test_read(file: str) -> None:
+def test_read(file):
     name, rows = TEXTS[file]
     assert [reader.name for reader in claimants(head_of(LOGS / file))] == [name]
     log = dialect(name).load(LOGS / file)
@@ -41,13 +41,13 @@ def test_read(file: str) -> None:
 
 
 @pytest.mark.parametrize("file", REFUSED)
-def test_refused(file: str) -> None:
+def test_refused(file):
     (reader,) = claimants(head_of(LOGS / file))
     with pytest.raises(LogError, match=REFUSED[file].replace("?", r"\?")):
         reader.load(LOGS / file)
 
 
-def test_every_file_is_known() -> None:
+def test_every_file_is_known():
     for path in LOGS.rglob("*"):
         head = head_of(path) if path.is_file() and path.name != "README.md" else b""
         assert not head or len(claimants(head)) == (path.parent.name not in DELIMITED), path
@@ -57,7 +57,7 @@ DELIMITED = ("ur_rtde", "texture_analyser")
 
 
 @pytest.mark.parametrize("file", OTHERWISE)
-def test_every_number_is_that_of_another_reader(file: str) -> None:
+def test_every_number_is_that_of_another_reader(file):
     reader, columns, _ = OTHERWISE[file]
     log = rftfit.read_log(LOGS / file)
     np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), reader(LOGS / file))
@@ -67,7 +67,7 @@ def test_every_number_is_that_of_another_reader(file: str) -> None:
     assert not log.dropped
 
 
-def test_lost_packets() -> None:
+def test_lost_packets():
     log = dialect("ati-netft").load(LOGS / "ati_netft/R2_2018_04_11_Thrust_Acro")
     (lost,) = log.missing.values()
     assert lost == (36421 - 26049 + 1) - 8412
@@ -78,13 +78,13 @@ def test_lost_packets() -> None:
     assert np.abs(log.columns["Fz"]).max() == pytest.approx(38.476, abs=1e-3)  # in N, not in counts
 
 
-def test_rate_and_unit_of_a_file_that_does_not_know_them() -> None:
+def test_rate_and_unit_of_a_file_that_does_not_know_them():
     path = LOGS / "ati_netft/R2_2018_07_20_manual01"
     with pytest.raises(LogError, match="a header and no data"):
         dialect("ati-netft").with_options({"rate_Hz": 125}).load(path)
 
 
-def test_regrouped_digits_cost_the_column_and_not_the_file() -> None:
+def test_regrouped_digits_cost_the_column_and_not_the_file():
     path = LOGS / "instron/Tensile_test_PE.csv"
     log = dialect("instron").load(path)
     assert isinstance(log, Log)
@@ -98,7 +98,7 @@ def test_regrouped_digits_cost_the_column_and_not_the_file() -> None:
     assert (only.size, only.dropped) == (12660, {})
 
 
-def test_text_columns_and_units() -> None:
+def test_text_columns_and_units():
     log = dialect("lvm").load(LOGS / "labview/with_comments.lvm")
     assert list(log.columns) == ["time", "X_Value", "Pressão ABS.", "Temperatura", "Volume"]
     assert [log.units[name] for name in list(log.columns)[2:]] == ["MPa", "°C", "ml"]
@@ -107,7 +107,7 @@ def test_text_columns_and_units() -> None:
     assert log.columns["Excitation"][0] == pytest.approx(0.914018)
 
 
-def test_ros() -> None:
+def test_ros():
     log = dialect("rostopic").load(LOGS / "ros1/ur3_wrench.csv")
     assert guesses(log)["F3"] == "wrench.force.z"
     assert np.median(np.diff(log.columns["time"])) == pytest.approx(1 / 125, rel=1e-3)

@@ -25,7 +25,7 @@ FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
 MOTION = "\n".join([MOTION_HEADER, *MOTION_ROWS]) + "\n"
 
 
-def read(folder: Path, content: bytes | str) -> Log:
+def read(folder, content):
     path = folder / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     log = RigReader().load(path)
@@ -35,23 +35,23 @@ def read(folder: Path, content: bytes | str) -> Log:
     return log
 
 
-def refused(folder: Path, content: bytes | str) -> LogError:
+def refused(folder, content):
     with pytest.raises(LogError) as caught:
         read(folder, content)
     assert "log.csv" in str(caught.value)
     return caught.value
 
 
-def expect(log: Log, rows: list[str]) -> None:
+def expect(log, rows):
     wanted = np.array([[float(cell) for cell in row.split(",")] for row in rows])
     np.testing.assert_array_equal(np.stack(list(log.columns.values())), wanted.T)
 
 
-def body(*rows: str) -> str:
+def body(*rows):
     return "\n".join([FORCE_HEADER, *rows]) + "\n"
 
 
-def test_whole_force_log(tmp_path: Path) -> None:
+def test_whole_force_log(tmp_path):
     log = read(tmp_path, FORCE)
     assert list(log.columns) == ["time", "arm_moving", "F1", "F2", "F3"]
     assert log.units == {"time": "s", "arm_moving": "", "F1": "N", "F2": "N", "F3": "N"}
@@ -59,7 +59,7 @@ def test_whole_force_log(tmp_path: Path) -> None:
     expect(log, FORCE_ROWS)
 
 
-def test_whole_motion_log(tmp_path: Path) -> None:
+def test_whole_motion_log(tmp_path):
     log = read(tmp_path, MOTION)
     assert list(log.columns) == ["time", "x", "z", "angle"]
     assert log.units == {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
@@ -69,7 +69,7 @@ def test_whole_motion_log(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("end", ["\r\n", "\r"], ids=["crlf", "cr"])
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "bom"])
-def test_line_ends_and_byte_order_mark(tmp_path: Path, end: str, mark: bytes) -> None:
+def test_line_ends_and_byte_order_mark(tmp_path, end, mark):
     for text, rows in ((FORCE, FORCE_ROWS), (MOTION, MOTION_ROWS)):
         log = read(tmp_path, mark + text.replace("\n", end).encode())
         assert (log.rows, log.dropped) == (3, {})
@@ -77,7 +77,7 @@ def test_line_ends_and_byte_order_mark(tmp_path: Path, end: str, mark: bytes) ->
         assert RigReader().detect(mark + text.replace("\n", end).encode())
 
 
-def test_comments_and_blank_lines_are_no_data_lines(tmp_path: Path) -> None:
+def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
     first, second, third = FORCE_ROWS
     lines = [
         "",
@@ -100,60 +100,60 @@ def test_comments_and_blank_lines_are_no_data_lines(tmp_path: Path) -> None:
         expect(log, FORCE_ROWS)
 
 
-def test_unit_of_the_header_is_kept(tmp_path: Path) -> None:
+def test_unit_of_the_header_is_kept(tmp_path):
     text = FORCE.replace("F1_N,F2_N,F3_N", "F1_lbf,F2_mN,F3")
     assert [read(tmp_path, text).units[name] for name in ("F1", "F2", "F3")] == ["lbf", "mN", ""]
 
 
-def test_spaces_around_cells(tmp_path: Path) -> None:
+def test_spaces_around_cells(tmp_path):
     expect(read(tmp_path, FORCE.replace(",", " , ")), FORCE_ROWS)
 
 
 @pytest.mark.parametrize("content", [b"", b"\n\n", b"  \r\n"])
-def test_empty(tmp_path: Path, content: bytes) -> None:
+def test_empty(tmp_path, content):
     error = refused(tmp_path, content)
     assert (error.code, error.rows) == ("empty", 0)
     assert "the file is empty" in str(error)
 
 
 @pytest.mark.parametrize("tail", ["", "\n", "\r\n", "\n\n# nothing\n"])
-def test_header_only(tmp_path: Path, tail: str) -> None:
+def test_header_only(tmp_path, tail):
     error = refused(tmp_path, FORCE_HEADER + tail)
     assert (error.code, error.rows) == ("header_only", 0)
 
 
-def test_missing(tmp_path: Path) -> None:
+def test_missing(tmp_path):
     with pytest.raises(LogError, match=r"nowhere\.csv: log missing") as caught:
         RigReader().load(tmp_path / "nowhere.csv")
     assert (caught.value.code, caught.value.rows) == ("missing", 0)
 
 
-def test_a_folder_is_no_log(tmp_path: Path) -> None:
+def test_a_folder_is_no_log(tmp_path):
     with pytest.raises(LogError, match="cannot be read") as caught:
         RigReader().load(tmp_path)
     assert caught.value.code == "unreadable"
 
 
-def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_large(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.logs.text.MAX_BYTES", 10)
     monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 50)
     assert refused(tmp_path, FORCE).code == "too_large"
 
 
-def test_cut_in_mid_row(tmp_path: Path) -> None:
+def test_cut_in_mid_row(tmp_path):
     log = read(tmp_path, FORCE + "0.03,1,0.5")
     assert (log.rows, log.dropped) == (4, {CUT: 1})
     expect(log, FORCE_ROWS)
 
 
-def test_cut_where_the_cells_add_up(tmp_path: Path) -> None:
+def test_cut_where_the_cells_add_up(tmp_path):
     # 3.37 may once have been 3.375: five cells, and still not a row to believe
     log = read(tmp_path, FORCE + "0.03,1,0.5,-3,3.37")
     assert (log.rows, log.dropped) == (4, {CUT: 1})
     expect(log, FORCE_ROWS)
 
 
-def test_cut_beside_other_bad_rows(tmp_path: Path) -> None:
+def test_cut_beside_other_bad_rows(tmp_path):
     log = read(tmp_path, body(FORCE_ROWS[0], "1,2", FORCE_ROWS[1]) + "0.03,1,")
     assert (log.rows, log.dropped) == (4, {CUT: 1, CELLS: 1})
     expect(log, FORCE_ROWS[:2])
@@ -184,7 +184,7 @@ def test_cut_beside_other_bad_rows(tmp_path: Path) -> None:
         ("0.01,0,1e999,2,3", FINITE),
     ],
 )
-def test_bad_row(tmp_path: Path, row: str, reason: str) -> None:
+def test_bad_row(tmp_path, row, reason):
     # the same verdict alone (fast path) and beside a row of another fault (line by line)
     log = read(tmp_path, body(FORCE_ROWS[0], row, FORCE_ROWS[1]))
     assert (log.rows, log.dropped) == (3, {reason: 1})
@@ -195,7 +195,7 @@ def test_bad_row(tmp_path: Path, row: str, reason: str) -> None:
     expect(log, FORCE_ROWS[:2])
 
 
-def test_no_good_row_at_all(tmp_path: Path) -> None:
+def test_no_good_row_at_all(tmp_path):
     log = read(tmp_path, body("a,b,c,d,e", "nan,nan,nan,nan,nan"))
     assert (log.rows, log.dropped) == (2, {NUMBER: 1, FINITE: 1})
     assert log.columns["time"].size == 0
@@ -204,7 +204,7 @@ def test_no_good_row_at_all(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")], ids=["semicolon", "tab"]
 )
-def test_wrong_delimiter_with_decimal_comma(tmp_path: Path, delimiter: str, word: str) -> None:
+def test_wrong_delimiter_with_decimal_comma(tmp_path, delimiter, word):
     comma = FORCE.replace(",", delimiter).replace(".", ",")
     error = refused(tmp_path, comma)
     assert (error.code, error.rows) == ("header", 3)
@@ -224,7 +224,7 @@ def test_wrong_delimiter_with_decimal_comma(tmp_path: Path, delimiter: str, word
         "0.00,0,1.5,-2.25,3",
     ],
 )
-def test_other_header(tmp_path: Path, header: str) -> None:
+def test_other_header(tmp_path, header):
     error = refused(tmp_path, "\n".join([header, *FORCE_ROWS]) + "\n")
     assert (error.code, error.rows) == ("header", 3)
     assert header in str(error)
@@ -232,25 +232,25 @@ def test_other_header(tmp_path: Path, header: str) -> None:
     assert MOTION_HEADER in str(error)
 
 
-def test_comments_alone(tmp_path: Path) -> None:
+def test_comments_alone(tmp_path):
     assert refused(tmp_path, "# one\n# two\n").code == "header"
 
 
-def test_other_encoding(tmp_path: Path) -> None:
+def test_other_encoding(tmp_path):
     log = read(tmp_path, FORCE.encode("utf-16"))
     assert (log.rows, log.dropped) == (3, {})
     expect(log, FORCE_ROWS)
     assert RigReader().detect(FORCE.encode("utf-16"))
 
 
-def test_log_that_does_not_add_up_cannot_be_made() -> None:
+def test_log_that_does_not_add_up_cannot_be_made():
     with pytest.raises(AssertionError, match="do not add up"):
         Log(Path("a.csv"), {"time": np.zeros(2)}, {"time": "s"}, 3)
     with pytest.raises(AssertionError, match="do not add up"):
         Log(Path("a.csv"), {"time": np.zeros(2), "x": np.zeros(3)}, {}, 2)
 
 
-def test_take_counts_what_goes() -> None:
+def test_take_counts_what_goes():
     log = Log(Path("a.csv"), {"time": np.arange(4.0)}, {"time": "s"}, 5, {"early": 1})
     assert log.take(np.ones(4, dtype=bool), "late") is log
     less = log.take(np.array([True, False, True, False]), "late").take(
@@ -260,7 +260,7 @@ def test_take_counts_what_goes() -> None:
     assert less.columns["time"].tolist() == [0.0]
 
 
-def test_registry(tmp_path: Path) -> None:
+def test_registry(tmp_path):
     assert dialect("rig") is DIALECTS["rig"]
     assert "rig" in dialect("rig").describe()
     with pytest.raises(InputError, match=r"'rigg'; allowed: .*did you mean 'rig'"):
@@ -274,7 +274,7 @@ def test_registry(tmp_path: Path) -> None:
         head_of(tmp_path / "nowhere.csv")
 
 
-def test_cut_at_every_byte(tmp_path: Path) -> None:
+def test_cut_at_every_byte(tmp_path):
     """A file cut anywhere gives exactly its complete rows, or says why it gives none."""
     for end in ("\n", "\r\n"):
         whole = FORCE.replace("\n", end).encode()
@@ -292,7 +292,7 @@ def test_cut_at_every_byte(tmp_path: Path) -> None:
             assert log.dropped == ({CUT: 1} if lines[-1] else {})
 
 
-def attempt(path: Path) -> tuple[Log | None, LogError | None]:
+def attempt(path):
     try:
         return RigReader().load(path), None
     except LogError as error:
@@ -308,9 +308,7 @@ numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
     end=st.sampled_from(["\n", "\r\n", "\r"]),
     data=st.data(),
 )
-def test_any_valid_file_cut_anywhere(
-    rows: list[list[float]], end: str, data: st.DataObject
-) -> None:
+def test_any_valid_file_cut_anywhere(rows, end, data):
     lines = [",".join(map(repr, row)) for row in rows]
     whole = end.join([MOTION_HEADER, *lines]) + end
     content = whole.encode()
@@ -338,7 +336,7 @@ def test_any_valid_file_cut_anywhere(
         st.text(alphabet='0123456789.,+-e_naif"#; \n\r\t\x00', max_size=200).map(str.encode),
     ),
 )
-def test_random_bytes(head: bytes, tail: bytes) -> None:
+def test_random_bytes(head, tail):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
         path.write_bytes(head + tail)
@@ -359,7 +357,7 @@ def test_random_bytes(head: bytes, tail: bytes) -> None:
         assert any(_cells(line) == row.tolist() for line in remaining)
 
 
-def _cells(line: bytes) -> list[float]:
+def _cells(line):
     try:
         return [float(cell) for cell in line.split(b",")]
     except ValueError:

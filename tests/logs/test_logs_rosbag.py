@@ -12,8 +12,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.rosbag import RosBagReader
+from rftfit.logs.rostopic import RostopicReader
 
 pytest.importorskip("rosbags")
 
@@ -25,13 +26,13 @@ needs_cmu = pytest.mark.skipif(not CMU.is_file(), reason="cmu-sand of ../shared/
 
 
 @pytest.fixture(scope="module")
-def store() -> Any:
+def store():
     from rosbags.typesys import Stores, get_typestore
 
     return get_typestore(Stores.ROS2_HUMBLE)
 
 
-def wrench(store: Any, index: int, frame: str = "sensor") -> Any:
+def wrench(store, index, frame="sensor"):
     types = store.types
     stamp = types["builtin_interfaces/msg/Time"](
         sec=100 + index // 100, nanosec=index % 100 * 10**7
@@ -45,7 +46,7 @@ def wrench(store: Any, index: int, frame: str = "sensor") -> Any:
     )
 
 
-def joints(store: Any, index: int) -> Any:
+def joints(store, index):
     types = store.types
     stamp = types["builtin_interfaces/msg/Time"](sec=200, nanosec=index * 10**6)
     return types["sensor_msgs/msg/JointState"](
@@ -57,7 +58,7 @@ def joints(store: Any, index: int) -> Any:
     )
 
 
-def write_ros2(path: Path, store: Any, plugin: str, messages: list[tuple[str, str, Any]]) -> Path:
+def write_ros2(path, store, plugin, messages):
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     storage = StoragePlugin.MCAP if plugin == "mcap" else StoragePlugin.SQLITE3
@@ -76,7 +77,7 @@ WRENCH, JOINTS = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
 
 
 @needs_ur3
-def test_a_wrench_at_125_hertz() -> None:
+def test_a_wrench_at_125_hertz():
     log = RosBagReader().load(UR3)
     assert log.rows == log.size == 7718
     assert not log.dropped
@@ -90,8 +91,7 @@ def test_a_wrench_at_125_hertz() -> None:
 
 @needs_ur3
 @pytest.mark.parametrize("name", ["ur3_wrench", "ur3_wrench_noforces"])
-def test_bag_and_csv_of_one_recording_are_identical(name: str) -> None:
-    from rftfit.logs.rostopic import RostopicReader
+def test_bag_and_csv_of_one_recording_are_identical(name):
 
     bag = RosBagReader().load(UR3.with_name(f"{name}.bag"))
     text = RostopicReader().load(UR3.with_name(f"{name}.csv"))
@@ -107,7 +107,7 @@ def test_bag_and_csv_of_one_recording_are_identical(name: str) -> None:
 
 
 @needs_cmu
-def test_a_type_that_only_the_bag_knows() -> None:
+def test_a_type_that_only_the_bag_knows():
     log = RosBagReader().load(CMU)
     assert log.size == 3004
     assert log.columns["wrench.wrench.force.z"].min() == pytest.approx(-186.54096985)
@@ -117,7 +117,7 @@ def test_a_type_that_only_the_bag_knows() -> None:
 
 
 @needs_cmu
-def test_as_the_library_reads_it() -> None:
+def test_as_the_library_reads_it():
     from rosbags.rosbag1 import Reader
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -139,7 +139,7 @@ def test_as_the_library_reads_it() -> None:
 
 
 @pytest.mark.parametrize("plugin", ["mcap", "sqlite"])
-def test_wrenches_of_ros2(tmp_path: Path, store: Any, plugin: str) -> None:
+def test_wrenches_of_ros2(tmp_path, store, plugin):
     messages = [("/wrench", WRENCH, wrench(store, index)) for index in range(120)]
     path = write_ros2(tmp_path / "bag", store, plugin, messages)
     reader = RosBagReader()
@@ -151,7 +151,7 @@ def test_wrenches_of_ros2(tmp_path: Path, store: Any, plugin: str) -> None:
     np.testing.assert_allclose(log.columns["received"], 5 + np.arange(120) / 100)
 
 
-def test_joint_states_and_texts_of_other_lengths(tmp_path: Path, store: Any) -> None:
+def test_joint_states_and_texts_of_other_lengths(tmp_path, store):
     messages = [("/joint_states", JOINTS, joints(store, index)) for index in range(10)]
     log = RosBagReader().load(write_ros2(tmp_path / "a", store, "mcap", messages))
     np.testing.assert_allclose(log.columns["position0"], 0.1 * np.arange(10))
@@ -163,7 +163,7 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path: Path, store: Any) -> 
 
 
 @pytest.mark.parametrize("mode", ["NONE", "FILE", "MESSAGE"])
-def test_a_folder_of_ros2(tmp_path: Path, store: Any, mode: str) -> None:
+def test_a_folder_of_ros2(tmp_path, store, mode):
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
     bag = Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3)
@@ -182,7 +182,7 @@ def test_a_folder_of_ros2(tmp_path: Path, store: Any, mode: str) -> None:
             RosBagReader().load(next(path.parent.glob("*.db3")))
 
 
-def test_a_folder_of_several_files(tmp_path: Path, store: Any) -> None:
+def test_a_folder_of_several_files(tmp_path, store):
     import yaml
 
     parts = []
@@ -203,7 +203,7 @@ def test_a_folder_of_several_files(tmp_path: Path, store: Any) -> None:
     assert sorted(log.columns["wrench.force.x"]) == list(range(60))
 
 
-def test_numbers_with_the_most_significant_byte_first(tmp_path: Path, store: Any) -> None:
+def test_numbers_with_the_most_significant_byte_first(tmp_path, store):
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
@@ -217,7 +217,7 @@ def test_numbers_with_the_most_significant_byte_first(tmp_path: Path, store: Any
     np.testing.assert_allclose(log.columns["time"], 100 + np.arange(50) / 100, atol=1e-6)
 
 
-def test_several_topics(tmp_path: Path, store: Any) -> None:
+def test_several_topics(tmp_path, store):
     messages: list[tuple[str, str, Any]] = [("/left", WRENCH, wrench(store, 1))]
     messages += [("/right", WRENCH, wrench(store, 7))]
     path = write_ros2(tmp_path / "bag", store, "mcap", messages)
@@ -231,7 +231,7 @@ def test_several_topics(tmp_path: Path, store: Any) -> None:
         RosBagReader().with_options({"topics": "/right"})
 
 
-def test_packets_that_a_counter_misses(tmp_path: Path) -> None:
+def test_packets_that_a_counter_misses(tmp_path):
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -254,7 +254,7 @@ def test_packets_that_a_counter_misses(tmp_path: Path) -> None:
 
 
 @cache
-def short_bag() -> tuple[bytes, Log]:
+def short_bag():
     path = UR3.with_name("ur3_wrench_noforces.bag")
     return path.read_bytes(), RosBagReader().load(path)
 
@@ -264,7 +264,7 @@ def short_bag() -> tuple[bytes, Log]:
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(share=st.floats(0, 1))
-def test_cut_anywhere(tmp_path: Path, share: float) -> None:
+def test_cut_anywhere(tmp_path, share):
     content, whole = short_bag()
     path = tmp_path / "cut.bag"
     length = int(share * (len(content) - 1))
@@ -287,7 +287,7 @@ def test_cut_anywhere(tmp_path: Path, share: float) -> None:
 @pytest.mark.parametrize(
     "content", [b"", b"#ROSBAG V2.0\n", b"#ROSBAG V2.0\n" + bytes(500), b"\x89MCAP0\r\n", b"abc"]
 )
-def test_no_bag(tmp_path: Path, content: bytes) -> None:
+def test_no_bag(tmp_path, content):
     path = tmp_path / "a.bag"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"a\.bag"):
@@ -296,10 +296,10 @@ def test_no_bag(tmp_path: Path, content: bytes) -> None:
         RosBagReader().load(tmp_path / "b.bag")
 
 
-def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_library(tmp_path, monkeypatch):
     real = builtins.__import__
 
-    def absent(name: str, *args: Any, **kwargs: Any) -> Any:
+    def absent(name, *args, **kwargs):
         if name.startswith("rosbags"):
             raise ImportError(name)
         return real(name, *args, **kwargs)
@@ -311,10 +311,10 @@ def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("plugin", ["mcap"])
-def test_messages_that_do_not_fit(tmp_path: Path, store: Any, plugin: str) -> None:
+def test_messages_that_do_not_fit(tmp_path, store, plugin):
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    def write(name: str, raws: list[bytes]) -> Path:
+    def write(name, raws):
         with Writer(tmp_path / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
             topic = bag.add_connection("/wrench", WRENCH, typestore=store)
             for index, raw in enumerate(raws):
@@ -330,9 +330,7 @@ def test_messages_that_do_not_fit(tmp_path: Path, store: Any, plugin: str) -> No
     assert log.dropped == {"message does not fit its type": 1}
 
 
-def test_a_bag_without_the_definition_of_its_type(
-    tmp_path: Path, store: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bag_without_the_definition_of_its_type(tmp_path, store, monkeypatch):
     import rosbags.typesys
     from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
     from rosbags.rosbag2.storage_mcap import McapReader
@@ -341,7 +339,7 @@ def test_a_bag_without_the_definition_of_its_type(
     empty = MessageDefinition(MessageDefinitionFormat.NONE, "")
     read = McapReader.open
 
-    def without(bag: Any) -> None:
+    def without(bag):
         read(bag)
         bag.connections = [one._replace(msgdef=empty) for one in bag.connections]
 
@@ -361,7 +359,7 @@ def test_a_bag_without_the_definition_of_its_type(
         ("lab/Force itself", r"no message on /force fits its type"),
     ],
 )
-def test_a_definition_that_cannot_be_read(tmp_path: Path, definition: str, said: str) -> None:
+def test_a_definition_that_cannot_be_read(tmp_path, definition, said):
     from rosbags.rosbag1 import Writer
 
     with Writer(tmp_path / "a.bag") as bag:

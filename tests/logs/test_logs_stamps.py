@@ -5,8 +5,9 @@ from __future__ import annotations
 import datetime as dt
 import gzip
 import re
+from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -21,19 +22,13 @@ from rftfit.logs.inspect import config_block, recognised, refusal, survey
 from rftfit.logs.registry import dialect, head_of
 from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from rftfit.logs.base import Log
-
 N = 300
 START = dt.datetime(2026, 10, 25, 23, 59, 58, 500_000, dt.UTC)
 TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
 """Over midnight."""
 
 
-def clock(time: dt.datetime) -> str:
+def clock(time):
     return time.strftime("%H:%M:%S.%f")[:-3]
 
 
@@ -53,7 +48,7 @@ FORMS: dict[str, Callable[[dt.datetime], str]] = {
 }
 
 
-def written(form: str, path: Path, *, bad: bool = False) -> Log:
+def written(form, path, *, bad=False):
     comma = "comma" in form
     rows = [[FORMS[form](t), f"{k * 0.1:.2f}", f"{-k * 0.05:.2f}"] for k, t in enumerate(TIMES)]
     if bad:
@@ -67,7 +62,7 @@ def written(form: str, path: Path, *, bad: bool = False) -> Log:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_times_as_text(form: str, tmp_path: Path) -> None:
+def test_times_as_text(form, tmp_path):
     log = written(form, tmp_path / "a.csv")
     assert log.size == N
     assert not log.dropped
@@ -80,7 +75,7 @@ def test_times_as_text(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", ["ISO with Z", "clock"])
-def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
+def test_a_time_that_is_none_costs_its_row(form, tmp_path):
     log = written(form, tmp_path / "a.csv", bad=True)
     assert log.dropped == {"not a time": 2}
     assert log.rows == N
@@ -88,7 +83,7 @@ def test_a_time_that_is_none_costs_its_row(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("row", [0, 40])
-def test_a_time_with_a_byte_that_is_no_text(row: int, tmp_path: Path) -> None:
+def test_a_time_with_a_byte_that_is_no_text(row, tmp_path):
     path = tmp_path / "a.csv"
     written("clock", path)
     found = recognised(path)
@@ -102,7 +97,7 @@ def test_a_time_with_a_byte_that_is_no_text(row: int, tmp_path: Path) -> None:
 AMBIGUOUS = "03/04/2026 12:00:0"
 
 
-def test_a_date_of_which_nobody_can_tell_the_day(tmp_path: Path) -> None:
+def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
     """It stays listed with its first cell and the reason, is refused where it is asked for, and `dates` reads it."""
     path = tmp_path / "a.csv"
     rows = "".join(f"{AMBIGUOUS}{k};{k},5\n" for k in range(5))
@@ -132,7 +127,7 @@ def test_a_date_of_which_nobody_can_tell_the_day(tmp_path: Path) -> None:
         ("03/04/2026 12:00:00", "", None), ("3.4.26 12:00:00", "", None),
     ],
 )  # fmt: skip
-def test_dates_of_other_countries(text: str, order: str, wanted: tuple[int, ...] | None) -> None:
+def test_dates_of_other_countries(text, order, wanted):
     """By hand and in a whole column alike."""
     column = seconds_of_column(pa.array([text] * 3), order)
     if wanted is None:
@@ -140,7 +135,7 @@ def test_dates_of_other_countries(text: str, order: str, wanted: tuple[int, ...]
         assert column is None
         return
     *whole, seconds = wanted
-    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds  # type: ignore[arg-type,misc]
+    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds
     assert seconds_of(text, order) == pytest.approx(moment, abs=1e-6)
     assert column is not None
     assert_allclose(column, moment, atol=1e-6)
@@ -151,7 +146,7 @@ def test_dates_of_other_countries(text: str, order: str, wanted: tuple[int, ...]
     st.sampled_from(["T", " "]),
     st.sampled_from(["", "Z", "+02:00", "-0330"]),
 )
-def test_dates_are_those_of_python(time: dt.datetime, between: str, zone: str) -> None:
+def test_dates_are_those_of_python(time, between, zone):
     text = time.isoformat(between) + zone
     own = dt.datetime.fromisoformat(text)
     own = own if own.tzinfo else own.replace(tzinfo=dt.UTC)
@@ -159,12 +154,12 @@ def test_dates_are_those_of_python(time: dt.datetime, between: str, zone: str) -
 
 
 @pytest.mark.parametrize("text", ["12", "12:30", "1.5", "2026-01-02", "12:60:00", "12-30-00", ""])
-def test_other_texts_are_no_times(text: str) -> None:
+def test_other_texts_are_no_times(text):
     assert not is_stamp(text)
     assert np.isnan(seconds_of(text))
 
 
-def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
+def test_dates_of_a_spreadsheet(tmp_path):
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.Workbook()
     sheet = book.active
@@ -183,7 +178,7 @@ def test_dates_of_a_spreadsheet(tmp_path: Path) -> None:
     assert not dialect("xlsx").with_options({"sheet": "Sheet"}).load(tmp_path / "a.xlsx").notes
 
 
-def test_a_column_of_words_is_named(tmp_path: Path) -> None:
+def test_a_column_of_words_is_named(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
     found = recognised(path)
@@ -192,7 +187,7 @@ def test_a_column_of_words_is_named(tmp_path: Path) -> None:
         found[0].only(["t", "remark"]).load(path)
 
 
-def test_a_cell_far_below_all_rows(tmp_path: Path) -> None:
+def test_a_cell_far_below_all_rows(tmp_path):
     import zipfile
 
     openpyxl: Any = import_module("openpyxl")
@@ -215,7 +210,7 @@ def test_a_cell_far_below_all_rows(tmp_path: Path) -> None:
         dialect("xlsx").load(tmp_path / "b.xlsx")
 
 
-def test_packed_text_is_the_text(tmp_path: Path) -> None:
+def test_packed_text_is_the_text(tmp_path):
     plain = written("clock", tmp_path / "a.csv")
     packed = tmp_path / "a.csv.gz"
     packed.write_bytes(gzip.compress((tmp_path / "a.csv").read_bytes()))
@@ -228,7 +223,7 @@ def test_packed_text_is_the_text(tmp_path: Path) -> None:
         found[0].load(packed)
 
 
-def test_times_since_1970_are_proposed_in_their_unit(tmp_path: Path) -> None:
+def test_times_since_1970_are_proposed_in_their_unit(tmp_path):
     path = tmp_path / "a.csv"
     rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
     path.write_text("t,Fz (N)\n" + rows)
@@ -247,7 +242,7 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path: Path) -> None:
         (b"\x80\x04\x95" + bytes(80), "numpy.savez"),
     ],
 )
-def test_what_is_refused_says_how_to_export_it(content: bytes, advice: str, tmp_path: Path) -> None:
+def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
     path = tmp_path / "a.dat"
     path.write_bytes(content)
     assert advice in str(refusal(path, head_of(path)))

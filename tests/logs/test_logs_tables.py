@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import re
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,33 +14,30 @@ from foreign_logs import TEXTS, daq, instron, netft
 
 import rftfit
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, preview
 from rftfit.logs.quantities import guess
 from rftfit.logs.registry import claimants, dialect, head_of
 from rftfit.logs.units import split_unit
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
 FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
 
 
-def refused(name: str, path: Path) -> LogError:
+def refused(name, path):
     with pytest.raises(LogError) as caught:
         dialect(name).load(path)
     assert str(path) in str(caught.value)
     return caught.value
 
 
-def same(log: Log) -> None:
+def same(log):
     np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
     assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
     assert (log.rows, log.dropped) == (50, {})
 
 
-def test_xlsx(tmp_path: Path) -> None:
+def test_xlsx(tmp_path):
     path = tmp_path / "log.xlsx"
     FRAME.to_excel(path, index=False, engine="xlsxwriter")
     assert [reader.name for reader in claimants(head_of(path))] == ["xlsx"]
@@ -50,7 +47,7 @@ def test_xlsx(tmp_path: Path) -> None:
     same(dialect("xlsx").with_options({"sheet": "Sheet1"}).load(path))
 
 
-def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path: Path) -> None:
+def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
     path = tmp_path / "log.xlsx"
     rows: list[list[object]] = [["Test 12", None, None], [None] * 3]
     rows += [["Time", "Force", "Operator"], ["s", "kN", None]]
@@ -62,7 +59,7 @@ def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path: Path) -> N
     assert (log.rows, log.dropped) == (10, {"not a number": 1})
 
 
-def test_parquet(tmp_path: Path) -> None:
+def test_parquet(tmp_path):
     path = tmp_path / "log.parquet"
     FRAME.assign(note="x").to_parquet(path)
     assert [reader.name for reader in claimants(head_of(path))] == ["parquet"]
@@ -73,7 +70,7 @@ def test_parquet(tmp_path: Path) -> None:
     assert log.dropped == {"NaN or infinite": 50 - log.size}
 
 
-def test_parquet_with_stamps_and_units_in_the_metadata(tmp_path: Path) -> None:
+def test_parquet_with_stamps_and_units_in_the_metadata(tmp_path):
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -92,7 +89,7 @@ def test_parquet_with_stamps_and_units_in_the_metadata(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["xlsx", "parquet"])
-def test_cut_and_damaged_binaries(name: str, tmp_path: Path) -> None:
+def test_cut_and_damaged_binaries(name, tmp_path):
     """Their list of contents stands at the end: cut, they hold nothing that can be trusted."""
     path = tmp_path / f"log.{name}"
     if name == "xlsx":
@@ -117,7 +114,7 @@ def test_cut_and_damaged_binaries(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [*TEXTS, "xlsx", "parquet"])
-def test_missing_empty_and_folder(name: str, tmp_path: Path) -> None:
+def test_missing_empty_and_folder(name, tmp_path):
     reader = TEXTS[name](1).reader if name in TEXTS else dialect(name)
     (tmp_path / "empty").write_bytes(b"")
     for path in (tmp_path / "nowhere", tmp_path / "empty", tmp_path):
@@ -126,12 +123,12 @@ def test_missing_empty_and_folder(name: str, tmp_path: Path) -> None:
         assert str(path) in str(error)
 
 
-def described(path: Path, content: bytes, **text: object) -> Log:
+def described(path, content, **text):
     path.write_bytes(content)
     return DelimitedReader(TextFormat.model_validate(text)).load(path)
 
 
-def test_ten_lines_of_config_describe_any_text(tmp_path: Path) -> None:
+def test_ten_lines_of_config_describe_any_text(tmp_path):
     path = tmp_path / "log.txt"
     content = (
         "Versuch 7\n\n# Kraft und Weg\nZeit;Kraft;Weg;Wer\ns;kN;mm;\n"
@@ -145,7 +142,7 @@ def test_ten_lines_of_config_describe_any_text(tmp_path: Path) -> None:
     assert (log.rows, log.dropped) == (3, {"not a number": 1})
 
 
-def test_columns_by_number_and_a_rate(tmp_path: Path) -> None:
+def test_columns_by_number_and_a_rate(tmp_path):
     log = described(
         tmp_path / "a", b"1|2\n3|4\nx|4\n5|6\n", delimiter="bar", names=False, rate_Hz=10
     )
@@ -153,7 +150,7 @@ def test_columns_by_number_and_a_rate(tmp_path: Path) -> None:
     assert log.columns["time"] == pytest.approx([0, 0.1, 0.3])
 
 
-def test_names_and_cells_that_do_not_match(tmp_path: Path) -> None:
+def test_names_and_cells_that_do_not_match(tmp_path):
     with pytest.raises(LogError, match="2 names, but 4 cells in most rows"):
         described(tmp_path / "a", b"a,b\n1,2,3,4\n1,2,3,4\n")
     # a delimiter at the end of either does no harm
@@ -163,14 +160,14 @@ def test_names_and_cells_that_do_not_match(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
-def test_encodings_and_line_ends(tmp_path: Path, end: str, encoding: str) -> None:
+def test_encodings_and_line_ends(tmp_path, end, encoding):
     text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n".replace("\n", end)
     log = described(tmp_path / "a", text.encode(encoding))
     assert log.units == {"Größe": "mm", "Kraft": "N"}
     assert log.columns["Kraft"].tolist() == [2, 4]
 
 
-def test_status_of_the_transducer(tmp_path: Path) -> None:
+def test_status_of_the_transducer(tmp_path):
     made = netft(5)
     path = tmp_path / "log"
     path.write_bytes(made.content.replace(b'"0x0","26051"', b'"0x80000000","26051"'))
@@ -182,7 +179,7 @@ def test_status_of_the_transducer(tmp_path: Path) -> None:
     assert not log.missing
 
 
-def test_rate_zero_and_unit_unknown(tmp_path: Path) -> None:
+def test_rate_zero_and_unit_unknown(tmp_path):
     path = tmp_path / "log"
     content = netft(5).content.replace(b"Rate: 125", b"Rate: 0")
     path.write_bytes(content.replace(b"Force Units: N", b"Force Units: ?"))
@@ -198,7 +195,7 @@ def test_rate_zero_and_unit_unknown(tmp_path: Path) -> None:
     assert "sampling frequency '0'" in str(refused("ati-daq", path))
 
 
-def test_only_some_columns(tmp_path: Path) -> None:
+def test_only_some_columns(tmp_path):
     path = tmp_path / "log"
     path.write_bytes(instron(5).content.replace(b"0,02;", b"0,02;x", 1))
     reader = instron(5).reader
@@ -217,7 +214,7 @@ def test_only_some_columns(tmp_path: Path) -> None:
         ("RDT Sequence", "", ""), ("F/T Sequence", "", ""), ("position.x", "m", "x"),
     ],
 )  # fmt: skip
-def test_guesses(name: str, unit: str, wanted: str) -> None:
+def test_guesses(name, unit, wanted):
     assert guess(name, unit) == wanted
 
 
@@ -232,7 +229,7 @@ def test_guesses(name: str, unit: str, wanted: str) -> None:
         ("Angle (°)", ("Angle", "deg")), ("p (MPa)", ("p", "MPa")), ("run_a", ("run_a", "")), ("t (?)", ("t", "")),
     ],
 )  # fmt: skip
-def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
+def test_units_in_names(cell, wanted):
     assert split_unit(cell) == wanted
 
 
@@ -243,7 +240,7 @@ def test_units_in_names(cell: str, wanted: tuple[str, str]) -> None:
         ("mN nm s", "mN nm s"), ("N qq s", "N qq s"), ("kg mm/min s", "kgf mm/min s"), ("a b s", None),
     ],
 )  # fmt: skip
-def test_rows_of_units(row: str, units: str | None, tmp_path: Path) -> None:
+def test_rows_of_units(row, units, tmp_path):
     path = tmp_path / "log.tab"
     lines = ["Force\tTravel\tTime\t", "\t".join(row.split()) + "\t"]
     path.write_text("\n".join([*lines, "", *(f"{k}.5\t{k}\t{k}" for k in range(4))]) + "\n")
@@ -282,9 +279,7 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
         ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),
     ],
 )  # fmt: skip
-def test_sheets_of_a_workbook(
-    sheets: dict[str, Rows], hidden: str, option: object, found: str, tmp_path: Path
-) -> None:
+def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.Workbook()
     book.remove(book.active)
@@ -307,7 +302,7 @@ def test_sheets_of_a_workbook(
     assert bool(log.notes) == (option is None and len(sheets) > 1)
 
 
-def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path: Path) -> None:
+def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
     path = tmp_path / "a.parquet"
     FRAME.assign(dead=np.nan).to_parquet(path)
     assert dialect("parquet").load(path).not_finite == {"dead": 50}
@@ -315,7 +310,7 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
-def test_utf16_without_a_mark(encoding: str, tmp_path: Path) -> None:
+def test_utf16_without_a_mark(encoding, tmp_path):
     path = tmp_path / "a.csv"
     rows = "".join(f"{k},{k}.5\r\n" for k in range(9))
     path.write_bytes(f"Größe [mm],Kraft [N]\r\n{rows}".encode(encoding))
@@ -324,7 +319,7 @@ def test_utf16_without_a_mark(encoding: str, tmp_path: Path) -> None:
     assert encoding_of(path.read_bytes()) == "UTF-16"
 
 
-def test_what_a_file_looks_like() -> None:
+def test_what_a_file_looks_like():
     found = preview(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
     assert found is not None
     assert found == {"delimiter": ";", "decimal": ",", "skip_lines": 2}

@@ -17,7 +17,7 @@ REAL = Path(__file__).parents[3] / "shared" / "data" / "logs" / "tdms" / "raw1.t
 needs_real = pytest.mark.skipif(not REAL.is_file(), reason="tdms of ../shared/data is absent")
 
 
-def write(path: Path, **groups: dict[str, Any]) -> Path:
+def write(path, **groups):
     with nptdms.TdmsWriter(path) as writer:
         for group, channels in groups.items():
             writer.write_segment(
@@ -30,7 +30,7 @@ def write(path: Path, **groups: dict[str, Any]) -> Path:
 
 
 @needs_real
-def test_the_real_one() -> None:
+def test_the_real_one():
     log = TdmsReader().load(REAL)
     assert log.rows == log.size == 2000
     assert len(log.columns) == 8
@@ -40,7 +40,7 @@ def test_the_real_one() -> None:
 
 
 @needs_real
-def test_cut_at_many_places(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_cut_at_many_places(tmp_path, capfd):
     content, whole = REAL.read_bytes(), TdmsReader().load(REAL)
     path = tmp_path / "cut.tdms"
     counted = 0
@@ -61,7 +61,7 @@ def test_cut_at_many_places(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
     assert capfd.readouterr().err == ""
 
 
-def test_time_of_the_waveform_and_units(tmp_path: Path) -> None:
+def test_time_of_the_waveform_and_units(tmp_path):
     wave = {"wf_increment": 0.01, "wf_start_offset": 2.0, "unit_string": "N"}
     path = write(tmp_path / "a.tdms", rig={"Fz": (np.arange(5.0), wave)})
     log = TdmsReader().load(path)
@@ -69,7 +69,7 @@ def test_time_of_the_waveform_and_units(tmp_path: Path) -> None:
     assert log.units["Fz"] == "N"
 
 
-def test_a_channel_of_time(tmp_path: Path) -> None:
+def test_a_channel_of_time(tmp_path):
     channels: dict[str, Any] = {
         "Time": (np.array([0.0, 0.5, 1.5]), {}),
         "Fz": (np.array([1, 2, 3]), {}),
@@ -85,7 +85,7 @@ STAMP = np.datetime64("2026-01-02T03:04:05.250000")
 WAVE = {"wf_start_time": STAMP, "wf_increment": 0.01, "wf_start_offset": 0.0}
 
 
-def two_clocks(path: Path, **other: Any) -> Path:
+def two_clocks(path, **other):
     """Fx and Fz on one clock, z on another."""
     values = np.arange(5.0)
     channels = {"Fx": (values, WAVE), "Fz": (values, WAVE), "z": (-values, {**WAVE, **other})}
@@ -101,7 +101,7 @@ def two_clocks(path: Path, **other: Any) -> Path:
         ({"wf_increment": 0.02}, "'z' from 0 s, every 0.02 s"),
     ],
 )
-def test_channels_on_clocks_of_their_own(tmp_path: Path, other: dict[str, Any], told: str) -> None:
+def test_channels_on_clocks_of_their_own(tmp_path, other, told):
     path = two_clocks(tmp_path / "a.tdms", **other)
     with pytest.raises(LogError) as caught:
         TdmsReader().load(path)
@@ -118,7 +118,7 @@ def test_channels_on_clocks_of_their_own(tmp_path: Path, other: dict[str, Any], 
     np.testing.assert_allclose(motion.columns["time"] - began, own + step * np.arange(5), atol=1e-6)
 
 
-def test_clocks_are_the_same_to_the_microsecond(tmp_path: Path) -> None:
+def test_clocks_are_the_same_to_the_microsecond(tmp_path):
     log = TdmsReader().load(two_clocks(tmp_path / "a.tdms", wf_start_offset=2e-7))
     assert log.size == 5
     with pytest.raises(LogError, match="not sampled at the same times"):
@@ -128,7 +128,7 @@ def test_clocks_are_the_same_to_the_microsecond(tmp_path: Path) -> None:
     assert "time" not in log.columns  # nobody knows when z was
 
 
-def test_a_channel_of_time_does_not_hide_clocks_that_differ(tmp_path: Path) -> None:
+def test_a_channel_of_time_does_not_hide_clocks_that_differ(tmp_path):
     late = {**WAVE, "wf_start_offset": 0.5}
     values = np.arange(5.0)
     channels: dict[str, Any] = {"Time": (values, {}), "Fz": (values, WAVE), "z": (values, late)}
@@ -138,7 +138,7 @@ def test_a_channel_of_time_does_not_hide_clocks_that_differ(tmp_path: Path) -> N
     assert list(TdmsReader().only({"z"}).load(path).columns) == ["time", "Time", "z"]
 
 
-def test_only_the_channels_asked_for_must_be_of_one_length(tmp_path: Path) -> None:
+def test_only_the_channels_asked_for_must_be_of_one_length(tmp_path):
     channels = {"F": (np.arange(3.0), WAVE), "G": (np.zeros(9), WAVE)}
     path = write(tmp_path / "a.tdms", one=channels)
     assert TdmsReader().only({"F", "time"}).load(path).size == 3
@@ -147,7 +147,7 @@ def test_only_the_channels_asked_for_must_be_of_one_length(tmp_path: Path) -> No
         TdmsReader().only({"F", "H"}).load(path)  # H is not there: all are looked at
 
 
-def test_groups_and_lengths(tmp_path: Path) -> None:
+def test_groups_and_lengths(tmp_path):
     path = write(tmp_path / "a.tdms", one={"F": (np.arange(3.0), {})}, two={"F": (np.zeros(4), {})})
     with pytest.raises(LogError, match=r"several groups.*one, two"):
         TdmsReader().load(path)
@@ -160,14 +160,14 @@ def test_groups_and_lengths(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"TDSm", b"TDSm" + bytes(200), b"abc" * 40])
-def test_no_tdms(tmp_path: Path, content: bytes) -> None:
+def test_no_tdms(tmp_path, content):
     path = tmp_path / "a.tdms"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"a\.tdms"):
         TdmsReader().load(path)
 
 
-def test_a_rate_for_channels_that_state_no_step(tmp_path: Path) -> None:
+def test_a_rate_for_channels_that_state_no_step(tmp_path):
     path = write(tmp_path / "a.tdms", rig={"Fz": (np.arange(5.0), {})})
     assert "time" not in TdmsReader().load(path).columns
     log = TdmsReader().with_options({"rate_Hz": 100, "group": "rig"}).load(path)

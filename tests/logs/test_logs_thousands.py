@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 import pytest
 
 import rftfit
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FORCES = (0.5, 999.86, 1442.21, -1234567.89, 12.0)
 AMERICAN = ("0.50", "999.86", '"1,442.21"', '"-1,234,567.89"', "12.00")
@@ -18,7 +13,7 @@ GERMAN = ("0,50", "999,86", "1.442,21", "-1.234.567,89", "12,00")
 SEMICOLON = {"delimiter": ";", "decimal": ","}
 
 
-def write(path: Path, head: str, forces: tuple[str, ...], times: str) -> Path:
+def write(path, head, forces, times):
     delimiter = ";" if ";" in head else "\t" if "\t" in head else ","
     rows = [f"{time}{delimiter}{force}" for time, force in zip(times.split(), forces, strict=True)]
     path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
@@ -36,9 +31,7 @@ def write(path: Path, head: str, forces: tuple[str, ...], times: str) -> Path:
         ("Zeit;Kraft\n(s);(N)", GERMAN[2:] + GERMAN[:2], "0,0 0,1 0,2 0,3 0,4", None),
     ],
 )  # fmt: skip
-def test_numbers_with_both_marks(
-    tmp_path: Path, head: str, forces: tuple[str, ...], times: str, text: dict[str, Any] | None
-) -> None:
+def test_numbers_with_both_marks(tmp_path, head, forces, times, text):
     log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
     found = list(log.columns.values())[1]
     assert log.dropped == {}
@@ -47,7 +40,7 @@ def test_numbers_with_both_marks(
 
 @pytest.mark.parametrize("mark", [" ", "'", "\u2019", "\u00a0", "\u202f", "\u2009"])
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
-def test_thousands_by_a_blank_or_an_apostrophe(tmp_path: Path, mark: str, encoding: str) -> None:
+def test_thousands_by_a_blank_or_an_apostrophe(tmp_path, mark, encoding):
     path = tmp_path / "log.csv"
     times = ["0,0", "0,1", "0,2", "0,3", "0,4"]
     rows = [f"{t};{f.replace('.', mark)}" for t, f in zip(times, GERMAN, strict=True)]
@@ -61,7 +54,7 @@ def test_thousands_by_a_blank_or_an_apostrophe(tmp_path: Path, mark: str, encodi
     np.testing.assert_array_equal(log.columns["Fz"], [*FORCES, *FORCES[2:4]])
 
 
-def test_a_single_mark_is_not_guessed(tmp_path: Path) -> None:
+def test_a_single_mark_is_not_guessed(tmp_path):
     """1,442 may be a thousand or a fraction: the row is left out and counted."""
     forces = ("0.5", '"1,442"', "2.5", '"1,44.2"', '"12,4421.5"', "3.5", "4.5")
     path = write(tmp_path / "log.csv", "time (s),Fz (N)", forces, "0.0 0.1 0.2 0.3 0.4 0.5 0.6")

@@ -11,7 +11,7 @@ from paper_grid import PAPER, grid
 
 from rftfit.campaign.config import Errors, Grid
 from rftfit.measure.alpha import alpha_table, column, flagged, window_of
-from rftfit.measure.flags import Remark, about, flag_columns, flags_of, remark
+from rftfit.measure.flags import about, flag_columns, flags_of, remark
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -23,9 +23,9 @@ BENT = remark("not-linear", component="z", percent=12.0)
 
 
 def run(
-    name: str, beta: float, gamma: float, z: float, x: float = 0.0, se: float = 0.001,
-    depth: float = 5.0, dof: float = BIG, flags: tuple[Remark, ...] = (), **cells: str,
-) -> dict[str, object]:  # fmt: skip
+    name, beta, gamma, z, x = 0.0, se = 0.001,
+    depth = 5.0, dof = BIG, flags = (), **cells,
+):  # fmt: skip
     return {
         "run_id": name, "beta_deg": beta, "gamma_deg": gamma,
         "depth_from_cm": depth, "depth_to_cm": depth,
@@ -35,18 +35,18 @@ def run(
     }  # fmt: skip
 
 
-def table(*runs: dict[str, object], depths: int = 3) -> pd.DataFrame:
+def table(*runs, depths=3):
     columns = list(run("a", 0, 0, 0))
     return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths, None, PAPER)
 
 
-def cell(found: pd.DataFrame, beta: float, gamma: float) -> pd.Series:
+def cell(found, beta, gamma):
     near = np.isclose(found["gamma_deg"], gamma, atol=0.1) & (found["beta_deg"] == beta)
     assert near.sum() == 1
     return found[near].iloc[0]
 
 
-def test_no_runs_at_all() -> None:
+def test_no_runs_at_all():
     found = table()
     assert len(found) == 91
     assert set(found["reason"]) == {"no run"}
@@ -55,13 +55,13 @@ def test_no_runs_at_all() -> None:
     assert (found["n_runs"] == 0).all()
 
 
-def test_a_medium_of_legs_alone_has_a_cell_that_says_so() -> None:
+def test_a_medium_of_legs_alone_has_a_cell_that_says_so():
     found = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
     assert found[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
     assert np.isnan(found[column("z")]).all()
 
 
-def test_one_run_with_its_interval() -> None:
+def test_one_run_with_its_interval():
     here = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
     assert (here["n_runs"], here["run_ids"], here["reason"]) == (1, "a", "")
     assert here[column("z")] == pytest.approx(0.2)
@@ -71,14 +71,14 @@ def test_one_run_with_its_interval() -> None:
     assert -0.1 - here[column("x", "_lo")] == pytest.approx(2.776445 * 0.006, rel=1e-6)
 
 
-def test_sheet_angles_are_matched_within_their_rounding() -> None:
+def test_sheet_angles_are_matched_within_their_rounding():
     found = table(run("a", 30, 18.43, 0.2), run("b", 30, -71.57, 0.3), run("c", 30, 40, 9.9))
     assert cell(found, 30, 18.4349)[column("z")] == pytest.approx(0.2)
     assert cell(found, 30, -71.565)[column("z")] == pytest.approx(0.3)
     assert found["n_runs"].sum() == 2
 
 
-def test_beta_of_minus_and_plus_90_are_one_plate() -> None:
+def test_beta_of_minus_and_plus_90_are_one_plate():
     found = table(run("a", 90, 45, 0.2, -0.1), run("b", -90, 45, 0.4, -0.3))
     for beta in (-90, 90):
         here = cell(found, beta, 45)
@@ -88,7 +88,7 @@ def test_beta_of_minus_and_plus_90_are_one_plate() -> None:
     assert found["n_runs"].sum() == 4
 
 
-def test_repeats_that_agree_keep_the_smaller_error_of_their_mean() -> None:
+def test_repeats_that_agree_keep_the_smaller_error_of_their_mean():
     same = table(run("a", 0, 90, 0.300, se=0.002), run("b", 0, 90, 0.3005, se=0.002))
     here = cell(same, 0, 90)
     assert here[column("z")] == pytest.approx(0.30025)
@@ -96,7 +96,7 @@ def test_repeats_that_agree_keep_the_smaller_error_of_their_mean() -> None:
     assert here[column("z", "_hi")] - 0.30025 == pytest.approx(Z95 * 0.002 / math.sqrt(2), rel=1e-5)
 
 
-def test_repeats_that_scatter_widen_the_interval() -> None:
+def test_repeats_that_scatter_widen_the_interval():
     here = cell(
         table(*(run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))), 0, 90
     )
@@ -107,7 +107,7 @@ def test_repeats_that_scatter_widen_the_interval() -> None:
     assert here[column("z", "_hi")] - 0.31 == pytest.approx(4.302653 * deviation / math.sqrt(3))
 
 
-def test_a_bad_run_does_not_spoil_its_repeat() -> None:
+def test_a_bad_run_does_not_spoil_its_repeat():
     found = table(
         run("a", 0, 90, 0.3),
         run("b", 0, 90, math.nan, math.nan, reason="spoilt", reason_code="window-saturated"),
@@ -122,14 +122,14 @@ def test_a_bad_run_does_not_spoil_its_repeat() -> None:
     assert (lost["n_runs"], lost["reason_code"]) == (0, "missing")
 
 
-def horizontal(*depths: float, slope: float = 0.1, lift: float = 0.0) -> pd.DataFrame:
+def horizontal(*depths, slope=0.1, lift=0.0):
     """Runs whose mean stress is lift + slope x depth."""
     return table(
         *(run(f"h{d}", 60, 0, (lift + slope * d) / d, depth=d, se=0.01 / d) for d in depths)
     )
 
 
-def test_horizontal_fit_through_three_depths() -> None:
+def test_horizontal_fit_through_three_depths():
     depths = np.array([2.54, 5.08, 7.62])
     here = cell(horizontal(*depths, lift=0.05), 60, 0)
     sigma = 0.05 + 0.1 * depths
@@ -139,29 +139,29 @@ def test_horizontal_fit_through_three_depths() -> None:
     assert (here["n_runs"], here["flags"], here["reason"]) == (3, "", "")
 
 
-def test_horizontal_with_a_depth_missing_is_flagged() -> None:
+def test_horizontal_with_a_depth_missing_is_flagged():
     here = cell(horizontal(2.54, 7.62), 60, 0)
     assert here[column("z")] == pytest.approx(0.1)
     assert here["flag_codes"] == "few-depths"
 
 
-def test_horizontal_with_one_depth_gives_no_number() -> None:
+def test_horizontal_with_one_depth_gives_no_number():
     here = cell(horizontal(5.08), 60, 0)
     assert math.isnan(here[column("z")])
     assert math.isnan(here[column("x", "_hi")])
     assert here["reason_code"] == "too-few-depths"
 
 
-def test_horizontal_repeats_of_one_depth_are_still_one_depth() -> None:
+def test_horizontal_repeats_of_one_depth_are_still_one_depth():
     found = table(run("a", 0, 0, 0.1, depth=5.08), run("b", 0, 0, 0.1, depth=5.0803))
     assert math.isnan(cell(found, 0, 0)[column("z")])
 
 
-def test_slanted_cell_needs_no_depths() -> None:
+def test_slanted_cell_needs_no_depths():
     assert cell(table(run("a", 60, 18.43, 0.1)), 60, 18.43)["flags"] == ""
 
 
-def test_grid_is_ordered_whatever_the_order_of_the_rows() -> None:
+def test_grid_is_ordered_whatever_the_order_of_the_rows():
     runs = [run(f"{b}{g}", b, g, b + g / 1000) for b in BETA_DEG[1:] for g in GAMMA_DEG if g]
     found = table(*runs)
     shuffled = found.sample(frac=1, random_state=1)
@@ -176,9 +176,7 @@ def test_grid_is_ordered_whatever_the_order_of_the_rows() -> None:
 GAMMAS = (18.43, 33.69, 45, 56.31, 71.57, 90)
 
 
-def pairs(
-    beta: tuple[float, float], gamma: tuple[float, ...], depth: tuple[float, float] = (5, 5)
-) -> list[dict[str, object]]:
+def pairs(beta, gamma, depth=(5, 5)):
     """Six pairs of runs whose alphas are 0.02 apart, at either beta and depth."""
     return [
         run(f"{side}{g}", beta[side], g, 0.3 + 0.02 * side, depth=depth[side])
@@ -187,7 +185,7 @@ def pairs(
     ]
 
 
-def test_what_counts_as_a_repeat() -> None:
+def test_what_counts_as_a_repeat():
     # a pair 0.02 apart varies by 0.02^2 / 2 about its mean, less the 0.001^2 of a run's own error
     spread = math.sqrt(0.02**2 / 2 - 0.001**2)
     for beta in ((30.0, 30.0), (90.0, -90.0)):
@@ -208,7 +206,7 @@ def test_what_counts_as_a_repeat() -> None:
     assert set(table(*same)["spread"]) == {"repeats"}
 
 
-def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths() -> None:
+def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
     depths = np.array([2.54, 5.08, 7.62])
     runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
     beds = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
@@ -220,7 +218,7 @@ def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths() -> None:
     assert here["spread"] == "stated"
 
 
-def test_a_start_up_is_the_same_at_all_depths() -> None:
+def test_a_start_up_is_the_same_at_all_depths():
     depths = np.array([2.54, 5.08, 7.62])
     startup = np.array([0.004, 0.002, 0.001])
     runs = [
@@ -235,14 +233,14 @@ def test_a_start_up_is_the_same_at_all_depths() -> None:
     assert cell(found, 60, 0)[column("z", "_se")] == pytest.approx(math.hypot(own, share @ startup))
 
 
-def test_a_slight_slant_is_no_horizontal_run() -> None:
+def test_a_slight_slant_is_no_horizontal_run():
     # its window begins where the log lets it: that is no depth of preparation, repeats are repeats
     slight = (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4)
     assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {"repeats"}
 
 
 @pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
-def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal: float) -> None:
+def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     """Whatever the digits: repeats of one depth are one depth, and a depth that lacks is told."""
     near = [run(n, 60, 0, 0.1, depth=nominal + off) for n, off in (("a", -0.02), ("b", 0.02))]
     here = cell(table(*near), 60, 0)
@@ -259,12 +257,12 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal: float) -> No
     assert set(table(*repeats)["spread"]) == {"repeats"}
 
 
-def test_depths_apart_by_more_than_a_millimetre_are_two() -> None:
+def test_depths_apart_by_more_than_a_millimetre_are_two():
     here = cell(horizontal(2.0, 2.15), 60, 0)
     assert here["flag_codes"] == "few-depths"
 
 
-def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
+def test_what_several_runs_have_to_tell_is_told_in_turn():
     no = math.nan
     here = cell(
         table(
@@ -277,11 +275,11 @@ def test_what_several_runs_have_to_tell_is_told_in_turn() -> None:
     assert here["reason"] == "c: gone; d: no zero"
 
 
-def test_plates_held_otherwise_are_no_repeats() -> None:
+def test_plates_held_otherwise_are_no_repeats():
     assert set(table(*pairs((30.0, 31.0), GAMMAS))["spread"]) == {"one bed as prepared"}
 
 
-def test_repeats_with_different_plates_say_so() -> None:
+def test_repeats_with_different_plates_say_so():
     names = ("disc_60", "disc_80", "disc_100")
     flags = [remark("several-plates", plate=name, count=3) for name in names]
     runs = [run(one.values["plate"], 0, 90, 0.3, flags=(one,)) for one in flags]
@@ -292,7 +290,7 @@ def test_repeats_with_different_plates_say_so() -> None:
     assert flags_of({**cell(apart, 30, 90)}) == (*about("q", [DRIFT]), flags[2])
 
 
-def test_a_missing_tare_stands_once_in_a_cell() -> None:
+def test_a_missing_tare_stands_once_in_a_cell():
     bare = remark("no-tare")
     runs = [run(name, 0, 90, 0.3, flags=(bare,)) for name in "abc"]
     assert flags_of({**cell(table(*runs), 0, 90)}) == (bare,)
@@ -300,20 +298,20 @@ def test_a_missing_tare_stands_once_in_a_cell() -> None:
     assert flags_of({**cell(table(runs[0], tared), 0, 90)}) == (*about("a", [bare]),)
 
 
-def test_a_cell_says_that_its_interval_is_from_its_own_repeats() -> None:
+def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     found = table(run("a", 0, 90, 0.3), run("b", 0, 90, 0.32), run("c", 30, 90, 0.2))
     assert cell(found, 0, 90)["spread"] == "repeats of the cell"
     assert cell(found, 30, 90)["spread"] == "one bed as prepared"
 
 
-def test_also_where_only_one_component_shows_more_than_is_assumed() -> None:
+def test_also_where_only_one_component_shows_more_than_is_assumed():
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     found = alpha_table(rows, "m", 0.95, 3, Errors()).set_index("beta_deg")
     assert found.loc[0, "spread"] == "repeats of the cell"
     assert found.loc[30, "spread"] == "assumed"
 
 
-def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> None:
+def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
     runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
             run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
     found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
@@ -326,7 +324,7 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without() -> Non
     assert len(narrow) == 4
 
 
-def test_runs_that_share_a_tare_err_alike() -> None:
+def test_runs_that_share_a_tare_err_alike():
     """Own errors add up in squares; those of a tare add up over its runs, and then in squares."""
     own, tare = 0.003, (0.004, 0.004, 0.002, 0.001)
     runs = [
@@ -339,7 +337,7 @@ def test_runs_that_share_a_tare_err_alike() -> None:
     assert here["tare_runs"] == "t1 t2 t3"
 
 
-def test_a_tare_that_repeats_share_does_not_make_them_differ() -> None:
+def test_a_tare_that_repeats_share_does_not_make_them_differ():
     """Pairs 0.02 apart vary by 0.02^2 / 2, less the error that each run has for itself."""
     own, tare = 0.004, 0.003
     made = [
@@ -354,13 +352,13 @@ def test_a_tare_that_repeats_share_does_not_make_them_differ() -> None:
         )
 
 
-def test_two_planned_depths_of_which_one_is_there_give_no_number() -> None:
+def test_two_planned_depths_of_which_one_is_there_give_no_number():
     here = cell(table(run("a", 60, 0, 0.1, depth=5.08), depths=2), 60, 0)
     assert math.isnan(here[column("z")])
     assert here["reason_code"] == "too-few-depths"
 
 
-def test_flags_and_depths_of_a_table() -> None:
+def test_flags_and_depths_of_a_table():
     found = table(
         run("a", 0, 90, 0.3, depth=2.0, flags=(BENT,)),
         run("b", 30, 90, 0.2, depth=4.0),
@@ -375,7 +373,7 @@ def test_flags_and_depths_of_a_table() -> None:
 
 
 @pytest.mark.parametrize("values", [(0.30, 0.60), (0.30, 0.31, 0.60)])
-def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values: tuple[float, ...]) -> None:
+def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
     """Of two runs the interval reaches the other; of three it is that of their scatter."""
     runs = [run(f"a{n}", 0, 90, value) for n, value in enumerate(values)]
     runs += [run(f"{n}{b}", b, 90, 0.2 + 0.01 * n) for b in (30, 60) for n in range(2)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -43,13 +43,10 @@ from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.results import open_results
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
 
 
-def on_grid(medium: str, grid: str) -> pd.DataFrame:
+def on_grid(medium, grid):
     """The published table of a medium on another grid."""
     if grid == "few":
         return alpha_frame(medium, reference.alpha_grid(medium))
@@ -62,14 +59,14 @@ def on_grid(medium: str, grid: str) -> pd.DataFrame:
     return pd.DataFrame(columns | {"medium": medium, "spread": "one bed as prepared"})
 
 
-def axes(table: pd.DataFrame) -> dict[str, Check]:
+def axes(table):
     cells = _Cells.of(table)
     other = None if cells.resists else _axes(cells)
     found = check_axes(cells, other, table, "transducer.axes", {})
     return {str(one.check): one for one in found}
 
 
-def measured_with(table: pd.DataFrame, z: str, x: str) -> pd.DataFrame:
+def measured_with(table, z, x):
     """What a table would be if the config called other axes z and x; pulls are filed turned."""
     side = np.where(table["gamma_deg"] < 0, -1.0, 1.0)
     true = {c: table[f"alpha_{c}_N_per_cm3"] * (side if c == "x" else 1) for c in "zx"}
@@ -80,7 +77,7 @@ def measured_with(table: pd.DataFrame, z: str, x: str) -> pd.DataFrame:
     return table.assign(**seen)
 
 
-def turned(table: pd.DataFrame, angle_deg: float) -> pd.DataFrame:
+def turned(table, angle_deg):
     """What a table would be if the config stated a turn that is smaller by so much."""
     side = np.where(table["gamma_deg"] < 0, -1.0, 1.0)
     z, x = table["alpha_z_N_per_cm3"], table["alpha_x_N_per_cm3"] * side
@@ -90,7 +87,7 @@ def turned(table: pd.DataFrame, angle_deg: float) -> pd.DataFrame:
     )
 
 
-def test_a_single_run_that_gives_energy_back_is_flagged() -> None:
+def test_a_single_run_that_gives_energy_back_is_flagged():
     table = on_grid("poppy_LP", "few")
     table["run_ids"] = [f"run{place}" for place in range(len(table))]
     at = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
@@ -104,7 +101,7 @@ def test_a_single_run_that_gives_energy_back_is_flagged() -> None:
 
 @pytest.mark.parametrize("grid", GRID_NAMES)
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_no_published_table_fails(medium: str, grid: str) -> None:
+def test_no_published_table_fails(medium, grid):
     table = on_grid(medium, grid)
     verdicts = {name: one.verdict for name, one in axes(table).items()}
     assert "failed" not in verdicts.values()
@@ -114,7 +111,7 @@ def test_no_published_table_fails(medium: str, grid: str) -> None:
     assert verdicts["symmetry"] == ("passed" if has_push else "not checked")
 
 
-def test_what_the_wrong_axes_of_the_first_medium_cost() -> None:
+def test_what_the_wrong_axes_of_the_first_medium_cost():
     """Cells that give energy back by more than three times the scatter of beds that the paper states."""
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     counts = {}
@@ -132,7 +129,7 @@ def test_what_the_wrong_axes_of_the_first_medium_cost() -> None:
     assert counts["+x+z"] >= 3
 
 
-def test_pulling_up_harder_than_pushing_down() -> None:
+def test_pulling_up_harder_than_pushing_down():
     table = on_grid("poppy_CP", "few")
     here = (table["beta_deg"] == 0) & (table["gamma_deg"] == -90)
     table.loc[here, "alpha_z_N_per_cm3"] = -0.6
@@ -141,7 +138,7 @@ def test_pulling_up_harder_than_pushing_down() -> None:
     assert "intrusions and extractions are exchanged" in found.sentence
 
 
-def few_cells(rows: Sequence[tuple[float, ...]], **columns: Any) -> pd.DataFrame:
+def few_cells(rows, **columns):
     """A table of some cells: beta, gamma, alpha_z, alpha_x, and their standard errors; errors are known."""
     names = ["alpha_z", "alpha_x", "alpha_z_se", "alpha_x_se"]
     table = pd.DataFrame(
@@ -152,7 +149,7 @@ def few_cells(rows: Sequence[tuple[float, ...]], **columns: Any) -> pd.DataFrame
 
 
 @pytest.mark.parametrize("work", [-0.0049, -0.0051, 0.02])
-def test_work_is_what_the_force_does_along_the_motion(work: float) -> None:
+def test_work_is_what_the_force_does_along_the_motion(work):
     """D = alpha_x cos gamma + alpha_z sin gamma; found and allowed are of the cell that misses most."""
     gamma = 30.0
     # any force whose part along the motion is the wanted one
@@ -168,10 +165,10 @@ def test_work_is_what_the_force_does_along_the_motion(work: float) -> None:
     )
 
 
-def test_how_far_noise_may_bring_the_work_below_zero() -> None:
+def test_how_far_noise_may_bring_the_work_below_zero():
     """Three standard errors of D, of a push straight down two; none is asked to be below 0.005 N/cm^3."""
 
-    def counted(gamma: float, z: float, x: float, se_z: float, se_x: float) -> str:
+    def counted(gamma, z, x, se_z, se_x):
         return str(axes(few_cells([(0, gamma, z, x, se_z, se_x)]))["work"].found[0])
 
     assert [counted(90, z, 0, 0.1, 9) for z in (-0.199, -0.201)] == ["0", "1"]
@@ -185,7 +182,7 @@ def test_how_far_noise_may_bring_the_work_below_zero() -> None:
     assert counted(0, 0, -0.0051, math.nan, math.nan) == "1"
 
 
-def test_how_much_harder_than_down_up_may_be() -> None:
+def test_how_much_harder_than_down_up_may_be():
     """Three standard errors of the difference."""
     limit = 3 * math.hypot(0.01, 0.02)
     for more, verdict in ((0.99 * limit, "passed"), (1.01 * limit, "failed")):
@@ -197,7 +194,7 @@ def test_how_much_harder_than_down_up_may_be() -> None:
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
 
 
-def test_errors_are_exchanged_with_the_axes() -> None:
+def test_errors_are_exchanged_with_the_axes():
     cells = _Cells.of(few_cells([(30, 45, 0.3, 0.1, 0.01, 0.02), (30, -45, 0.3, 0.1, 0.01, 0.02)]))
     other = cells.turned(np.array([[0, 1], [1, 0]]))
     # alpha_x of a pull is filed turned
@@ -205,7 +202,7 @@ def test_errors_are_exchanged_with_the_axes() -> None:
     np.testing.assert_allclose(other.se, [[0.02, 0.02], [0.01, 0.01]])
 
 
-def test_runs_of_several_cells_that_give_energy_back_are_each_flagged() -> None:
+def test_runs_of_several_cells_that_give_energy_back_are_each_flagged():
     rows = [
         (0, 90, 0.5, 0, 0.001, 0.001),
         (30, 0, 0, -0.1, 0.001, 0.001),
@@ -215,7 +212,7 @@ def test_runs_of_several_cells_that_give_energy_back_are_each_flagged() -> None:
     assert axes(table)["work"].runs == tuple(remark("gives-back", run_id=run) for run in "bcd")
 
 
-def test_a_cell_without_alpha_is_left_out_whole() -> None:
+def test_a_cell_without_alpha_is_left_out_whole():
     """Also where only one of its components is missing; places of the others do not move."""
     rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
     found = axes(few_cells(rows))
@@ -225,7 +222,7 @@ def test_a_cell_without_alpha_is_left_out_whole() -> None:
     assert {one.verdict for one in nothing.values()} == {"not checked"}
 
 
-def test_two_cells_are_no_verdict_and_three_are() -> None:
+def test_two_cells_are_no_verdict_and_three_are():
     table = on_grid("poppy_CP", "few")
     sure = table.index[(table["gamma_deg"] == 0) & (table["beta_deg"].isin([30.0, 60.0, -60.0]))]
     for bad, verdict in ((sure[:2], "passed"), (sure, "failed")):
@@ -236,12 +233,12 @@ def test_two_cells_are_no_verdict_and_three_are() -> None:
         assert found.found.startswith(f"{len(bad)} of 91 cells")
 
 
-def test_one_push_that_pulls_is_enough() -> None:
+def test_one_push_that_pulls_is_enough():
     table = alpha_frame("poppy_CP", one_cell(-0.5))
     assert axes(table)["work"].verdict == "failed"
 
 
-def runs(*names: str, **facts: Any) -> dict[str, Any]:
+def runs(*names, **facts):
     plate = {"kind": "plate", "tare_run": "rod", "direction": "intrusion", "intruder": ""}
     return {name: SimpleNamespace(**plate | facts | {"force_log": name}) for name in names}
 
@@ -249,9 +246,7 @@ def runs(*names: str, **facts: Any) -> dict[str, Any]:
 RANGE_N = (100.0, 50.0, 200.0)
 
 
-def channels_of(
-    *logs: tuple[dict[str, Any], dict[str, Any]], constant: tuple[str, ...] = ()
-) -> Any:
+def channels_of(*logs, constant=()):
     """Check the channels of some logs, each of its own run; F1 is x, F2 is y, F3 is z.
 
     `logs`: What the sheet says of the run, and of its channels the lowest and the highest reading, the
@@ -291,7 +286,7 @@ FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
 DEAD_Z = {"F3": (1.5, 1.5, 1.0, 1.5)}
 
 
-def test_channels_that_move_pass() -> None:
+def test_channels_that_move_pass():
     found = channels_of(FINE, FINE, FINE)
     assert (found.verdict, found.found, found.runs) == ("passed", "3 logs", ())
     assert found.allowed == "below 50% of a stroke at one reading, no end in common below the range"
@@ -300,7 +295,7 @@ def test_channels_that_move_pass() -> None:
 @pytest.mark.parametrize(
     ("dead", "fine", "verdict"), [(2, 2, "passed"), (2, 0, "failed"), (3, 9, "failed")]
 )
-def test_a_dead_channel_shows_in_three_logs_or_in_all(dead: int, fine: int, verdict: str) -> None:
+def test_a_dead_channel_shows_in_three_logs_or_in_all(dead, fine, verdict):
     found = channels_of(*[({}, DEAD_Z)] * dead, *[FINE] * fine)
     assert found.verdict == verdict
     if verdict == "failed":
@@ -312,7 +307,7 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead: int, fine: int, verd
         )
 
 
-def test_runs_of_each_dead_channel_are_told() -> None:
+def test_runs_of_each_dead_channel_are_told():
     dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
     found = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
     told = [one.values["channel"] for one in found.runs if one.code == "channel-still"]
@@ -321,13 +316,13 @@ def test_runs_of_each_dead_channel_are_told() -> None:
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
-def test_a_channel_that_stands_still_half_a_stroke(share: float, verdict: str) -> None:
+def test_a_channel_that_stands_still_half_a_stroke(share, verdict):
     found = channels_of(*[({}, {"F3": (0.0, 2.0, share, 1.0)})] * 3)
     assert found.verdict == verdict
     assert ("F3, along z, stands still in 3 of 3 logs" in found.found) == (verdict == "failed")
 
 
-def test_whose_channels_are_looked_at() -> None:
+def test_whose_channels_are_looked_at():
     """Not those of rods, of logs that were not read; of strokes only what goes deeper has to move."""
     for other in (
         {"kind": "rod"},
@@ -353,7 +348,7 @@ def test_whose_channels_are_looked_at() -> None:
     assert channels_of(*[(level, DEAD_Z)] * 3).verdict == "failed"
 
 
-def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x() -> None:
+def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x():
     dead = {"F1": (0.0, 0.0, 1.0, 0.0)}
     for beta in (0.0, 90.0):
         assert channels_of(*[({"beta_deg": beta, "gamma_deg": 90.0}, dead)] * 3).verdict == "passed"
@@ -379,9 +374,7 @@ def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x() -> None:
         (80.0, 80.0, 0.03, 80.0, 3, "passed"),
     ],
 )
-def test_a_channel_that_ends_below_its_range(
-    low: float, high: float, share: float, held: float, count: int, verdict: str
-) -> None:
+def test_a_channel_that_ends_below_its_range(low, high, share, held, count, verdict):
     """The range of F1 is 100 N; what ends there is told by other words, run by run."""
     clipped = {"F1": (low, high, share, held)}
     # pulls and level paths are looked at too
@@ -402,7 +395,7 @@ def test_a_channel_that_ends_below_its_range(
         )
 
 
-def test_ends_in_common_are_one_reading() -> None:
+def test_ends_in_common_are_one_reading():
     ends = [{"F3": (0.0, end, 0.1, end)} for end in (20.0, 20.0, 21.0, 21.0)]
     assert channels_of(*[({}, end) for end in ends]).verdict == "passed"
     assert channels_of(*[({}, end) for end in (*ends, ends[0])]).verdict == "failed"
@@ -412,7 +405,7 @@ def test_ends_in_common_are_one_reading() -> None:
     ("across", "along", "verdict"),
     [(1.1, 0.5, "failed"), (0.9, 0.5, "passed"), (0.49, 0.1, "passed"), (0.51, 0.1, "failed")],
 )
-def test_x_and_y_exchanged(across: float, along: float, verdict: str) -> None:
+def test_x_and_y_exchanged(across, along, verdict):
     """y, across the motion, feels more than twice what x does, and more than ten times the precision."""
     facts = {"F1": (-1.0, along - 1, 0.001, 0.0), "F2": (2.0, 2 + across, 0.001, 0.0)}
     level = {"beta_deg": 0.0, "gamma_deg": 90.0}
@@ -430,7 +423,7 @@ def test_x_and_y_exchanged(across: float, along: float, verdict: str) -> None:
 GAMMAS = (45.0, 71.57, 90.0)
 
 
-def level_runs(count: int, rises: tuple[float, ...] = (0.2, 0.2, 0.2)) -> dict[str, pd.DataFrame]:
+def level_runs(count, rises=(0.2, 0.2, 0.2)):
     """Horizontal runs of so many samples whose force grows by these shares of its mean."""
     path = np.linspace(2, 8, count)
     names = [f"r{n}" for n in range(len(rises))]
@@ -445,7 +438,7 @@ def level_runs(count: int, rises: tuple[float, ...] = (0.2, 0.2, 0.2)) -> dict[s
     return {"fits": fits, "tared": tared, "windows": windows}
 
 
-def test_a_trend_is_of_the_larger_force_over_the_good_part() -> None:
+def test_a_trend_is_of_the_larger_force_over_the_good_part():
     tables = level_runs(60)
     assert (
         check_steadiness(tables).found
@@ -463,11 +456,11 @@ def test_a_trend_is_of_the_larger_force_over_the_good_part() -> None:
 
 
 @pytest.mark.parametrize(("samples", "verdict"), [(30, "failed"), (29, "not checked")])
-def test_a_trend_needs_thirty_samples(samples: int, verdict: str) -> None:
+def test_a_trend_needs_thirty_samples(samples, verdict):
     assert check_steadiness(level_runs(samples)).verdict == verdict
 
 
-def test_whose_trend_counts() -> None:
+def test_whose_trend_counts():
     assert check_steadiness(level_runs(60, (0.2, 0.2))).verdict == "not checked"
     tables = level_runs(60)
     for column, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
@@ -476,7 +469,7 @@ def test_whose_trend_counts() -> None:
         assert check_steadiness(tables | {"fits": one}).verdict == "not checked"
 
 
-def test_marks_name_what_fails_and_why_it_is_accepted() -> None:
+def test_marks_name_what_fails_and_why_it_is_accepted():
     rows = [
         ("a", "work", "failed", "unusable"), ("a", "surface", "failed", "doubtful"),
         ("b", "size", "accepted", ""), ("c", "work", "passed", ""),
@@ -496,7 +489,7 @@ def test_marks_name_what_fails_and_why_it_is_accepted() -> None:
     )
 
 
-def test_flags_of_single_runs_are_added_to_those_of_their_cells() -> None:
+def test_flags_of_single_runs_are_added_to_those_of_their_cells():
     few = remark("few-depths", found=2, wanted=3)
     table = few_cells([(0, 90, 0.5, 0, 0, 0)] * 3, run_ids=["a b", "c", "d"])
     table = table.assign(**{name: [text, "", text] for name, text in flag_columns([few]).items()})
@@ -508,7 +501,7 @@ def test_flags_of_single_runs_are_added_to_those_of_their_cells() -> None:
     assert set(made["checks_code"]) == {"unusable"}
 
 
-def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any) -> None:
+def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
     media = reference.MEDIA[:3]
     alpha = {name: reference.alpha_grid(name) for name in media}
     make_campaign(tmp_path, dict.fromkeys(media, LABORATORY), alpha)
@@ -549,7 +542,7 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path: Any
         ("-x", "-z", "X and z look exchanged, and both reversed"),
     ],
 )
-def test_wrong_axes_are_named(medium: str, z: str, x: str, named: str) -> None:
+def test_wrong_axes_are_named(medium, z, x, named):
     wrong = measured_with(on_grid(medium, "few"), z, x)
     assert axes(wrong)["work"].verdict == "failed"
     name, mended = _axes(_Cells.of(wrong)) or ("", None)
@@ -558,7 +551,7 @@ def test_wrong_axes_are_named(medium: str, z: str, x: str, named: str) -> None:
     assert (mended.back, mended.resists) == (0, True)
 
 
-def test_axes_that_mend_nothing_are_not_named() -> None:
+def test_axes_that_mend_nothing_are_not_named():
     """Forces that give energy back whatever the axes are called."""
     rows = [(0, 45, z, x, 0.001, 0.001) for z in (-0.2, 0.2) for x in (-0.2, 0.2)] * 3
     assert axes(few_cells(rows))["work"].verdict == "failed"
@@ -567,7 +560,7 @@ def test_axes_that_mend_nothing_are_not_named() -> None:
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 @pytest.mark.parametrize("angle", [-8.0, 0.0, 8.0])
-def test_a_turned_mount_is_measured(medium: str, angle: float) -> None:
+def test_a_turned_mount_is_measured(medium, angle):
     table = turned(on_grid(medium, "few"), angle)
     # the published tables themselves look turned by up to 2.3 deg
     assert math.degrees(_Cells.of(table).turn_rad[0]) == pytest.approx(angle, abs=2.3)
@@ -597,9 +590,7 @@ A = math.radians(5)
         ([(0, 90, 0.0, 0.0, 0, 0)], math.nan, math.nan),
     ],
 )  # fmt: skip
-def test_turn_of_the_mount_by_mirror_images(
-    rows: list[tuple[float, ...]], turn: float, se: float
-) -> None:
+def test_turn_of_the_mount_by_mirror_images(rows, turn, se):
     table = few_cells(rows)
     assert _Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
     limit = 0.04 + 3 * se
@@ -611,7 +602,7 @@ def test_turn_of_the_mount_by_mirror_images(
     assert _Cells.of(parted).turn_rad == pytest.approx((turn, se), nan_ok=True, rel=1e-6)
 
 
-def test_how_much_a_level_plate_may_feel_sideways() -> None:
+def test_how_much_a_level_plate_may_feel_sideways():
     """An angle of 0.04, and three standard errors."""
     se = 0.002
     limit = math.tan(0.04 + 3 * se / 0.5) * 0.5
@@ -633,7 +624,7 @@ def test_how_much_a_level_plate_may_feel_sideways() -> None:
         (0.3, (0.4, 0.6), "failed"), (0.7, (0.4, 0.6), "failed"), (math.nan, (0.4, 0.6), "not checked"),
     ],
 )  # fmt: skip
-def test_size(value: float, expected: tuple[float, float] | None, verdict: str) -> None:
+def test_size(value, expected, verdict):
     assert check_size(few_cells([(0, 90, value, 0, 0, 0)]), expected).verdict == verdict
     assert check_size(few_cells([(0, 0, value, 0, 0, 0)]), expected).verdict == "not checked"
 
@@ -660,21 +651,21 @@ def test_size(value: float, expected: tuple[float, float] | None, verdict: str) 
         ),
     ],
 )
-def test_two_heaps(values: list[float], which: range | None) -> None:
+def test_two_heaps(values, which):
     found = two_heaps(np.array(values))
     assert (found is None) == (which is None)
     if found is not None and which is not None:
         assert np.flatnonzero(found[1]).tolist() == [*which]
 
 
-def test_how_clear_two_heaps_are() -> None:
+def test_how_clear_two_heaps_are():
     """0.3 between values of a least spread of 0.03, in eighths of it."""
     clear, _ = two_heaps(np.repeat([0.0, 0.3], 10)) or (0, None)
     assert clear == pytest.approx(0.3 / 0.03 / 8)
     assert two_heaps(np.repeat([0.0, 0.2], 10)) is None
 
 
-def sheet_of(kinds: str) -> dict[str, Any]:
+def sheet_of(kinds):
     """Runs r2, r3 and so on, named by their rows; p a plate, r a rod."""
     names = {"p": "plate", "r": "rod"}
     return {f"r{n}": SimpleNamespace(run_id=f"r{n}", row=n, kind=names[one])
@@ -692,7 +683,7 @@ def sheet_of(kinds: str) -> dict[str, Any]:
         ("p" * 20, range(2, 20, 2), "rows 2, 4, 6, 8, 10 and others to 18 of the run sheet"),
     ],
 )
-def test_rows_of(kinds: str, rows: Sequence[int], said: str) -> None:
+def test_rows_of(kinds, rows, said):
     assert rows_of((f"r{row}" for row in rows), sheet_of(kinds)) == said
 
 
@@ -705,7 +696,7 @@ def test_rows_of(kinds: str, rows: Sequence[int], said: str) -> None:
         ("extraction", [0.2, 2.0, 0.2], ["r3"]),
     ],
 )  # fmt: skip
-def test_rods_run_by_run(way: str, tare: list[float], which: list[str]) -> None:
+def test_rods_run_by_run(way, tare, which):
     """Plates of 2 N."""
     sheet = sheet_of("ppp")
     for run in sheet.values():
@@ -742,7 +733,7 @@ def test_rods_run_by_run(way: str, tare: list[float], which: list[str]) -> None:
     ],
 )
 @pytest.mark.parametrize("axis", "zx")
-def test_drift(trend: list[float], verdict: str, which: Sequence[int], axis: str) -> None:
+def test_drift(trend, verdict, which, axis):
     sheet = sheet_of("p" * 9)
     runs = pd.DataFrame({"run_id": [*sheet], "zero_trend_z_N": 0.0, "zero_trend_x_N": 0.0})
     runs = runs.assign(**{f"zero_trend_{axis}_N": trend})
@@ -751,7 +742,7 @@ def test_drift(trend: list[float], verdict: str, which: Sequence[int], axis: str
     assert [one.run_id for one in found.runs] == [f"r{n + 2}" for n in which]
 
 
-def channels_against(seen: dict[str, Any], explained: bool = False, turn: float = 0.0) -> Any:
+def channels_against(seen, explained=False, turn=0.0):
     """Channels of twelve pushes of alpha 0.3 and 0.09 N/cm^3, but for what `seen` says of z and x and of noise."""
     sheet = sheet_of("p" * 12)
     for run in sheet.values():
@@ -803,9 +794,7 @@ HALF = [1.0] * 6 + [3.0] * 6
         ({X: HALF}, "", 0),
     ],
 )
-def test_channels_against_what_every_medium_feels(
-    seen: dict[str, Any], code: str, count: int
-) -> None:
+def test_channels_against_what_every_medium_feels(seen, code, count):
     found = channels_against(seen)
     assert {one.code for one in found.runs} == ({code} if code else set())
     assert len(found.runs) == count
@@ -815,9 +804,7 @@ def test_channels_against_what_every_medium_feels(
         assert not channels_against(seen, explained=True).runs
 
 
-def strokes(
-    start_cm: Any, late_s: Any = 0.0, count: int = 8, **columns: Any
-) -> dict[str, pd.DataFrame]:
+def strokes(start_cm, late_s=0.0, count=8, **columns):
     """Fits of pushes, then of pulls, of three angles, whose stress begins as told."""
     ways = [
         (sign, gamma) for sign in (1, -1) for gamma in (45.0, 71.57, 90.0) for _ in range(count)
@@ -833,9 +820,7 @@ def strokes(
     } | columns)}  # fmt: skip
 
 
-def surface(
-    tables: dict[str, pd.DataFrame], role: str = LABORATORY, **errors: float
-) -> tuple[Check, Check]:
+def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
         media={"m": SimpleNamespace(role=role)}, arm=SimpleNamespace(speed_cm_per_s=1.0),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
@@ -851,14 +836,14 @@ def surface(
         (0.0, 0.3, "failed", "late"), (0.0, -0.3, "failed", "early"), (0.5, 0.3, "failed", "late surface"),
     ],
 )  # fmt: skip
-def test_where_stress_begins(start: float, late: float, verdict: str, names: str) -> None:
+def test_where_stress_begins(start, late, verdict, names):
     found, line = surface(strokes(start, late))
     assert (found.verdict, line.verdict, found.runs) == (verdict, "passed", ())
     words = {"surface": "urface is wrong", "late": "log is late", "early": "log is early"}
     assert {name for name, word in words.items() if word in found.sentence} == {*names.split()}
 
 
-def test_what_is_stated_of_the_surface_is_allowed() -> None:
+def test_what_is_stated_of_the_surface_is_allowed():
     assert surface(strokes(0.3), surface_session_mm=1.0)[0].verdict == "passed"
     assert surface(strokes(0.3), surface_session_mm=0.3)[0].verdict == "failed"
 
@@ -871,9 +856,7 @@ def test_what_is_stated_of_the_surface_is_allowed() -> None:
         (0.0, np.where(np.arange(48) % 3 == 0, 0.5, 0.0), "lag-differs", 0.5),
     ],
 )
-def test_runs_with_a_surface_or_a_lag_of_their_own(
-    start: Any, late: Any, code: str, gap: float
-) -> None:
+def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     # errors of pulls are too large to tell theirs
     found = surface(strokes(start, late))[0]
     assert bool(found.runs) == bool(code)
@@ -895,9 +878,7 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(
         (0.1, 6, 14, []), (0.3, 6, 8, []), (0.0, 6, 14, []),
     ],
 )  # fmt: skip
-def test_a_stretch_of_the_sheet_with_another_surface(
-    gap: float, first: int, last: int, named: Sequence[int]
-) -> None:
+def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
     """Starts of pushes scatter by 0.7 mm, so that there are no two heaps, and one run at an edge may be missed."""
     place = np.arange(48)
     luck = np.random.default_rng(3).normal(0, 0.07, 48)
@@ -916,12 +897,12 @@ def test_a_stretch_of_the_sheet_with_another_surface(
         (1.1, math.nan, "not checked"), (math.nan, 0.5, "not checked"),
     ],
 )  # fmt: skip
-def test_linearity(power: float, misfit: Any, verdict: str) -> None:
+def test_linearity(power, misfit, verdict):
     found, line = surface(strokes(0.0, exponent_z=power, power_misfit_z_ratio=misfit))
     assert (found.verdict, line.verdict) == ("passed", verdict)
 
 
-def test_an_offset_of_curved_stress_does_not_tell_the_surface() -> None:
+def test_an_offset_of_curved_stress_does_not_tell_the_surface():
     for misfit in (0.5, [0.5, 1.5] * 24):
         found, line = surface(strokes(0.3, power_misfit_z_ratio=misfit))
         assert (found.verdict, line.verdict) == ("not checked", "failed")
@@ -935,13 +916,13 @@ def test_an_offset_of_curved_stress_does_not_tell_the_surface() -> None:
         ({"flag_codes": "no-tare zero-drifted"}, LABORATORY), ({}, "natural_sand"),
     ],
 )  # fmt: skip
-def test_which_strokes_tell_where_stress_begins(columns: dict[str, Any], role: str) -> None:
+def test_which_strokes_tell_where_stress_begins(columns, role):
     """Steep pushes, whose alpha is clear of zero and whose line has a slope; with a tare, not of a natural sand."""
     found = surface(strokes(0.3, **columns), role)
     assert {one.verdict for one in found} == {"not checked"}
 
 
-def test_what_trend_is_allowed() -> None:
+def test_what_trend_is_allowed():
     """A tenth, or three standard errors of the median."""
     for rise, verdict in ((0.101, "failed"), (0.099, "passed"), (-0.101, "failed")):
         found = check_steadiness(level_runs(60, (rise,) * 3))
@@ -951,7 +932,7 @@ def test_what_trend_is_allowed() -> None:
     assert (found.verdict, found.allowed) == ("passed", f"{300 * se:.1f} % of either sign")
 
 
-def test_copies_are_listed_with_what_they_are_copies_of() -> None:
+def test_copies_are_listed_with_what_they_are_copies_of():
     sheet: Any = {name: SimpleNamespace(intruder="") for name in "abcd"}
     found = check_logs(sheet, {"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")})
     assert found.verdict == "failed"
@@ -976,13 +957,11 @@ def test_copies_are_listed_with_what_they_are_copies_of() -> None:
         ("channels", True, set()),
     ],
 )
-def test_later_checks_wait_until_a_first_is_put_right(
-    failed: str, accepted: bool, held: set[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, monkeypatch):
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    def one(name: Any) -> Check:
+    def one(name):
         return Check(name, "failed" if name == failed else "passed", runs=(flag,))
 
     monkeypatch.setattr(checks, "against_known", lambda *_: ([], []))

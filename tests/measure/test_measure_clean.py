@@ -14,35 +14,35 @@ from rftfit.measure.flags import BACKWARDS, DUPLICATE
 from rftfit.measure.pairs import clean, gaps
 
 
-def log_of(time: list[float], value: list[float] | None = None) -> Log:
+def log_of(time, value=None):
     values = np.arange(len(time), dtype=float) if value is None else np.array(value)
     columns = {"time": np.array(time, dtype=float), "x": values}
     return Log(Path("a.csv"), columns, {}, len(time))
 
 
-def test_good_log_is_left_alone() -> None:
+def test_good_log_is_left_alone():
     log = log_of([0, 1, 2])
     assert clean(log) is log
 
 
-def test_duplicated_rows_go_and_are_counted() -> None:
+def test_duplicated_rows_go_and_are_counted():
     log = clean(log_of([0, 1, 1, 1, 2], [5, 6, 6, 6, 7]))
     assert log.columns["time"].tolist() == [0, 1, 2]
     assert log.columns["x"].tolist() == [5, 6, 7]
     assert log.dropped == {DUPLICATE: 2}
 
 
-def test_same_time_with_other_values_is_not_a_duplicate() -> None:
+def test_same_time_with_other_values_is_not_a_duplicate():
     log = clean(log_of([0, 1, 1, 2], [5, 6, 7, 8]))
     assert log.columns["x"].tolist() == [5, 6, 8]
     assert log.dropped == {BACKWARDS: 1}
 
 
-def test_equal_values_at_increasing_times_are_no_duplicates() -> None:
+def test_equal_values_at_increasing_times_are_no_duplicates():
     assert clean(log_of([0, 1, 2, 2], [5, 5, 5, 5])).dropped == {DUPLICATE: 1}
 
 
-def test_reversed_block() -> None:
+def test_reversed_block():
     log = clean(log_of([0, 1, 2, 6, 5, 4, 3, 7, 8]))
     assert log.columns["time"].tolist() == [0, 1, 2, 6, 7, 8]
     assert log.dropped == {BACKWARDS: 3}
@@ -50,13 +50,13 @@ def test_reversed_block() -> None:
 
 
 @pytest.mark.parametrize("time", [[3, 2, 1, 0], [1, 0], [0, 1, 2, 0, 1, 2], [5, 1, 1.5, 2]])
-def test_half_of_the_rows_bad_is_refused(time: list[float]) -> None:
+def test_half_of_the_rows_bad_is_refused(time):
     with pytest.raises(LogError, match=r"a\.csv: time does not increase in \d+ of \d+") as caught:
         clean(log_of(time))
     assert (caught.value.code, caught.value.rows) == ("time", len(time))
 
 
-def test_log_without_a_good_row() -> None:
+def test_log_without_a_good_row():
     log = Log(Path("a.csv"), {"time": np.empty(0)}, {}, 7, {"bad": 7})
     with pytest.raises(LogError, match="no usable row among 7: bad") as caught:
         clean(log)
@@ -64,7 +64,7 @@ def test_log_without_a_good_row() -> None:
 
 
 @given(st.lists(st.integers(0, 30).map(float), min_size=1, max_size=40))
-def test_whatever_the_times(time: list[float]) -> None:
+def test_whatever_the_times(time):
     log = log_of(time)
     forward = np.count_nonzero(np.diff(np.maximum.accumulate([-1.0, *time])))
     if 2 * forward <= len(time) and len(time) > 1:
@@ -81,14 +81,14 @@ def test_whatever_the_times(time: list[float]) -> None:
         assert time[int(index)] == stamp
 
 
-def test_gaps() -> None:
+def test_gaps():
     found = gaps(np.array([0, 0.01, 0.5, 0.51, 0.61, 2]), 0.1)
     np.testing.assert_array_equal(found, [[0.01, 0.5], [0.61, 2]])
     assert gaps(np.array([0, 0.01]), 0.1).shape == (0, 2)
     assert gaps(np.array([0.0]), 0.1).shape == (0, 2)
 
 
-def test_a_slow_log_is_no_row_of_gaps() -> None:
+def test_a_slow_log_is_no_row_of_gaps():
     """Steps of 0.1 s are partly longer than 0.1 in floating point; those of a 5 Hz log all are."""
     ten, five = np.linspace(7.3, 27.2, 200), np.linspace(0, 19.8, 100)
     assert (np.diff(ten) > 0.1).any()

@@ -14,7 +14,7 @@ from rftfit.measure.strokes import Motion
 LIMIT = 0.05
 
 
-def spans(*pairs: tuple[float, float]) -> np.ndarray:
+def spans(*pairs):
     return np.array(pairs, dtype=float).reshape(-1, 2)
 
 
@@ -24,7 +24,7 @@ RUN = spans((2.0, 5.1), (7.1, 15.4))
 class Rig:
     """One run seen by a 100 Hz sync line and by a jittered 50 Hz motion log on another clock."""
 
-    def __init__(self, seed: int, offset: float, whole_steps: bool) -> None:
+    def __init__(self, seed, offset, whole_steps):
         random = np.random.default_rng(seed)
         self.offset = offset
         starts, moves, ramp = np.array([2.0, 7.0]), np.array([3.0, 8.0]), 0.05
@@ -49,12 +49,12 @@ class Rig:
         angle = np.radians(30 + random.normal(0, 0.02, tick.size))
         self.motion = Motion(1000 + tick + offset, np.zeros(tick.size), z, angle)
 
-    def fit(self) -> ClockFit:
+    def fit(self):
         force = moving_spans(self.force_time, self.line, 0.5)
         return align(force, self.motion.spans(Arm()), LIMIT)
 
 
-def test_offset_under_jittered_sampling() -> None:
+def test_offset_under_jittered_sampling():
     rigs = [Rig(seed, 0.3137 * (-1) ** seed, whole_steps=False) for seed in range(100)]
     fits = [rig.fit() for rig in rigs]
     errors = np.array([fit.offset_s - rig.offset for fit, rig in zip(fits, rigs, strict=True)])
@@ -68,7 +68,7 @@ def test_offset_under_jittered_sampling() -> None:
 
 
 @pytest.mark.parametrize("whole_steps", [True, False])
-def test_error_of_the_offset_is_honest(whole_steps: bool) -> None:
+def test_error_of_the_offset_is_honest(whole_steps):
     """Where the arm moves for whole samples, all edges err alike and their number is no help."""
     rigs = [Rig(seed, 0.25, whole_steps) for seed in range(100)]
     fits = [rig.fit() for rig in rigs]
@@ -82,7 +82,7 @@ def test_error_of_the_offset_is_honest(whole_steps: bool) -> None:
     assert 0.7 < np.sqrt(np.mean(pulls**2)) < 1.15
 
 
-def test_hours_apart() -> None:
+def test_hours_apart():
     fit = Rig(3, -3600.2, whole_steps=False).fit()
     assert fit.whole_hours == -1
     assert fit.offset_s == pytest.approx(-3600.2, abs=0.004)
@@ -90,14 +90,14 @@ def test_hours_apart() -> None:
 
 
 @pytest.mark.parametrize("keep", [slice(0, 1), slice(1, 2)], ids=["end lost", "start lost"])
-def test_log_cut_short_still_matches(keep: slice) -> None:
+def test_log_cut_short_still_matches(keep):
     for force, motion in ((RUN[keep], RUN + 12.5), (RUN, (RUN + 12.5)[keep])):
         fit = align(force, motion, LIMIT)
         assert fit.offset_s == pytest.approx(12.5)
         assert fit.edges == 2
 
 
-def test_drift_of_the_clocks_over_a_long_run() -> None:
+def test_drift_of_the_clocks_over_a_long_run():
     starts = np.arange(0, 4000, 400.0)
     force = np.stack([starts, starts + 60], axis=1)
     fit = align(force, force * (1 + 5e-5) + 2, LIMIT)
@@ -106,21 +106,21 @@ def test_drift_of_the_clocks_over_a_long_run() -> None:
     assert fit.residual_s < 1e-9
 
 
-def test_both_ends_of_a_ramp_cancel() -> None:
+def test_both_ends_of_a_ramp_cancel():
     early_late = np.array([0.02, -0.02])
     fit = align(RUN, RUN + early_late + 1, LIMIT)
     assert fit.offset_s == pytest.approx(1)
     assert fit.residual_s < 1e-12
 
 
-def test_files_of_different_runs_are_refused() -> None:
+def test_files_of_different_runs_are_refused():
     with pytest.raises(ValueError, match=r"disagree by 0\.\d+ s .* belong to one run"):
         align(RUN, spans((2.0, 5.1), (7.1, 14.0)), LIMIT)
     with pytest.raises(ValueError, match=r"allowed: 0\.05 s"):
         align(RUN, spans((0.0, 1.0), (3.0, 4.0), (9.0, 16.0)), LIMIT)
 
 
-def test_two_ways_to_match_are_refused() -> None:
+def test_two_ways_to_match_are_refused():
     even = spans((0, 1), (2, 3), (4, 5))
     with pytest.raises(ValueError, match="two ways"):
         align(even[:2], even, LIMIT)
@@ -129,24 +129,24 @@ def test_two_ways_to_match_are_refused() -> None:
     assert align(even, even + 5, LIMIT).offset_s == pytest.approx(5)
 
 
-def test_nothing_to_match() -> None:
+def test_nothing_to_match():
     with pytest.raises(ValueError, match=r"in 0 whole stretches .* in 2 by the motion log"):
         align(np.empty((0, 2)), RUN, LIMIT)
 
 
-def test_crossing_is_interpolated() -> None:
+def test_crossing_is_interpolated():
     time = np.linspace(0, 0.9, 10, dtype=np.float64)
     speed = np.array([0, 0, 0.25, 0.75, 1, 1, 1, 0.6, 0.2, 0])
     assert moving_spans(time, speed, 0.5).tolist() == [pytest.approx([0.25, 0.725])]
 
 
-def test_short_jitter_is_no_stretch() -> None:
+def test_short_jitter_is_no_stretch():
     speed = np.zeros(100)
     speed[40:43] = 1
     assert moving_spans(np.arange(100) / 50, speed, 0.5).shape == (0, 2)
 
 
-def test_stretch_that_the_log_cuts_is_left_out() -> None:
+def test_stretch_that_the_log_cuts_is_left_out():
     time, speed = np.arange(100) / 50, np.zeros(100)
     speed[:20], speed[40:60], speed[80:] = 1, 1, 1
     found = moving_spans(time, speed, 0.5)
@@ -155,17 +155,17 @@ def test_stretch_that_the_log_cuts_is_left_out() -> None:
     np.testing.assert_array_equal(whole_spans(found, time[0], time[-1])[0], found[1])
 
 
-def test_error_of_an_offset_by_few_edges() -> None:
+def test_error_of_an_offset_by_few_edges():
     """Of two parameters: what six edges are apart has four degrees of freedom; at least a sample's part."""
     fit = ClockFit(0, 0, 0, 0.02, 6)
     assert fit.offset_se(0.0) == pytest.approx(0.02 * math.sqrt(6 / 4) / math.sqrt(6))
     assert fit.offset_se(0.6) == pytest.approx(math.sqrt(0.6**2 / 12 - 6e-4 + 1e-4))
 
 
-def test_one_clock_has_no_error() -> None:
+def test_one_clock_has_no_error():
     assert ClockFit(0, 0, 0, 0, 0).offset_se(0.01) == 0
 
 
-def test_motion_log_of_two_samples_has_no_stretch() -> None:
+def test_motion_log_of_two_samples_has_no_stretch():
     two = np.zeros(2)
     assert Motion(np.arange(2.0), two, two, two).spans(Arm()).shape == (0, 2)

@@ -8,7 +8,7 @@ import pytest
 from rftfit.measure.surface import Compliance, compliance_of
 
 
-def rigid(curve: str = "linear", noise: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
+def rigid(curve="linear", noise=0.05):
     """Press 200 N: 1 cm in air, then as far as the machine yields."""
     random = np.random.default_rng(4)
     force = np.concatenate([np.zeros(200), np.linspace(0, 200, 800)])
@@ -18,7 +18,7 @@ def rigid(curve: str = "linear", noise: float = 0.05) -> tuple[np.ndarray, np.nd
 
 
 @pytest.mark.parametrize("curve", ["linear", "stiffening"])
-def test_the_curve_comes_back(curve: str) -> None:
+def test_the_curve_comes_back(curve):
     compliance = compliance_of(*rigid(curve), 0.05)
     force = np.linspace(0, 195, 50)
     travel, known = compliance.at(force)
@@ -28,14 +28,14 @@ def test_the_curve_comes_back(curve: str) -> None:
     assert (np.diff(compliance.travel) >= 0).all()
 
 
-def test_it_does_not_extrapolate() -> None:
+def test_it_does_not_extrapolate():
     compliance = Compliance(np.array([0.0, 100.0]), np.array([0.0, 0.02]))
     travel, known = compliance.at(np.array([-5.0, 50.0, 100.0, 101.0]))
     np.testing.assert_allclose(travel, [0, 0.01, 0.02, 0.02])
     assert known.tolist() == [True, True, True, False]
 
 
-def test_no_contact() -> None:
+def test_no_contact():
     depth, force = rigid()
     with pytest.raises(ValueError, match="no contact"):
         compliance_of(depth[:200], force[:200], 0.05)
@@ -43,7 +43,7 @@ def test_no_contact() -> None:
         compliance_of(depth[:5], force[:5], 0.05)
 
 
-def push(peak_N: float, in_air: int = 40, contact: int = 400) -> tuple[np.ndarray, np.ndarray]:
+def push(peak_N, in_air=40, contact=400):
     """Without noise: 1 cm in air, then 0.001 cm for each newton."""
     force = np.concatenate([np.zeros(in_air), np.linspace(0, peak_N, contact + 1)[1:]])
     depth = np.concatenate([np.linspace(0, 1, in_air), np.ones(contact)]) + 1e-3 * force
@@ -51,7 +51,7 @@ def push(peak_N: float, in_air: int = 40, contact: int = 400) -> tuple[np.ndarra
 
 
 @pytest.mark.parametrize("peak_N", [8.0, 200.0, 5000.0])
-def test_a_spring_is_exact_up_to_its_last_newton(peak_N: float) -> None:
+def test_a_spring_is_exact_up_to_its_last_newton(peak_N):
     compliance = compliance_of(*push(peak_N), 0.001)
     force = np.linspace(0, peak_N, 77)
     travel, known = compliance.at(force)
@@ -61,7 +61,7 @@ def test_a_spring_is_exact_up_to_its_last_newton(peak_N: float) -> None:
     assert compliance.travel[-1] == pytest.approx(1e-3 * peak_N, rel=1e-9)
 
 
-def test_the_way_back_is_not_used() -> None:
+def test_the_way_back_is_not_used():
     depth, force = push(50.0)
     back = np.linspace(50, 0, 100)
     up = compliance_of(
@@ -70,7 +70,7 @@ def test_the_way_back_is_not_used() -> None:
     np.testing.assert_array_equal(up.travel, compliance_of(depth, force, 0.01).travel)
 
 
-def test_thirty_readings_in_contact_are_enough() -> None:
+def test_thirty_readings_in_contact_are_enough():
     compliance = compliance_of(*push(50.0, contact=30), 0.01)
     assert compliance.travel[-1] / compliance.force[-1] == pytest.approx(1e-3, rel=1e-6)
     with pytest.raises(ValueError, match="29 readings in contact are too few; 30 at least"):
@@ -79,13 +79,13 @@ def test_thirty_readings_in_contact_are_enough() -> None:
         compliance_of(*push(50.0, in_air=9, contact=20), 0.01)
 
 
-def test_the_force_has_to_rise_twenty_times_its_noise() -> None:
+def test_the_force_has_to_rise_twenty_times_its_noise():
     assert compliance_of(*push(2.01), 0.1).force[-1] == pytest.approx(2.01)
     with pytest.raises(ValueError, match=r"rises by 1\.99 N only, with a noise of 0\.1 N"):
         compliance_of(*push(1.99), 0.1)
 
 
-def test_travel_never_falls_and_begins_at_contact() -> None:
+def test_travel_never_falls_and_begins_at_contact():
     # something gives way at 60 N: the plate goes back a little, which no machine's yielding does
     depth, force = push(100.0)
     depth = depth - np.where(force > 60, 0.02, 0.0)
@@ -95,14 +95,14 @@ def test_travel_never_falls_and_begins_at_contact() -> None:
     np.testing.assert_allclose(curve.at(np.array([20.0, 50.0]))[0], [0.02, 0.05], atol=1e-9)
 
 
-def test_a_blow_shows_no_yielding() -> None:
+def test_a_blow_shows_no_yielding():
     force = np.concatenate([np.zeros(40), np.linspace(100, 100.1, 40)])
     curve = compliance_of(np.concatenate([np.linspace(0, 1, 40), np.ones(40)]), force, 0.01)
     np.testing.assert_array_equal(curve.travel, 0)
     assert curve.force[-1] == pytest.approx(100, abs=0.1)
 
 
-def test_the_zero_is_the_median_of_the_first_twentieth() -> None:
+def test_the_zero_is_the_median_of_the_first_twentieth():
     depth, force = push(50.0)
     plain = compliance_of(depth, force, 0.01)
     shifted = force + 7.5
@@ -112,7 +112,7 @@ def test_the_zero_is_the_median_of_the_first_twentieth() -> None:
     np.testing.assert_allclose(found.travel, plain.travel, atol=1e-9)
 
 
-def test_one_bad_reading_at_the_peak_is_one_of_many() -> None:
+def test_one_bad_reading_at_the_peak_is_one_of_many():
     depth, force = push(200.0)
     bad = depth.copy()
     bad[-1] += 0.05
@@ -123,6 +123,6 @@ def test_one_bad_reading_at_the_peak_is_one_of_many() -> None:
     assert 0 < moved < 2 * 0.05 / 20
 
 
-def test_thirty_readings_are_looked_at() -> None:
+def test_thirty_readings_are_looked_at():
     with pytest.raises(ValueError, match="21 readings in contact are too few; 30 at least"):
         compliance_of(*push(50.0, in_air=9, contact=21), 0.01)

@@ -12,12 +12,12 @@ from rftfit import conventions as c
 BETA, GAMMA = np.meshgrid(np.radians(np.arange(-90, 91, 7.5)), np.radians(np.arange(-180, 181, 5)))
 
 
-def same_angle(one: np.ndarray, other: np.ndarray, period: float) -> None:
+def same_angle(one, other, period):
     off = np.mod(one - other + period / 2, period) - period / 2
     np.testing.assert_allclose(off, 0, atol=1e-12)
 
 
-def test_tangent_and_direction_by_hand() -> None:
+def test_tangent_and_direction_by_hand():
     half = math.sqrt(0.5)
     np.testing.assert_allclose(c.tangent(math.radians(45)), (half, -half))
     np.testing.assert_allclose(c.direction(math.radians(90)), (0, -1), atol=1e-15)
@@ -27,20 +27,20 @@ def test_tangent_and_direction_by_hand() -> None:
     np.testing.assert_allclose(c.direction(math.radians(135)), (half, -half))
 
 
-def test_intrusion_angle_undoes_direction() -> None:
+def test_intrusion_angle_undoes_direction():
     same_angle(c.intrusion_angle(*c.direction(GAMMA)), GAMMA, 2 * np.pi)
     scaled = [3.7 * part for part in c.direction(GAMMA)]
     same_angle(c.intrusion_angle(*scaled), GAMMA, 2 * np.pi)
 
 
-def test_intrusion_angle_at_the_edges() -> None:
+def test_intrusion_angle_at_the_edges():
     assert float(c.intrusion_angle(1.0, 0.0)) == pytest.approx(math.pi)
     assert float(c.intrusion_angle(1.0, -0.0)) == pytest.approx(math.pi)
     assert float(c.intrusion_angle(-1.0, -0.0)) == 0
     assert math.isnan(float(c.intrusion_angle(0.0, 0.0)))
 
 
-def test_wraps() -> None:
+def test_wraps():
     beta, gamma = BETA + 3 * np.pi, GAMMA - 4 * np.pi
     same_angle(c.wrap_beta(beta), BETA, np.pi)
     same_angle(c.wrap_gamma(gamma), GAMMA, 2 * np.pi)
@@ -52,7 +52,7 @@ def test_wraps() -> None:
     assert float(c.wrap_gamma(-np.pi)) == np.pi
 
 
-def test_mirror_is_the_image_in_x() -> None:
+def test_mirror_is_the_image_in_x():
     beta, gamma = c.mirror(BETA, GAMMA)
     vx, vz = c.direction(GAMMA)
     np.testing.assert_allclose(c.direction(gamma), (-vx, vz), atol=1e-12)
@@ -62,7 +62,7 @@ def test_mirror_is_the_image_in_x() -> None:
     np.testing.assert_allclose(mx * tz - -tx * mz, 0, atol=1e-12)
 
 
-def test_mirror_is_an_involution() -> None:
+def test_mirror_is_an_involution():
     beta, gamma = c.mirror(*c.mirror(BETA, GAMMA))
     same_angle(beta, BETA, np.pi)
     same_angle(gamma, GAMMA, 2 * np.pi)
@@ -70,9 +70,7 @@ def test_mirror_is_an_involution() -> None:
 
 @pytest.mark.parametrize("beta_deg", [-90.0, -60, -30, 0, 30, 60, 90])
 @pytest.mark.parametrize("gamma_deg", [0.0, 18.43, 45, 71.57, 90])
-def test_file_extraction_is_the_mirror_of_the_physical_pull(
-    beta_deg: float, gamma_deg: float
-) -> None:
+def test_file_extraction_is_the_mirror_of_the_physical_pull(beta_deg, gamma_deg):
     """The pull goes back along the path; from behind (x into -x) it is the cell's own motion."""
     cell_beta, cell_gamma, sign_x = c.file_extraction(beta_deg, gamma_deg)
     assert (cell_beta, cell_gamma, sign_x) == (-beta_deg, -gamma_deg, -1.0)
@@ -89,7 +87,7 @@ def test_file_extraction_is_the_mirror_of_the_physical_pull(
     same_angle(physical, np.radians(gamma_deg - 180), 2 * np.pi)
 
 
-def test_angles_in_single_precision_come_back_in_double() -> None:
+def test_angles_in_single_precision_come_back_in_double():
     one = np.float32(0.5)
     found = [
         *c.tangent(one), *c.direction(one), c.wrap_beta(one), c.wrap_gamma(one), *c.mirror(one, one),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -11,13 +10,10 @@ import pytest
 
 from rftfit.measure.copies import counted_once, near_copies, same_readings
 
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-
 SIZE = 600
 
 
-def force(seed: int, hum: float = 0.0) -> FloatArray:
+def force(seed, hum=0.0):
     """Force of a push, z and x, with noise of its own and a hum that all runs have in common, N."""
     own, time = np.random.default_rng(seed), np.arange(SIZE)
     wave = hum * np.sin(2 * np.pi * time / 20)
@@ -28,7 +24,7 @@ def force(seed: int, hum: float = 0.0) -> FloatArray:
     )
 
 
-def tared(**logs: FloatArray) -> pd.DataFrame:
+def tared(**logs):
     """Tared force of some runs of one direction; part of each is the tare, which copies may have of their own."""
     parts = [
         pd.DataFrame({"run_id": name, "tare_z_N": 0.3, "tare_x_N": 0.0,
@@ -38,7 +34,7 @@ def tared(**logs: FloatArray) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def last_digit(log: FloatArray) -> FloatArray:
+def last_digit(log):
     return np.asarray(log + np.random.default_rng(9).choice([-0.01, 0.0, 0.01], log.shape))
 
 
@@ -54,7 +50,7 @@ def last_digit(log: FloatArray) -> FloatArray:
     ],
     ids=["same", "cut at the start", "cut within", "last digit", "own noise", "too short to tell"],
 )
-def test_copies_have_the_noise_of_another_run(other: FloatArray, copy: bool) -> None:
+def test_copies_have_the_noise_of_another_run(other, copy):
     found = near_copies([["a", "b"]], tared(a=force(1), b=other))
     assert found == ({"a": ("b",), "b": ("a",)} if copy else {})
     # of another direction they are not looked at
@@ -62,20 +58,20 @@ def test_copies_have_the_noise_of_another_run(other: FloatArray, copy: bool) -> 
 
 
 @pytest.mark.parametrize("hum", [0.05, 0.5, 5.0])
-def test_a_hum_that_all_runs_have_in_common_makes_no_copy(hum: float) -> None:
+def test_a_hum_that_all_runs_have_in_common_makes_no_copy(hum):
     runs = tared(a=force(1, hum), b=force(2, hum), c=force(3, hum))
     assert near_copies([["a", "b", "c"]], runs) == {}
 
 
-def test_a_jump_where_all_runs_begin_to_move_makes_no_copy() -> None:
-    def jump(log: FloatArray) -> FloatArray:
+def test_a_jump_where_all_runs_begin_to_move_makes_no_copy():
+    def jump(log):
         return log + np.where(np.arange(SIZE) < 50, 0.0, 3.0)[:, None]
 
     assert near_copies([["a", "b"]], tared(a=jump(force(1)), b=jump(force(2)))) == {}
     assert near_copies([["a", "b"]], tared(a=jump(force(1)), b=jump(force(1))[5:])) != {}
 
 
-def test_copies_are_found_among_many_repeats_of_any_length() -> None:
+def test_copies_are_found_among_many_repeats_of_any_length():
     """300 of 100 samples took 9 s, pair by pair; with a hum all of them look alike at some shift."""
     logs = {f"{number:03}": force(number, 0.5)[: 110 + number] for number in range(300)}
     logs |= {"copy": logs["299"][5:], "other": logs["298"][:300] + 0.1}
@@ -83,7 +79,7 @@ def test_copies_are_found_among_many_repeats_of_any_length() -> None:
     assert found == {"299": ("copy",), "copy": ("299",), "298": ("other",), "other": ("298",)}
 
 
-def test_of_copies_of_one_direction_one_keeps_its_number() -> None:
+def test_of_copies_of_one_direction_one_keeps_its_number():
     """c is a copy in another direction, where either may be right: both count."""
     table = pd.DataFrame({
         "run_id": list("abcd"), "beta_deg": 0.0, "gamma_deg": [90.0, 90, 45, 90],
@@ -104,11 +100,11 @@ def test_of_copies_of_one_direction_one_keeps_its_number() -> None:
     pd.testing.assert_frame_equal(counted_once(table, {}), before)
 
 
-def sheet(*names: str, kind: str = "plate") -> dict[str, Any]:
+def sheet(*names, kind="plate"):
     return {n: SimpleNamespace(kind=kind, intruder="", force_log=n) for n in names}
 
 
-def test_copies_are_told_from_runs_of_one_file() -> None:
+def test_copies_are_told_from_runs_of_one_file():
     by_id = sheet("a", "b", "c", "d") | sheet("rod1", "rod2", kind="rod")
     by_id["d"].force_log = "c"
     table = pd.DataFrame({"run_id": list(by_id), "readings": ["1", "1", "2", "2", "3", "3"]})

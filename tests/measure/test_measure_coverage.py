@@ -6,19 +6,12 @@ autocorrelated noise each; the zero of both is taken from the air, as the progra
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from rftfit.measure.slopes import Slope, fit_slope
+from rftfit.measure.slopes import fit_slope
 from rftfit.measure.zero import find_zero
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rftfit.conventions import FloatArray
 
 RUNS, AIR, BETWEEN = 2000, 200, 200
 SIGMA = 0.05 / 9.6774
@@ -33,12 +26,12 @@ WINDOWS = {
 }
 
 
-def coloured(b: list[float], a: list[float]) -> Callable[[np.random.Generator, int], FloatArray]:
+def coloured(b, a):
     """Noise of unit deviation, shape (RUNS, n), through a filter with the given taps."""
     impulse = lfilter(b, a, np.eye(1, 4000)[0])
     scale = float(np.sqrt(impulse @ impulse))
 
-    def draw(random: np.random.Generator, n: int) -> FloatArray:
+    def draw(random, n):
         white = random.standard_normal((RUNS, n + 300))
         return np.asarray(lfilter(b, a, white, axis=1)[:, 300:] / scale)
 
@@ -54,9 +47,7 @@ NOISES = {
 }
 
 
-def one_log(
-    random: np.random.Generator, noise: Callable[[np.random.Generator, int], FloatArray], n: int
-) -> tuple[FloatArray, FloatArray, float]:
+def one_log(random, noise, n):
     """Stroke with its zero removed, and variance and degrees of freedom of that zero."""
     record = SIGMA * noise(random, AIR + BETWEEN + n) + random.normal(0, 1, (RUNS, 1))
     in_air = np.arange(record.shape[1]) < AIR
@@ -67,7 +58,7 @@ def one_log(
     return (record - zero.force)[:, -n:], zero.variance, zero.dof
 
 
-def simulate(noise: str, window: str) -> Slope:
+def simulate(noise, window):
     random = np.random.default_rng([*noise.encode(), *window.encode()])
     depth = WINDOWS[window]
     parts = [one_log(random, NOISES[noise], depth.size) for _ in ("run", "tare")]
@@ -81,7 +72,7 @@ CASES = [(noise, window) for noise in NOISES for window in WINDOWS]
 
 
 @pytest.mark.parametrize(("noise", "window"), CASES)
-def test_intervals_cover(noise: str, window: str) -> None:
+def test_intervals_cover(noise, window):
     found = simulate(noise, window)
     assert abs(found.alpha.mean() - ALPHA) < 5 * found.se.mean() / np.sqrt(RUNS)
     lo, hi = found.interval(0.95)
@@ -93,12 +84,12 @@ def test_intervals_cover(noise: str, window: str) -> None:
 
 
 @pytest.mark.parametrize("noise", ["AR(1) 0.7", "AR(1) 0.9", "AR(2)", "moving average"])
-def test_the_textbook_error_would_be_far_too_small(noise: str) -> None:
+def test_the_textbook_error_would_be_far_too_small(noise):
     found = simulate(noise, "upright plate")
     assert np.mean(np.abs(found.alpha - ALPHA) < 1.96 * found.ols_se) < 0.6
 
 
-def test_error_of_the_clock_is_covered() -> None:
+def test_error_of_the_clock_is_covered():
     """A depth that is off by the same in all samples shifts alpha by what `depth_sd` says."""
     random = np.random.default_rng(11)
     depth, sd = WINDOWS["upright plate"], 0.03
@@ -112,7 +103,7 @@ def test_error_of_the_clock_is_covered() -> None:
     assert np.mean((lo <= ALPHA) & (hi >= ALPHA)) < 0.6
 
 
-def test_unseen_drift_is_covered() -> None:
+def test_unseen_drift_is_covered():
     random = np.random.default_rng(12)
     depth, n = WINDOWS["upright plate"], WINDOWS["upright plate"].size
     size, limit = AIR + BETWEEN + n, 0.6

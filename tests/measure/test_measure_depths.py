@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,12 +15,9 @@ from rftfit.measure.depths import power_of
 from rftfit.page.tables import at_depths
 from rftfit.workflow import measure
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 @pytest.mark.parametrize("power", [1.1, 1.3])
-def test_intervals_hold_the_force_at_stated_depths(power: float) -> None:
+def test_intervals_hold_the_force_at_stated_depths(power):
     """`make curved` is the same with 400 campaigns."""
     found = forces_held("poppy_LP", 10, 5, {"power": power})
     assert list(found["cells"]) == [156, 132, 108]
@@ -31,7 +26,7 @@ def test_intervals_hold_the_force_at_stated_depths(power: float) -> None:
 
 
 @pytest.mark.parametrize("power", [1.0, 1.1])
-def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: float) -> None:
+def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path, power):
     sizes = {"power": power} if power > 1 else {}
     results = measured(load_campaign(written(tmp_path, sizes, 0, 3, 200)))
     (medium,) = results.media
@@ -65,7 +60,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path: Path, power: flo
     ("verdict", "power"),
     [("failed", 1.2), ("accepted", 1.2), ("passed", np.nan), ("not checked", np.nan)],
 )
-def test_the_check_of_linearity_decides_what_is_curved(verdict: str, power: float) -> None:
+def test_the_check_of_linearity_decides_what_is_curved(verdict, power):
     """By steep pushes that are clear; the last three runs are none."""
     fits = pd.DataFrame({
         "direction": ["intrusion"] * 5 + ["extraction"], "gamma_deg": [90.0, 60, 45, 30, 90, -90],

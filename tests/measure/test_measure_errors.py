@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from rftfit.campaign.config import Config, Errors, Table
+from rftfit.campaign.config import Errors, Table
 from rftfit.measure.alpha import alpha_table, column, flagged, window_of
 from rftfit.measure.errors import (
     ASSUMED,
@@ -44,7 +44,7 @@ NONE = Errors(
 UNKNOWN = Errors()
 
 
-def fits(repeats: int = 1, scatter: float = 0.0) -> pd.DataFrame:
+def fits(repeats=1, scatter=0.0):
     """Runs of loose poppy seeds in twelve directions, without noise but for the stated scatter."""
     random = np.random.default_rng(5)
     rows = []
@@ -64,16 +64,14 @@ def fits(repeats: int = 1, scatter: float = 0.0) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def made(
-    errors: Errors = NONE, surface: SurfaceError | None = None, runs: pd.DataFrame | None = None
-) -> Any:
+def made(errors=NONE, surface=None, runs=None):
     runs = fits() if runs is None else runs
     return alpha_table(runs, "m", 0.95, 3, errors, None, surface).set_index(
         ["beta_deg", "gamma_deg"], drop=False
     )
 
 
-def test_a_surface_moves_alpha_by_what_the_lever_says() -> None:
+def test_a_surface_moves_alpha_by_what_the_lever_says():
     """The slope through zero of a stress that begins 2 mm deeper, against its own lever."""
     depth = np.linspace(1.0, 8.0, 700)
     nothing = np.zeros((1, 1))
@@ -87,7 +85,7 @@ def test_a_surface_moves_alpha_by_what_the_lever_says() -> None:
     assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
 
 
-def test_the_turn_of_the_mount_moves_one_component_into_the_other() -> None:
+def test_the_turn_of_the_mount_moves_one_component_into_the_other():
     table = made(NONE.model_copy(update={"turn_deg": 1.0}))
     cell, turn = table.loc[(30, 90)], math.radians(1)
     assert cell["alpha_x_turn_N_per_cm3"] == pytest.approx(turn * cell[column("z")])
@@ -97,7 +95,7 @@ def test_the_turn_of_the_mount_moves_one_component_into_the_other() -> None:
     assert back["alpha_x_turn_N_per_cm3"] == pytest.approx(-turn * back[column("z")])
 
 
-def test_gradient_of_a_plane() -> None:
+def test_gradient_of_a_plane():
     random = np.random.default_rng(2)
     beta, gamma = random.uniform(-60, 60, 40), random.uniform(-90, 90, 40)
     found = gradient(beta, gamma, 0.3 + 0.01 * beta - 0.002 * gamma)
@@ -108,7 +106,7 @@ def test_gradient_of_a_plane() -> None:
     assert (lone == 0).all()
 
 
-def test_the_surface_is_judged_by_the_offsets() -> None:
+def test_the_surface_is_judged_by_the_offsets():
     random = np.random.default_rng(1)
     noise = np.full(60, 0.01)
     found = [surface_error(random.normal(0.2, math.hypot(0.1, 0.01), 60), noise, UNKNOWN)
@@ -126,7 +124,7 @@ def test_the_surface_is_judged_by_the_offsets() -> None:
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, given=False).run == 0
 
 
-def test_what_runs_share_does_not_average_out() -> None:
+def test_what_runs_share_does_not_average_out():
     """A tare of three repeats errs in their mean as in one of them; their own noise does not."""
     one, three = made(), made(runs=fits(3))
     for c in "zx":
@@ -138,7 +136,7 @@ def test_what_runs_share_does_not_average_out() -> None:
     np.testing.assert_allclose(three[column("z", "_noise")], own / math.sqrt(3))
 
 
-def test_cells_with_one_tare_are_drawn_together() -> None:
+def test_cells_with_one_tare_are_drawn_together():
     table = made().reset_index(drop=True)
     draws = alpha_draws(table, 20_000, 1, 0.95)[0]
     same = (table["gamma_deg"] == 90).to_numpy()
@@ -151,7 +149,7 @@ def test_cells_with_one_tare_are_drawn_together() -> None:
     np.testing.assert_allclose(draws.std(axis=0) * 1.959964, width, rtol=0.03)
 
 
-def test_a_common_surface_moves_all_cells_in_proportion() -> None:
+def test_a_common_surface_moves_all_cells_in_proportion():
     table = made(surface=SurfaceError(session=0.5)).reset_index(drop=True)
     draws = alpha_draws(table, 4000, 1, 0.95, only="session")[0] - table[column("z")].to_numpy()
     ratio = draws / table[column("z")].to_numpy() / 0.2
@@ -162,7 +160,7 @@ def test_a_common_surface_moves_all_cells_in_proportion() -> None:
     assert shares(errors) == "session 64 %, noise 36 %"
 
 
-def test_shares_of_a_sum_are_those_of_its_variance(paper_config: Config) -> None:
+def test_shares_of_a_sum_are_those_of_its_variance(paper_config):
     table = made(surface=SurfaceError(session=0.1)).reset_index(drop=True)
     behind = errors_behind(table, paper_config, lambda alpha: alpha[0].mean(axis=1))
     whole = alpha_draws(table, 20_000, 1, 0.95)[0].mean(axis=1).std()
@@ -187,12 +185,10 @@ sizes = st.floats(0.0, 3.0)
     scatter=st.sampled_from([0.0, 0.02, 0.1]),
     repeats=st.sampled_from([1, 2, 3]),
 )  # fmt: skip
-def test_no_error_when_enlarged_narrows_an_interval(
-    start: dict[str, float], name: str, more: float, scatter: float, repeats: int
-) -> None:
+def test_no_error_when_enlarged_narrows_an_interval(start, name, more, scatter, repeats):
     runs = fits(repeats, scatter)
 
-    def widths(values: dict[str, float]) -> np.ndarray:
+    def widths(values):
         errors = Errors(**values)
         surface = surface_error(np.zeros(12), np.zeros(12), errors)
         table = made(errors, surface, runs)
@@ -206,7 +202,7 @@ def test_no_error_when_enlarged_narrows_an_interval(
     which=st.integers(0, 4),
     more=st.floats(0, 5),
 )
-def test_nor_does_a_larger_part(parts: list[tuple[float, float]], which: int, more: float) -> None:
+def test_nor_does_a_larger_part(parts, which, more):
     before = [Part(*part) for part in parts]
     after = list(before)
     one = after[which % len(after)]
@@ -214,7 +210,7 @@ def test_nor_does_a_larger_part(parts: list[tuple[float, float]], which: int, mo
     assert half_width(after, 0.95) >= half_width(before, 0.95) * (1 - 1e-12)
 
 
-def test_flagged_cells_and_the_window() -> None:
+def test_flagged_cells_and_the_window():
     runs = fits()
     bent = flag_columns([remark("not-linear", component="z", percent=12.0)])
     runs.loc[0, [*bent]] = [*bent.values()]
@@ -224,7 +220,7 @@ def test_flagged_cells_and_the_window() -> None:
     assert window_of(table.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
 
 
-def test_curvature_is_no_noise_with_a_long_memory() -> None:
+def test_curvature_is_no_noise_with_a_long_memory():
     """A stress as depth^1.3 under white noise: the bend has its own error, the noise stays small."""
     random = np.random.default_rng(4)
     depth = np.linspace(0.5, 8.0, 750)
@@ -242,7 +238,7 @@ def test_curvature_is_no_noise_with_a_long_memory() -> None:
     assert lo[1] < 0.3 < hi[1]
 
 
-def drawn_groups(seed: int, a: tuple[float, float], b: float, cells: int) -> list[Any]:
+def drawn_groups(seed, a, b, cells):
     """Repeats in beds that differ by sd^2 = a^2 + (b alpha)^2, one a each for z and x."""
     random = np.random.default_rng(seed)
     groups = []
@@ -256,12 +252,12 @@ def drawn_groups(seed: int, a: tuple[float, float], b: float, cells: int) -> lis
     return groups
 
 
-def test_spread_of_beds_is_the_most_likely_one() -> None:
+def test_spread_of_beds_is_the_most_likely_one():
     """Against the likelihood of the sample variances (chi squared), by another optimiser."""
     groups = drawn_groups(4, (0.006, 0.012), 0.08, 40)
     found = spread_of_beds(groups)
 
-    def unlikely(logs: np.ndarray) -> float:
+    def unlikely(logs):
         *squares, slope = np.exp(logs)
         total = 0.0
         for part, square in zip(groups, squares, strict=True):
@@ -289,7 +285,7 @@ def test_spread_of_beds_is_the_most_likely_one() -> None:
             assert (own > spread.repeats) == (known is not None)
 
 
-def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells() -> None:
+def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
     five, six = ([[(np.linspace(0.2, 0.3, runs), np.full(runs, 0.001))]] * 2 for runs in (5, 6))
     assert {one.source for one in spread_of_beds(five)} == {ASSUMED}
     assert {one.source for one in spread_of_beds(six)} == {REPEATS}
@@ -300,7 +296,7 @@ def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells() -> None
     assert spread_of_beds(five)[0].part(0.4).sd == pytest.approx(0.02)
 
 
-def test_repeats_that_scatter_less_than_is_assumed_leave_what_is_assumed() -> None:
+def test_repeats_that_scatter_less_than_is_assumed_leave_what_is_assumed():
     assumed = spread_of_beds([[], []])[0]
     share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
     alike = bed_of_mean(np.array([0.300, 0.301]), share, noise, assumed)
@@ -314,7 +310,7 @@ def test_repeats_that_scatter_less_than_is_assumed_leave_what_is_assumed() -> No
     assert (none[0], none[1].sd, none[2]) == (noise, 0, OF_CELL)
 
 
-def test_the_surface_of_few_runs_by_hand() -> None:
+def test_the_surface_of_few_runs_by_hand():
     # five runs speak for themselves, by their median and its distances
     offset, se = np.array([0.05, 0.1, 0.2, 0.35, 0.4]), np.full(5, 0.01)
     five = surface_error(offset, se, UNKNOWN)
@@ -331,7 +327,7 @@ def test_the_surface_of_few_runs_by_hand() -> None:
     assert (two.session, two.dof) == (0, 5)
 
 
-def test_errors_of_logs_and_of_a_table(paper_config: Config) -> None:
+def test_errors_of_logs_and_of_a_table(paper_config):
     runs = pd.DataFrame({"offset_cm": [0.3, 0.2, 0.1], "offset_se_cm": [0.01, 0.02, 9.0]})
     stated, surface = errors_of(runs, paper_config)
     assert stated == paper_config.errors
@@ -348,7 +344,7 @@ def test_errors_of_logs_and_of_a_table(paper_config: Config) -> None:
     assert errors_of(runs, paper_config.model_copy(update=held))[0].bed == (0, 0.03)
 
 
-def test_a_neighbour_is_up_to_45_degrees_away() -> None:
+def test_a_neighbour_is_up_to_45_degrees_away():
     beta = np.zeros(2)
     for apart, wanted in ((45.0, 0.01), (45.1, 0.0)):
         found = gradient(beta, np.array([0.0, apart]), np.array([0.3, 0.3 + 0.01 * apart]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,6 @@ import pytest
 from rftfit.campaign.config import ForceLog, Table
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import (
-    RunFit,
     Stroke,
     describe_shared_flags,
     filed_under,
@@ -25,9 +24,6 @@ from rftfit.measure.fits import _lacks_force_x as lacks_force_x
 from rftfit.measure.flags import codes_of, flag_columns, remark
 from rftfit.measure.ledger import RowStatus
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-
 AREA = 3.81 * 2.54
 ALPHA_Z, ALPHA_X = 0.31, 0.12
 
@@ -35,7 +31,7 @@ ALPHA_Z, ALPHA_X = 0.31, 0.12
 ODD = remark("zero-drifted", newtons=0.3)
 
 
-def run(direction: str = "intrusion", beta: float = 30.0, gamma: float = 45.0, **more: Any) -> Run:
+def run(direction="intrusion", beta=30.0, gamma=45.0, **more):
     values: dict[str, Any] = {
         "run_id": "r1", "kind": "plate", "medium": "poppy_LP", "intruder": "plate",
         "direction": direction, "beta_deg": beta, "gamma_deg": gamma, "depth_cm": math.nan,
@@ -45,7 +41,7 @@ def run(direction: str = "intrusion", beta: float = 30.0, gamma: float = 45.0, *
     return Run(**values | more)
 
 
-def stroke(depth: np.ndarray, stress_z: np.ndarray | None = None, **more: Any) -> Stroke:
+def stroke(depth, stress_z=None, **more):
     """Samples without noise, by default of a stress that is exactly linear in depth."""
     stress = np.stack([ALPHA_Z * depth, ALPHA_X * depth])
     if stress_z is not None:
@@ -62,12 +58,12 @@ def stroke(depth: np.ndarray, stress_z: np.ndarray | None = None, **more: Any) -
 DOWN = np.linspace(0.0, 9.0, 901)
 
 
-def alpha(found: RunFit) -> np.ndarray:
+def alpha(found):
     assert found.slope is not None, found.reason
     return found.slope.alpha
 
 
-def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config: Config) -> None:
+def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config):
     test = run(medium="yuma", beta=0.0, gamma=90.0)
     bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
     for end in (None, 1.5, 6.0):
@@ -78,7 +74,7 @@ def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config: 
     assert codes_of(short).startswith("short-window")
 
 
-def test_intrusion(paper_config: Config) -> None:
+def test_intrusion(paper_config):
     found = fit_run(run(), stroke(DOWN), paper_config)
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert (found.beta_deg, found.gamma_deg) == (30, 45)
@@ -90,7 +86,7 @@ def test_intrusion(paper_config: Config) -> None:
     assert (found.flags, found.reason) == ((), ())
 
 
-def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
+def test_extraction_goes_under_its_mirror_image(paper_config):
     assert filed_under(run("extraction")) == (-30, -45, -1)
     assert filed_under(run("extraction", 0, 0)) == (0, 0, -1)
     assert filed_under(run("horizontal", -60, 0)) == (-60, 0, 1)
@@ -109,13 +105,13 @@ def test_extraction_goes_under_its_mirror_image(paper_config: Config) -> None:
     assert found.depth_to_cm == pytest.approx(6.9)
 
 
-def test_extraction_start_outside_the_window_keeps_its_reason(paper_config: Config) -> None:
+def test_extraction_start_outside_the_window_keeps_its_reason(paper_config):
     up = np.linspace(9.0, 0.0, 901)
     found = fit_run(run("extraction"), stroke(up), paper_config)
     assert RowStatus(found.why[0]) == RowStatus.BOTTOM
 
 
-def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config: Config) -> None:
+def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config):
     path = np.linspace(0, 7, 701)
     build = np.where(path < 2, 5.0, 1.0)  # what is left out may be anything
     build[path < 2 / 3] = 9.0
@@ -138,28 +134,28 @@ def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config: Config) 
     assert found.flags == ()
 
 
-def test_a_sand_is_fitted_over_its_linear_regime(paper_config: Config) -> None:
+def test_a_sand_is_fitted_over_its_linear_regime(paper_config):
     bent = np.where(DOWN <= 2, ALPHA_Z * DOWN, 5.0)
     found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN, bent), paper_config)
     assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([0, 2])
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
 
 
-def test_a_sand_without_a_stated_regime_is_fitted_over_all(paper_config: Config) -> None:
+def test_a_sand_without_a_stated_regime_is_fitted_over_all(paper_config):
     sand = paper_config.media["yuma"].model_copy(update={"linear_to_cm": None})
     config = paper_config.model_copy(update={"media": {"yuma": sand}})
     found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN), config)
     assert found.depth_to_cm == 9
 
 
-def reasons(codes: dict[int, RowStatus]) -> np.ndarray:
+def reasons(codes):
     why = np.zeros(DOWN.size, dtype=np.int8)
     for place, code in codes.items():
         why[place] = code
     return why
 
 
-def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) -> None:
+def test_one_saturated_sample_of_the_window_is_too_many(paper_config):
     outside = fit_run(run(), stroke(DOWN, why=reasons({50: RowStatus.SATURATED})), paper_config)
     np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert RowStatus(outside.why[50]) == RowStatus.SATURATED
@@ -175,7 +171,7 @@ def test_one_saturated_sample_of_the_window_is_too_many(paper_config: Config) ->
     assert RowStatus(found.why[500]) == RowStatus.SATURATED
 
 
-def test_how_much_of_a_tare_may_be_missing(paper_config: Config) -> None:
+def test_how_much_of_a_tare_may_be_missing(paper_config):
     # the window has 655 samples: 0.02 of them and two more are 15.1
     for missing, there in ((15, True), (16, False)):
         why = reasons(dict.fromkeys(range(200, 200 + missing), RowStatus.UNTARED))
@@ -187,7 +183,7 @@ def test_how_much_of_a_tare_may_be_missing(paper_config: Config) -> None:
 
 
 @pytest.mark.parametrize(("wanted", "least"), [(30, 30), (3, 8)])
-def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
+def test_too_few_points(paper_config, wanted, least):
     fit = paper_config.fit.model_copy(update={"min_points": wanted})
     config = paper_config.model_copy(update={"fit": fit})
     enough = fit_run(run(), stroke(np.linspace(2, 7, least)), config)
@@ -197,7 +193,7 @@ def test_too_few_points(paper_config: Config, wanted: int, least: int) -> None:
     assert found.reason[0] == remark("few-points", found=least - 1, wanted=least)
 
 
-def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -> None:
+def test_a_path_outside_of_the_container_is_told_as_that(paper_config):
     # an arm whose x counts from somewhere else
     found = fit_run(run(), stroke(DOWN[::100], x=np.linspace(41, 32, 10)), paper_config)
     assert codes_of(found.reason) == "few-points most-beyond-wall wall"
@@ -206,7 +202,7 @@ def test_a_path_outside_of_the_container_is_told_as_that(paper_config: Config) -
     assert told["high"] == -told["low"] == pytest.approx(4.2, abs=0.05)
 
 
-def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Config) -> None:
+def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
     for end, there in ((2.37, False), (2.3805, False), (2.39, True)):
         found = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
         assert (found.slope is not None) == there
@@ -228,15 +224,13 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config: Conf
     ("settings", "cause"),
     [({"max_depth_cm": 1.0}, "too-deep"), ({"submergence_cm": 8.8}, "too-shallow")],
 )  # fmt: skip
-def test_a_window_of_the_users_own_is_not_called_the_containers(
-    paper_config: Config, settings: dict[str, float], cause: str
-) -> None:
+def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, settings, cause):
     fit = paper_config.fit.model_copy(update=settings)
     found = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
     assert found.reason[1].codes == ("most-samples", cause)
 
 
-def test_what_all_runs_share_is_told_once() -> None:
+def test_what_all_runs_share_is_told_once():
     flag = remark("no-tare")
     bare, curved = flag_columns([flag]), flag_columns([ODD, flag])
     lost = {"reason": "excluded: bed was disturbed"}
@@ -255,9 +249,7 @@ def test_what_all_runs_share_is_told_once() -> None:
     [("intrusion", 0, 90, False), ("extraction", 90, 90, False), ("intrusion", 30, 90, True),
      ("intrusion", 0, 45, True), ("horizontal", 0, 0, True)],
 )  # fmt: skip
-def test_a_force_along_x_that_nobody_measured(
-    paper_config: Config, direction: str, beta: float, gamma: float, lacks: bool
-) -> None:
+def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gamma, lacks):
     one = run(direction, beta, gamma)
     assert not lacks_force_x(paper_config, one)
     # the paper's mount has F2 along x
@@ -267,7 +259,7 @@ def test_a_force_along_x_that_nobody_measured(
 
 
 @pytest.mark.parametrize("depth", [[2.0], [1.0, 2.0, 4.0], [*range(1, 8), 2.0, 9.0]])
-def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: list[float]) -> None:
+def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
     config = paper_config.model_copy(update={"table": Table(holds="stress")})
     # no window of container and plate is cut out of a table
     given = stroke(np.array(depth), flags=(ODD,))
@@ -285,13 +277,13 @@ def test_a_table_may_hold_few_depths_in_any_order(paper_config: Config, depth: l
     assert found.slope.points == len(depth)
 
 
-def test_a_depth_of_0_alone_has_no_slope(paper_config: Config) -> None:
+def test_a_depth_of_0_alone_has_no_slope(paper_config):
     config = paper_config.model_copy(update={"table": Table(holds="stress")})
     found = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
     assert codes_of(found.reason) == "zero-depths"
 
 
-def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) -> None:
+def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config):
     depth = np.linspace(2.0, 7.0, 501)
     lever = depth.sum() / (depth**2).sum()
     zero = np.array([[9e-4, 1e-4], [16e-4, 0.0]])  # N^2, of run and tare
@@ -313,9 +305,7 @@ def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config: Config) 
      (0.0, "horizontal", (1, 1), ""), (0.0, "horizontal", (1, -1), "gives-back"),
      (90.0, "extraction", (-1, 1), ""), (90.0, "extraction", (1, 1), "gives-back")],
 )  # fmt: skip
-def test_a_force_with_the_wrong_sign_is_flagged(
-    paper_config: Config, gamma: float, direction: str, signs: tuple[int, int], told: str
-) -> None:
+def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, signs, told):
     depth = np.full(701, 5.08) if direction == "horizontal" else DOWN
     given = stroke(depth, path=np.linspace(0, 7, depth.size))
     turned = dataclasses.replace(given, force=given.force * np.array(signs)[:, None])
@@ -331,7 +321,7 @@ def test_a_force_with_the_wrong_sign_is_flagged(
         assert ("gives-back" in codes_of(flags)) == (size < 1)
 
 
-def test_a_curve_is_told_with_its_size_and_sign(paper_config: Config) -> None:
+def test_a_curve_is_told_with_its_size_and_sign(paper_config):
     used = DOWN[123:778]
     # a parabola lies Z / S - 1 above its own line at the end Z, S = sum z^3 / sum z^2
     percent = 100 * (used[-1] / ((used**3).sum() / (used**2).sum()) - 1)
@@ -354,7 +344,7 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config: Config) -> None:
         assert bool(fit_run(run(), stroke(DOWN, mixed), paper_config).flags) == told_of
 
 
-def test_curvature_within_the_noise_is_not_told(paper_config: Config) -> None:
+def test_curvature_within_the_noise_is_not_told(paper_config):
     noise = np.random.default_rng(5).normal(0, 0.3, DOWN.size)
     bend = 0.004 * DOWN**2
     told = [
@@ -364,7 +354,7 @@ def test_curvature_within_the_noise_is_not_told(paper_config: Config) -> None:
     assert not told[1]
 
 
-def test_alphas_are_stress_per_depth_of_any_plate(paper_config: Config) -> None:
+def test_alphas_are_stress_per_depth_of_any_plate(paper_config):
     plate = paper_config.intruders["plate"].model_copy(update={"width_cm": 5.08})
     config = paper_config.model_copy(update={"intruders": {"plate": plate}})
     found = fit_run(run(), stroke(DOWN), config)

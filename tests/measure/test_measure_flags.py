@@ -26,7 +26,7 @@ DRIFT, CUT = remark("zero-drifted", newtons=0.3), remark("motion-log-cut")
 ROWS = remark("cut-rows", count=3, file="a; b.csv", why="cut in mid-row")
 
 
-def test_every_code_of_the_source_has_a_sentence() -> None:
+def test_every_code_of_the_source_has_a_sentence():
     root = Path(rftfit.__file__).parent
     text = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.py"))
     used = re.findall(r'\b(?:remark|Refused)\(\s*"([^"]+)"', text)
@@ -36,7 +36,7 @@ def test_every_code_of_the_source_has_a_sentence() -> None:
         remark("no-such-code")
 
 
-def test_flags_come_back_from_a_table() -> None:
+def test_flags_come_back_from_a_table():
     flags = (DRIFT, ROWS, *about("p1", [CUT, ROWS]))
     row = flag_columns(flags)
     assert row["flag_codes"] == "zero-drifted cut-rows motion-log-cut cut-rows"
@@ -47,7 +47,7 @@ def test_flags_come_back_from_a_table() -> None:
     )
 
 
-def test_a_reason_has_the_codes_of_what_it_names() -> None:
+def test_a_reason_has_the_codes_of_what_it_names():
     inner = Remark("wrong-kind", words="p: this is no log")
     row = reason_columns([remark("tare-missing", why=inner), CUT, CUT])
     assert row["reason_code"] == "tare-missing wrong-kind motion-log-cut"

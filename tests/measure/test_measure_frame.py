@@ -13,13 +13,13 @@ from rftfit.measure.ingest import sensor_to_lab
 from rftfit.measure.pairs import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 
 
-def transducer(x: str, y: str, z: str, turn_deg: float) -> Transducer:
+def transducer(x, y, z, turn_deg):
     return Transducer(
         name="t", range_N=(1.0, 1.0, 1.0), axes=Axes(x=x, y=y, z=z), turn_deg=turn_deg
     )
 
 
-def to_channels(force: np.ndarray, axes: tuple[str, str, str], turn_deg: float) -> np.ndarray:
+def to_channels(force, axes, turn_deg):
     """Channels that a sensor reads under a lab force: unit vectors of the turned mount, dotted."""
     t = math.radians(turn_deg)
     # turned from z toward x: at 90 degrees the mount's z axis lies along lab x
@@ -36,7 +36,7 @@ def to_channels(force: np.ndarray, axes: tuple[str, str, str], turn_deg: float) 
 
 
 @pytest.mark.parametrize("turn_deg", [-180.0, -37.5, 0, 4, 90, 133])
-def test_round_trip_for_every_mounting(turn_deg: float) -> None:
+def test_round_trip_for_every_mounting(turn_deg):
     force = np.random.default_rng(5).normal(size=(3, 20))
     for order in itertools.permutations("123"):
         for signs in itertools.product("+-", repeat=3):
@@ -48,7 +48,7 @@ def test_round_trip_for_every_mounting(turn_deg: float) -> None:
             np.testing.assert_allclose(lab, force[[0, 2]], atol=1e-12)
 
 
-def test_a_push_from_below_on_the_papers_rig() -> None:
+def test_a_push_from_below_on_the_papers_rig():
     # -F3 is up: F3 = -5 N is a push of 5 N from below, turned 90 degrees it is one toward +x
     channels = np.array([0.0, 0.0, -5.0])
     up = sensor_to_lab(transducer("-F2", "+F1", "-F3", 0)) @ channels
@@ -68,11 +68,11 @@ def test_a_push_from_below_on_the_papers_rig() -> None:
         (TIME_TO_S, "s", 1), (TIME_TO_S, "ms", 0.001),
     ],
 )  # fmt: skip
-def test_factors(table: dict[str, float], unit: str, value: float) -> None:
+def test_factors(table, unit, value):
     assert factor(table, unit, unit, "x") == pytest.approx(value, rel=1e-12)
 
 
-def test_unit_mismatch_names_both() -> None:
+def test_unit_mismatch_names_both():
     with pytest.raises(ValueError, match="force in lbf, but the config says N"):
         factor(FORCE_TO_N, "lbf", "N", "force")
     with pytest.raises(ValueError, match="force in no unit, but the config says N"):

@@ -12,7 +12,7 @@ DEPTH = np.linspace(0.5, 8.0, 700)
 NOTHING = np.zeros((1, 1)), np.ones((1, 1))
 
 
-def test_exact_laws_are_found() -> None:
+def test_exact_laws_are_found():
     power = 0.3 * 5 * (DEPTH / 5) ** 1.25
     late = 0.2 * (DEPTH - 0.3)
     found = other_laws(DEPTH, np.stack([power, late]), 5.0)
@@ -25,7 +25,7 @@ def test_exact_laws_are_found() -> None:
     assert other_laws(np.full(700, 5.0), np.ones((1, 700)), 5.0) is None
 
 
-def test_the_gain_is_that_of_each_sample() -> None:
+def test_the_gain_is_that_of_each_sample():
     """The gain against the fit of a stress in which some samples are raised a little."""
     stress = 0.3 * 5 * (DEPTH / 5) ** 1.1
     before = other_laws(DEPTH, stress[None], 5.0)
@@ -42,16 +42,14 @@ def test_the_gain_is_that_of_each_sample() -> None:
     ("law", "truth", "exponent", "offset"),
     [("free_intercept", 0.3, 1.0, 0.3), ("power", 0.3, 1.2, 0.0)],
 )
-def test_the_chosen_law_covers_what_the_line_misses(
-    law: str, truth: float, exponent: float, offset: float
-) -> None:
+def test_the_chosen_law_covers_what_the_line_misses(law, truth, exponent, offset):
     random = np.random.default_rng(7)
     inside = []
     for _ in range(200):
         stress = 0.3 * (DEPTH - offset) * (DEPTH / 5) ** (exponent - 1)
         stress = stress + random.normal(0, 0.01, DEPTH.size)
         line = fit_slope(DEPTH, stress[None], *NOTHING)
-        chosen = by_law(line, other_laws(DEPTH, stress[None], 5.0), law)  # type: ignore[arg-type]
+        chosen = by_law(line, other_laws(DEPTH, stress[None], 5.0), law)
         lo, hi = chosen.interval(0.95)
         at = truth * (1 - offset / 5)
         inside.append(lo[0] <= at <= hi[0])
@@ -60,7 +58,7 @@ def test_the_chosen_law_covers_what_the_line_misses(
 
 
 @pytest.mark.parametrize("exponent", [0.4, 0.7, 1.9, 2.8])
-def test_exponents_far_from_1_are_found_too(exponent: float) -> None:
+def test_exponents_far_from_1_are_found_too(exponent):
     found = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
     assert found is not None
     (power,) = found["power"]
@@ -75,14 +73,14 @@ def test_exponents_far_from_1_are_found_too(exponent: float) -> None:
     )
 
 
-def test_a_component_that_is_not_felt_has_no_power() -> None:
+def test_a_component_that_is_not_felt_has_no_power():
     found = other_laws(DEPTH, np.zeros((1, DEPTH.size)), 5.0)
     assert found is not None
     assert found["power"][0].alpha == 0
     assert found["power"][0].exponent == pytest.approx(1.0)
 
 
-def test_a_stress_that_is_no_power_has_no_exponent() -> None:
+def test_a_stress_that_is_no_power_has_no_exponent():
     """Its alpha is that of the tangent to the powers at p = 1, by plain least squares."""
     tangent = np.stack([DEPTH, DEPTH * np.log(DEPTH / 5.0)], axis=1)
     for stress in (np.exp(-2 * DEPTH), np.exp(3 * DEPTH)):
@@ -94,7 +92,7 @@ def test_a_stress_that_is_no_power_has_no_exponent() -> None:
 
 
 @pytest.mark.parametrize("law", ["free_intercept", "power"])
-def test_errors_of_zero_and_tare_by_another_law(law: str) -> None:
+def test_errors_of_zero_and_tare_by_another_law(law):
     """What moves all samples alike counts by the sum of the gains; half of the scatter is the tare's."""
     noise = np.random.default_rng(3).normal(0, 0.01, DEPTH.size)
     stress = (0.3 * DEPTH + noise)[None]
@@ -103,7 +101,7 @@ def test_errors_of_zero_and_tare_by_another_law(law: str) -> None:
     bare = fit_slope(DEPTH, stress, np.zeros((2, 1)), np.full((2, 1), 30.0))
     laws = other_laws(DEPTH, stress, 5.0)
     assert laws is not None
-    found, own = (by_law(one, laws, law) for one in (line, bare))  # type: ignore[arg-type]
+    found, own = (by_law(one, laws, law) for one in (line, bare))
     gain = float(laws[law][0].gain.sum())
     np.testing.assert_allclose(found.se**2 - own.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6)
     np.testing.assert_allclose(own.tare**2, own.se**2 / 2, rtol=1e-6)
@@ -116,4 +114,4 @@ def test_errors_of_zero_and_tare_by_another_law(law: str) -> None:
     assert found.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
     # of a single zero, that of the run, nothing is the tare's
     alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
-    assert by_law(alone, laws, law).tare == 0  # type: ignore[arg-type]
+    assert by_law(alone, laws, law).tare == 0

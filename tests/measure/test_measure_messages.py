@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -21,10 +20,6 @@ from rftfit.measure.pairs import completed
 from rftfit.measure.strokes import Motion, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
-
 NAN = float("nan")
 PUSH = Run(
     "a", "plate", "sand", "plate", "intrusion", 0.0, 90.0, NAN, "a.csv", "b.csv",
@@ -32,17 +27,17 @@ PUSH = Run(
 )  # fmt: skip
 
 
-def path(depth: FloatArray) -> Motion:
+def path(depth):
     time = np.linspace(0, 10, depth.size)
     return Motion(time, np.zeros_like(depth), -depth, np.zeros_like(depth))
 
 
-def changed(config: Config, section: str, **values: Any) -> Config:
+def changed(config, section, **values):
     part = getattr(config, section).model_copy(update=values)
     return config.model_copy(update={section: part})
 
 
-def test_a_log_that_begins_at_the_end_of_the_push() -> None:
+def test_a_log_that_begins_at_the_end_of_the_push():
     time = np.arange(0, 10, 0.01)
     force = np.where(time < 0.12, 0.0, 50.0 - time) + np.random.default_rng(0).normal(0, 0.1, 1000)
     with pytest.raises(
@@ -51,13 +46,13 @@ def test_a_log_that_begins_at_the_end_of_the_push() -> None:
         estimate_clocks(time, force, time, np.linspace(0, 5, 1000), 1e-3, 0.1)
 
 
-def test_a_rigid_push_with_few_readings_in_contact() -> None:
+def test_a_rigid_push_with_few_readings_in_contact():
     force = np.concatenate([np.zeros(200), np.linspace(10, 200, 8)])
     with pytest.raises(ValueError, match="8 readings in contact are too few; "):
         compliance_of(np.linspace(0, 1, 208), force, 0.05)
 
 
-def test_a_sync_line_is_needed(paper_config: Config) -> None:
+def test_a_sync_line_is_needed(paper_config):
     time, depth = np.linspace(0, 10, 200), np.linspace(-2, 5, 200)
     config = changed(paper_config, "clock", method="sync_line")
     readings = ForceReadings(
@@ -67,7 +62,7 @@ def test_a_sync_line_is_needed(paper_config: Config) -> None:
         find_clock(config, PUSH, readings, path(depth), np.empty((0, 2)))
 
 
-def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
+def test_a_surface_that_cannot_be_found(paper_config):
     name = next(name for name, one in paper_config.intruders.items() if one.shape == "plate")
     config = changed(paper_config, "surface", method="find", max_se_cm=1e-6)
     run = replace(PUSH, intruder=name)
@@ -80,13 +75,13 @@ def test_a_surface_that_cannot_be_found(paper_config: Config) -> None:
         place_surface(config, run, motion, push.force_time, push.force, 0.0)
 
 
-def test_a_log_that_counts_downward(paper_config: Config) -> None:
+def test_a_log_that_counts_downward(paper_config):
     upside_down = path(np.linspace(-3.0, -15.0, 100))
     with pytest.raises(ValueError, match=r"z = \+3.00 cm, where it begins; z points up .*factor"):
         find_stroke(upside_down, np.empty((0, 2)), PUSH, paper_config.arm)
 
 
-def test_a_path_that_does_not_cross_the_surface(paper_config: Config) -> None:
+def test_a_path_that_does_not_cross_the_surface(paper_config):
     config = changed(paper_config, "arm", drive="uneven")
     below = path(np.linspace(1.0, 5.0, 100))
     with pytest.raises(ValueError, match=r"the path from -1.00 to -5.00 cm does not cross"):
@@ -96,7 +91,7 @@ def test_a_path_that_does_not_cross_the_surface(paper_config: Config) -> None:
         find_stroke(back, np.empty((0, 2)), PUSH, config.arm)
 
 
-def test_x_is_counted_from_the_middle_of_the_container(paper_config: Config) -> None:
+def test_x_is_counted_from_the_middle_of_the_container(paper_config):
     config = changed(paper_config, "arm", middle_x_mm=400.0, surface_z_mm=0.0)
     values = {"time": [0.0, 1.0], "x": [410.0, 380.0], "z": [0.0, -10.0], "angle": [0.0, 0.0]}
     columns = {name: np.array(one) for name, one in values.items()}
@@ -115,7 +110,7 @@ def test_x_is_counted_from_the_middle_of_the_container(paper_config: Config) -> 
         completed(without_angle, leg, units)
 
 
-def test_a_rise_that_could_be_noise() -> None:
+def test_a_rise_that_could_be_noise():
     depth = np.linspace(0, 5, 1000)
     force = np.where(depth > 3, 3.0, 0.0) + np.random.default_rng(1).normal(0, 0.5, 1000)
     with pytest.raises(
@@ -124,7 +119,7 @@ def test_a_rise_that_could_be_noise() -> None:
         find_surface(depth, force, 1.5, 0.05)
 
 
-def test_a_large_rise_is_not_called_noise() -> None:
+def test_a_large_rise_is_not_called_noise():
     # 160 N above a noise of 0.07 N, but up and down on the way
     depth = np.linspace(0, 6, 1200)
     under = np.maximum(depth - 3, 0)
@@ -134,7 +129,7 @@ def test_a_large_rise_is_not_called_noise() -> None:
     assert "noise" not in str(caught.value)
 
 
-def test_a_motion_up_toward_minus_x(paper_config: Config) -> None:
+def test_a_motion_up_toward_minus_x(paper_config):
     time = np.linspace(0, 10, 500)
     up = np.linspace(0, 5, 500)
     motion = Motion(time, 3 - up, up - 6, np.zeros(500))
@@ -147,7 +142,7 @@ def test_a_motion_up_toward_minus_x(paper_config: Config) -> None:
         find_stroke(back, back.spans(arm), run, arm)
 
 
-def test_an_arm_slower_than_the_config_says(paper_config: Config) -> None:
+def test_an_arm_slower_than_the_config_says(paper_config):
     slow = path(np.linspace(-1.0, 2.0, 200))
     arm = paper_config.arm
     with pytest.raises(ValueError, match=r"half of arm.speed_cm_per_s \(1 cm/s\) or faster; "
@@ -160,9 +155,7 @@ def test_an_arm_slower_than_the_config_says(paper_config: Config) -> None:
     [([(3.0, 3.4)], "gap", [0.41]),
      ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)], "gaps", [41, 9.02, 0.62])],
 )  # fmt: skip
-def test_many_gaps_are_one_flag(
-    paper_config: Config, holes: list[tuple[float, float]], code: str, numbers: list[float]
-) -> None:
+def test_many_gaps_are_one_flag(paper_config, holes, code, numbers):
     time = np.arange(0, 60, 0.01)
     kept = ~np.any([(time > start) & (time < end) for start, end in holes], axis=0)
     (flag,) = stroke_flags(paper_config, time[kept], 0.0, 0.0)
@@ -170,7 +163,7 @@ def test_many_gaps_are_one_flag(
     np.testing.assert_allclose([*flag.values.values()], numbers, rtol=0.06)
 
 
-def test_a_force_that_grows_in_air_too() -> None:
+def test_a_force_that_grows_in_air_too():
     # a cable that tightens all the way down
     depth = np.linspace(0, 5, 1000)
     force = 1.2 * depth + 4.0 * np.maximum(depth - 3, 0)
@@ -179,6 +172,6 @@ def test_a_force_that_grows_in_air_too() -> None:
         find_surface(depth, force, 1.5, 0.05)
 
 
-def test_every_row_status_has_its_sentence() -> None:
+def test_every_row_status_has_its_sentence():
     said = [str(remark(why.code)) for why in RowStatus if why != RowStatus.GOOD]
     assert len(set(said)) == len(RowStatus) - 1

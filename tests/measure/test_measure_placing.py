@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ import yaml
 from pushes import Push, make_push
 
 from rftfit.campaign.config import Disc, FlatOutline
-from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.load import load_campaign
 from rftfit.errors import InputError
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import codes_of
@@ -19,9 +19,6 @@ from rftfit.measure.ingest import ingest_medium, ingest_traces
 from rftfit.measure.ledger import RowStatus, check, join
 from rftfit.measure.readable import open_logs
 from rftfit.measure.tare import tare_medium
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 YIELD_CM_PER_N = 1e-3
 STIFFNESS = 25.0
@@ -48,7 +45,7 @@ CONFIG: dict[str, Any] = {
 }
 
 
-def write(folder: Path, name: str, push: Push, yields: float = 0.0, repeats: int = 1) -> None:
+def write(folder, name, push, yields=0.0, repeats=1):
     """Write a pair of rig-like logs; the arm goes deeper than the plate by what the machine yields."""
     time, force = np.repeat(push.force_time, repeats), np.repeat(push.force, repeats)
     time = time + np.tile(np.arange(repeats) * 0.001, push.force_time.size)
@@ -63,7 +60,7 @@ def write(folder: Path, name: str, push: Push, yields: float = 0.0, repeats: int
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     (tmp_path / "raw").mkdir()
     header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
     rows = [
@@ -76,13 +73,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def campaign(folder: Path, **changes: Any) -> Campaign:
+def campaign(folder, **changes):
     content = CONFIG | changes
     (folder / "config.yaml").write_text(yaml.safe_dump(content))
     return load_campaign(folder / "config.yaml")
 
 
-def alphas(loaded: Campaign) -> tuple[dict[str, Any], pd.DataFrame]:
+def alphas(loaded):
     traces, status, first = ingest_medium(loaded, "sand")
     tared, tares, second = tare_medium(loaded, "sand", traces, status)
     fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
@@ -90,14 +87,14 @@ def alphas(loaded: Campaign) -> tuple[dict[str, Any], pd.DataFrame]:
     return {str(row["run_id"]): row for row in fits.to_dict("records")}, status
 
 
-def test_areas() -> None:
+def test_areas():
     disc = Disc(shape="disc", diameter_cm=6, thickness_cm=1)
     assert disc.area_cm2 == pytest.approx(np.pi * 9)
     assert disc.length_cm == 6
     assert FlatOutline(shape="flat", area_cm2=7, length_cm=3, thickness_cm=1).area_cm2 == 7
 
 
-def test_from_logs_to_alpha_without_a_typed_number(folder: Path) -> None:
+def test_from_logs_to_alpha_without_a_typed_number(folder):
     fits, status = alphas(campaign(folder))
     for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
         row = fits[name]
@@ -115,7 +112,7 @@ def test_from_logs_to_alpha_without_a_typed_number(folder: Path) -> None:
         assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * float(fact["clock_se_s"]))
 
 
-def test_a_typed_surface_goes_before_the_found_one(folder: Path) -> None:
+def test_a_typed_surface_goes_before_the_found_one(folder):
     text = (folder / "runs.csv").read_text().splitlines()
     lines = [text[0] + ",surface_z_mm", text[1] + ",49.5", text[2] + ","]
     (folder / "runs.csv").write_text("\n".join(lines) + "\n")
@@ -123,7 +120,7 @@ def test_a_typed_surface_goes_before_the_found_one(folder: Path) -> None:
     assert [trace.surface is None for trace in traces] == [True, False]
 
 
-def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
+def test_repeated_rows_are_left_out_and_counted(folder):
     write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
     kept, _, _ = ingest_traces(campaign(folder), "sand")
     assert [codes_of(trace.flags) for trace in kept] == [
@@ -141,13 +138,13 @@ def test_repeated_rows_are_left_out_and_counted(folder: Path) -> None:
     assert rows.sum() == 3 * 550
 
 
-def test_without_a_tare_by_default_there_is_no_alpha(folder: Path) -> None:
+def test_without_a_tare_by_default_there_is_no_alpha(folder):
     fits, _ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
     assert fits["a"]["reason_code"] == "tare-missing tare-not-named"
     assert np.isnan(fits["a"]["alpha_z_N_per_cm3"])
 
 
-def test_a_force_that_never_rises_refuses_the_run(folder: Path) -> None:
+def test_a_force_that_never_rises_refuses_the_run(folder):
     push = make_push(3, stiffness=0.0, medium_N=0.0)
     write(folder, "a", push)
     fits, status = alphas(campaign(folder))
@@ -156,7 +153,7 @@ def test_a_force_that_never_rises_refuses_the_run(folder: Path) -> None:
     assert fits["b"]["reason_code"] == ""
 
 
-def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder: Path) -> None:
+def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     rows = (folder / "runs.csv").read_text().replace("\nb,plate,sand,odd,", "\nin,plate,sand,odd,")
     (folder / "runs.csv").write_text(rows)
     for name in ("a", "b"):
@@ -167,14 +164,14 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder: Path
     ]
 
 
-def test_estimate_needs_a_push_and_a_line_is_needed_without(folder: Path) -> None:
+def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):
     text = (folder / "runs.csv").read_text().replace("odd,intrusion", "odd,extraction")
     (folder / "runs.csv").write_text(text)
     fits, _ = alphas(campaign(folder))
     assert fits["b"]["reason_code"] == "no-push-to-match"
 
 
-def test_the_yielding_machine(folder: Path) -> None:
+def test_the_yielding_machine(folder):
     for seed, name in enumerate(("a", "b")):
         push = make_push(seed, offset_s=7200.2, stiffness=STIFFNESS)
         write(folder, name, push, yields=YIELD_CM_PER_N)
@@ -203,7 +200,7 @@ def test_the_yielding_machine(folder: Path) -> None:
     assert not (traces[0].why == RowStatus.YIELDED).any()
 
 
-def test_a_rigid_contact_that_is_none(folder: Path) -> None:
+def test_a_rigid_contact_that_is_none(folder):
     named = {"force_log": "gone_force.csv", "motion_log": "gone_motion.csv"}
     with pytest.raises(InputError, match=r"rigid_contact.force_log: found 'gone_force"):
         campaign(folder, rigid_contact=named)
@@ -215,7 +212,7 @@ def test_a_rigid_contact_that_is_none(folder: Path) -> None:
         assert row["reason"].startswith("rigid_contact, soft_force.csv: ")
 
 
-def test_a_rigid_contact_that_cannot_be_read(folder: Path) -> None:
+def test_a_rigid_contact_that_cannot_be_read(folder):
     for part in ("force", "motion"):
         (folder / "raw" / f"empty_{part}.csv").write_text("")
     named = {"force_log": "empty_force.csv", "motion_log": "empty_motion.csv"}

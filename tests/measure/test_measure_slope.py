@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.measure.slopes import (
-    Slope,
     combine_dof,
     fit_few,
     fit_slope,
@@ -23,20 +22,20 @@ NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
 DEPTH = np.linspace(1.9, 7.1, 520)
 
 
-def stress(seed: int = 0) -> np.ndarray:
+def stress(seed=0):
     noise = np.random.default_rng(seed).normal(0, 0.005, (2, DEPTH.size))
     return np.stack([0.3 * DEPTH, -0.1 * DEPTH]) + noise
 
 
-def fit(depth: np.ndarray, values: np.ndarray, depth_sd: float = 0.0) -> Slope:
+def fit(depth, values, depth_sd=0.0):
     return fit_slope(depth, values, *NOTHING, depth_sd)
 
 
-def digits(value: float, certified: float, count: int) -> None:
+def digits(value, certified, count):
     assert abs(value - certified) <= 0.5 * 10.0**-count * abs(certified)
 
 
-def test_nist_noint1() -> None:
+def test_nist_noint1():
     x = np.arange(60.0, 71.0)
     y = np.arange(130.0, 141.0)
     slope, se = zero_intercept(x, y[None, :])
@@ -44,19 +43,19 @@ def test_nist_noint1() -> None:
     digits(float(se[0]), 0.0165289256198347, 12)
 
 
-def test_nist_noint2() -> None:
+def test_nist_noint2():
     slope, se = zero_intercept(np.array([4.0, 5.0, 6.0]), np.array([[3.0, 4.0, 4.0]]))
     digits(float(slope[0]), 0.727272727272727, 12)
     digits(float(se[0]), 0.0420827318078432, 12)
 
 
 @pytest.mark.parametrize("depth", [[], [3.0], [0.0, 0.0, 0.0]])
-def test_no_slope(depth: list[float]) -> None:
+def test_no_slope(depth):
     with pytest.raises(ValueError, match="no slope"):
         zero_intercept(np.array(depth), np.zeros((1, len(depth))))
 
 
-def test_too_few_for_an_autocorrelation() -> None:
+def test_too_few_for_an_autocorrelation():
     with pytest.raises(ValueError, match="7 samples are too few"):
         fit(DEPTH[:7], stress()[:, :7])
     assert np.isfinite(fit(DEPTH[:8], stress()[:, :8]).se).all()
@@ -64,7 +63,7 @@ def test_too_few_for_an_autocorrelation() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
-def test_homogeneity_and_units(force: float, length: float) -> None:
+def test_homogeneity_and_units(force, length):
     """Stress in other units scales all of it; depth in other units divides it."""
     one = fit(DEPTH, stress())
     other = fit(length * DEPTH, force * stress())
@@ -78,7 +77,7 @@ def test_homogeneity_and_units(force: float, length: float) -> None:
     np.testing.assert_allclose(other.dof, one.dof, rtol=1e-8)
 
 
-def test_units_with_all_errors() -> None:
+def test_units_with_all_errors():
     variance = np.array([[1e-5, 2e-5], [3e-5, 1e-5]])
     one = fit_slope(DEPTH, stress(), variance, NOTHING[1], 0.003)
     # N/cm^2 to Pa, cm to m
@@ -87,34 +86,34 @@ def test_units_with_all_errors() -> None:
     np.testing.assert_allclose(si.dof, one.dof, rtol=1e-10)
 
 
-def test_turning_the_sign_turns_alpha_alone() -> None:
+def test_turning_the_sign_turns_alpha_alone():
     one, other = fit(DEPTH, stress()), fit(DEPTH, -stress())
     np.testing.assert_allclose(other.alpha, -one.alpha)
     np.testing.assert_allclose(other.se, one.se)
     np.testing.assert_allclose(other.nonlinear_ratio, -one.nonlinear_ratio)
 
 
-def test_order_of_the_samples_does_not_touch_the_textbook_part() -> None:
+def test_order_of_the_samples_does_not_touch_the_textbook_part():
     order = np.random.default_rng(3).permutation(DEPTH.size)
     one = zero_intercept(DEPTH, stress())
     other = zero_intercept(DEPTH[order], stress()[:, order])
     np.testing.assert_allclose(other, one, rtol=1e-12)
 
 
-def test_upward_stroke_is_the_same_fit() -> None:
+def test_upward_stroke_is_the_same_fit():
     one, other = fit(DEPTH, stress()), fit(DEPTH[::-1], stress()[:, ::-1])
     np.testing.assert_allclose(other.alpha, one.alpha, rtol=1e-12)
     np.testing.assert_allclose(other.se, one.se, rtol=0.3)
 
 
-def test_components_do_not_mix() -> None:
+def test_components_do_not_mix():
     both = fit(DEPTH, stress())
     alone = fit_slope(DEPTH, stress()[:1], NOTHING[0][:, :1], NOTHING[1][:, :1])
     for name in ("alpha", "se", "dof", "intercept", "nonlinear_p"):
         np.testing.assert_allclose(getattr(alone, name)[0], getattr(both, name)[0], rtol=1e-12)
 
 
-def test_exact_line_has_no_error() -> None:
+def test_exact_line_has_no_error():
     exact = fit(DEPTH, np.stack([0.3 * DEPTH, 0 * DEPTH]))
     np.testing.assert_allclose(exact.alpha, [0.3, 0], atol=1e-15)
     np.testing.assert_allclose(exact.se, 0, atol=1e-12)
@@ -122,14 +121,14 @@ def test_exact_line_has_no_error() -> None:
     np.testing.assert_allclose(exact.intercept, 0, atol=1e-12)
 
 
-def test_free_intercept_by_hand() -> None:
+def test_free_intercept_by_hand():
     depth = np.arange(1.0, 11.0)
     found = fit(depth, np.stack([2 + 3 * depth, 5 - depth]))
     np.testing.assert_allclose(found.intercept, [2, 5])
     np.testing.assert_allclose(found.free_slope, [3, -1])
 
 
-def test_curvature_is_found_and_its_size_is_right() -> None:
+def test_curvature_is_found_and_its_size_is_right():
     bent = stress() + 0.02 * DEPTH**2
     found = fit(DEPTH, bent)
     assert (found.nonlinear_p < 1e-6).all()
@@ -139,7 +138,7 @@ def test_curvature_is_found_and_its_size_is_right() -> None:
     np.testing.assert_allclose(found.nonlinear_ratio, (curve - line) / np.abs(line), rtol=0.01)
 
 
-def test_error_of_a_curvature_is_what_noise_does_not_explain() -> None:
+def test_error_of_a_curvature_is_what_noise_does_not_explain():
     bent = stress() + 0.02 * DEPTH**2
     zero = np.full((2, 1, 2), np.array([0.0, 0.01])[:, None, None])
     sure, unsure = (fit_slope(DEPTH, bent, one, np.full((1, 2), 1e9)) for one in zero)
@@ -158,9 +157,7 @@ def test_error_of_a_curvature_is_what_noise_does_not_explain() -> None:
     seed=st.integers(0, 10**6), slow=st.floats(0, 0.01), more=st.floats(1e-5, 0.01),
     bend=st.floats(0, 0.004),
 )  # fmt: skip
-def test_a_less_certain_zero_never_narrows_an_interval(
-    seed: int, slow: float, more: float, bend: float
-) -> None:
+def test_a_less_certain_zero_never_narrows_an_interval(seed, slow, more, bend):
     """Of bent lines too, whose curvature it explains."""
     walk = np.random.default_rng(seed).normal(0, 0.0005, (4, DEPTH.size)).cumsum(axis=1)
     bent = 0.1 * DEPTH + bend * DEPTH**2 + walk
@@ -173,7 +170,7 @@ def test_a_less_certain_zero_never_narrows_an_interval(
     assert (widths[1] >= widths[0] * (1 - 1e-9)).all()
 
 
-def test_curvature_test_rejects_straight_lines_rarely() -> None:
+def test_curvature_test_rejects_straight_lines_rarely():
     noise = np.random.default_rng(8).normal(0, 0.005, (1000, DEPTH.size))
     found = fit_slope(DEPTH, 0.3 * DEPTH + noise, np.zeros((1, 1000)), np.full((1, 1000), 12.0))
     # a quality figure: its p is a little too small, never wildly so
@@ -181,7 +178,7 @@ def test_curvature_test_rejects_straight_lines_rarely() -> None:
     assert np.mean(found.nonlinear_p < 0.01) < 0.03
 
 
-def test_horizontal_run_has_no_slope_to_free_and_no_curvature() -> None:
+def test_horizontal_run_has_no_slope_to_free_and_no_curvature():
     """The arm's noise of 3 micrometres in depth must not be taken for a change of depth."""
     random = np.random.default_rng(2)
     depth = 5.08 + random.normal(0, 0.0003, 440)
@@ -191,7 +188,7 @@ def test_horizontal_run_has_no_slope_to_free_and_no_curvature() -> None:
         assert np.isnan(getattr(level, name)).all(), name
 
 
-def test_errors_of_zero_and_depth_add_in_quadrature() -> None:
+def test_errors_of_zero_and_depth_add_in_quadrature():
     variance = np.array([[1e-4, 4e-4], [3e-4, 5e-4]])
     plain = fit(DEPTH, stress())
     lever = DEPTH.sum() / (DEPTH @ DEPTH)
@@ -213,7 +210,7 @@ def test_errors_of_zero_and_depth_add_in_quadrature() -> None:
     np.testing.assert_allclose(shifted.se, expected, rtol=1e-12)
 
 
-def test_a_few_depths_are_fitted_with_the_textbook_error() -> None:
+def test_a_few_depths_are_fitted_with_the_textbook_error():
     """Of a table of stress: independent means, without log, zero or tare."""
     depth = np.array([1.0, 2.0, 4.0])
     found = fit_few(depth, np.array([[1.0, 2.0, 3.5], [-0.5, -1.0, -2.0]]))
@@ -236,7 +233,7 @@ def test_a_few_depths_are_fitted_with_the_textbook_error() -> None:
         np.testing.assert_array_equal(getattr(found, name), [0, 0], name)
 
 
-def test_two_depths_have_no_line_besides_and_one_has_no_error() -> None:
+def test_two_depths_have_no_line_besides_and_one_has_no_error():
     two = fit_few(np.array([1.0, 2.0]), np.array([[1.0, 2.5]]))
     np.testing.assert_allclose(two.alpha, [1.2])
     np.testing.assert_allclose(two.se, [np.sqrt((0.2**2 + 0.1**2) / 1 / 5)])
@@ -248,7 +245,7 @@ def test_two_depths_have_no_line_besides_and_one_has_no_error() -> None:
     np.testing.assert_array_equal(one.dof, [1, 1])
 
 
-def test_interval() -> None:
+def test_interval():
     found = fit(DEPTH, stress())
     lo, hi = found.interval(0.95)
     np.testing.assert_allclose((lo + hi) / 2, found.alpha)
@@ -262,11 +259,11 @@ def test_interval() -> None:
     ("confidence", "dof", "value"),
     [(0.95, 4, 2.776445), (0.95, 10, 2.228139), (0.95, 1e9, 1.959964), (0.90, 5, 2.015048)],
 )
-def test_student(confidence: float, dof: float, value: float) -> None:
+def test_student(confidence, dof, value):
     assert float(student_quantile(confidence, dof)) == pytest.approx(value, rel=1e-6)
 
 
-def test_degrees_of_freedom_of_a_sum() -> None:
+def test_degrees_of_freedom_of_a_sum():
     # Welch by hand: (4 + 9)^2 / (16/8 + 81/10)
     assert float(combine_dof(np.array([4.0, 9.0]), np.array([8.0, 10.0]))) == pytest.approx(
         169 / 10.1
@@ -275,14 +272,14 @@ def test_degrees_of_freedom_of_a_sum() -> None:
     assert float(combine_dof(np.zeros(2), np.array([8.0, 10.0]))) == 10
 
 
-def test_variance_of_independent_errors_is_the_textbooks() -> None:
+def test_variance_of_independent_errors_is_the_textbooks():
     noise = np.random.default_rng(4).normal(0, 2.0, (3000, 400))
     weight = np.linspace(1, 3, 400)
     variance, _ = weighted_sum_variance(noise, weight)
     assert np.mean(variance) == pytest.approx(4 * weight @ weight, rel=0.05)
 
 
-def test_where_stress_begins() -> None:
+def test_where_stress_begins():
     """Of lines exactly; an unevenness that grows with depth moves it less than it moves the plain line."""
     depth = np.linspace(1, 7, 200)
     begins = stress_begins(depth, np.stack([0.3 * (depth - 0.4), -0.05 * (depth + 0.2)]))

@@ -12,7 +12,7 @@ STEP = 0.125  # exact in binary: 8 samples in each third of the skipped length
 PATH: np.ndarray = np.linspace(0, 64 * STEP, 65)
 
 
-def steps(second: float, last: float, steady: float = 7.0) -> np.ndarray:
+def steps(second, last, steady=7.0):
     """Stress that is constant in each part; the first third, after a pause, is wild."""
     stress = np.full((1, PATH.size), steady)
     stress[0, PATH < SKIP] += last
@@ -21,7 +21,7 @@ def steps(second: float, last: float, steady: float = 7.0) -> np.ndarray:
     return stress
 
 
-def left(stress: np.ndarray) -> float:
+def left(stress):
     return float(unfinished_start(PATH, stress, PATH >= SKIP, SKIP)[0])
 
 
@@ -40,11 +40,11 @@ def left(stress: np.ndarray) -> float:
         (0.0, 1.0, 0.0),
     ],
 )
-def test_by_hand(second: float, last: float, by_hand: float) -> None:
+def test_by_hand(second, last, by_hand):
     assert left(steps(second, last)) == pytest.approx(by_hand, abs=1e-12)
 
 
-def test_an_exponential_is_found() -> None:
+def test_an_exponential_is_found():
     path = np.linspace(0, 40, 400_001)
     decay_cm, steady, size = 0.4, 0.3, 0.2
     stress = steady + size * np.exp(-path / decay_cm) * np.array([[1.0], [-2.0]])
@@ -56,7 +56,7 @@ def test_an_exponential_is_found() -> None:
     np.testing.assert_allclose(stress[:, window].mean(axis=1) - steady, found, rtol=0.01)
 
 
-def test_seven_samples_tell_nothing() -> None:
+def test_seven_samples_tell_nothing():
     whole = steps(4.0, 1.0)
     assert left(whole) > 0
     for place in (1.0, 2.0, 2.875):  # any of the 8 samples in either third
@@ -71,7 +71,7 @@ def test_seven_samples_tell_nothing() -> None:
     assert unfinished_start(PATH, whole, steady, SKIP)[0] == 0
 
 
-def test_a_sample_without_one_component_is_not_used() -> None:
+def test_a_sample_without_one_component_is_not_used():
     both = np.concatenate([steps(4.0, 1.0), steps(2.0, 1.0)])
     spike = both.copy()
     spike[0, PATH == 2.5] = 50.0

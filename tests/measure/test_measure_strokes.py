@@ -6,18 +6,15 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import pytest
 from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused
 from rftfit.measure.strokes import Motion, find_stroke
-
-if TYPE_CHECKING:
-    from rftfit.campaign.sheet import Run
 
 FEW = 40
 """`make strokes` judges 500."""
@@ -26,25 +23,25 @@ FEW = 40
 @pytest.mark.parametrize("rate_Hz", [10, 200])
 @pytest.mark.parametrize("gamma_deg", [90.0, 40.0, 0.0])
 @pytest.mark.parametrize("begins", ["air", "contact", "below"])
-def test_a_push_that_comes_straight_back(rate_Hz: float, gamma_deg: float, begins: str) -> None:
+def test_a_push_that_comes_straight_back(rate_Hz, gamma_deg, begins):
     pushes = Pushes(gamma_deg, (5.0,), begins, rate_Hz=rate_Hz)
     assert {how for how, _ in pushes.judge()} == {RIGHT}
     assert len(pushes.strokes()) == 1
 
 
-def test_any_motion_gives_its_strokes_or_the_true_reason() -> None:
+def test_any_motion_gives_its_strokes_or_the_true_reason():
     told = Counter(how for seed in range(FEW) for how, _ in any_pushes(seed).judge())
     assert told[WRONG] == 0
     assert told[REFUSED] <= 0.05 * told[RIGHT]
 
 
-def refusal(motion: Motion, run: Run, arm: Arm) -> str:
+def refusal(motion, run, arm):
     with pytest.raises(Refused) as caught:
         find_stroke(motion, motion.spans(arm), run, arm)
     return f"{caught.value.remark.code}: {caught.value}"
 
 
-def legs(*ends_deg: float) -> Motion:
+def legs(*ends_deg):
     """Turns of a leg at 0.2 rad/s, a second of rest between them."""
     way = np.radians(np.repeat(ends_deg, 2))
     times = np.cumsum([0, *(1 if a == b else abs(a - b) / 0.2 for a, b in pairwise(way))])
@@ -62,16 +59,14 @@ SEVERAL = [
 
 
 @pytest.mark.parametrize(("motion", "run", "words"), SEVERAL)
-def test_one_of_several_strokes_is_never_taken_in_silence(
-    motion: Motion, run: Run, words: str
-) -> None:
+def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, words):
     arm = Arm()
     assert words in refusal(motion, run, arm)
     ends = [find_stroke(motion, motion.spans(arm), replace(run, stroke=one), arm) for one in (1, 2)]
     assert ends[0][1] <= ends[1][0]
 
 
-def test_pushes_by_hand() -> None:
+def test_pushes_by_hand():
     arm = Arm(drive="uneven")
     motion = Pushes(lengths_cm=(6.0, 7.0), dwell_s=0.3).motion()
     assert "2 strokes along this path, of 4.0, 5.0 cm" in refusal(motion, row(90), arm)
@@ -79,7 +74,7 @@ def test_pushes_by_hand() -> None:
     np.testing.assert_allclose([*first, *second], [3.0, 7.0, 15.6, 20.6], atol=0.03)
 
 
-def test_two_directions_in_one_log() -> None:
+def test_two_directions_in_one_log():
     down, slanted = Pushes(lengths_cm=(5.0,)).motion(), Pushes(45.0, (6.0,)).motion()
     parts = zip(vars(down).values(), vars(slanted).values(), strict=True)
     time, x, z, angle = (np.concatenate(part) for part in parts)
@@ -94,7 +89,7 @@ def test_two_directions_in_one_log() -> None:
     [(0.23, "the lowest point of the path is z = -0.23 cm; a stroke goes down to -0.3 cm at least"),
      (0.2996, "z = -0.2996 cm; a stroke goes down to -0.3 cm at least")],
 )  # fmt: skip
-def test_the_rule_for_the_surface_is_told(depth_cm: float, words: str) -> None:
+def test_the_rule_for_the_surface_is_told(depth_cm, words):
     pushes = Pushes(lengths_cm=(depth_cm,), begins="contact", rate_Hz=1000)
     motion = pushes.motion()
     motion.z[motion.z.argmin()] = -depth_cm
@@ -111,10 +106,7 @@ LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
     [("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.2, 11.87), (11.87, 23.66)]),
      ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)])],
 )  # fmt: skip
-def test_out_and_back_of_real_machines(
-    file: str, columns: tuple[int, int], speed_cm_per_s: float, ends: list[tuple[float, float]]
-) -> None:
-    import pandas as pd
+def test_out_and_back_of_real_machines(file, columns, speed_cm_per_s, ends):
 
     rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)
     time, down = (rows[column].to_numpy(float) for column in columns)

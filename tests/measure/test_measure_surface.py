@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from pushes import make_push
 
-from rftfit.measure.surface import Surface, find_surface
+from rftfit.measure.surface import find_surface
 
 
-def find(seed: int, **settings: float) -> tuple[Surface, float]:
-    push = make_push(seed, **settings)  # type: ignore[arg-type]
+def find(seed, **settings):
+    push = make_push(seed, **settings)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
     return find_surface(depth, push.force, 1.5, 0.05), push.surface_cm
 
 
 @pytest.mark.parametrize("bend", [0.0, 8.0, -2.0])
 @pytest.mark.parametrize("stiffness", [8.0, 90.0])
-def test_bias_and_coverage(stiffness: float, bend: float) -> None:
+def test_bias_and_coverage(stiffness, bend):
     errors, covered = [], 0
     for seed in range(20):
         found, truth = find(seed, stiffness=stiffness, bend=bend)
@@ -30,7 +30,7 @@ def test_bias_and_coverage(stiffness: float, bend: float) -> None:
     assert covered >= 14
 
 
-def test_a_force_that_is_not_zero_in_air_does_not_matter() -> None:
+def test_a_force_that_is_not_zero_in_air_does_not_matter():
     push = make_push(1)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
     one = find_surface(depth, push.force, 1.5, 0.05)
@@ -40,7 +40,7 @@ def test_a_force_that_is_not_zero_in_air_does_not_matter() -> None:
     assert one.growth_N_per_cm == pytest.approx(25, rel=0.1)
 
 
-def test_the_clocks_error_is_part_of_it() -> None:
+def test_the_clocks_error_is_part_of_it():
     push = make_push(2)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
     alone = find_surface(depth, push.force, 1.5, 0.05)
@@ -48,7 +48,7 @@ def test_the_clocks_error_is_part_of_it() -> None:
     assert more.se_cm == pytest.approx(np.hypot(alone.se_cm, 0.03))
 
 
-def test_no_surface_in_air() -> None:
+def test_no_surface_in_air():
     for seed in range(40):
         random = np.random.default_rng(seed)
         depth = np.linspace(0, 7, 2000)
@@ -59,25 +59,25 @@ def test_no_surface_in_air() -> None:
             find_surface(depth, noise + drift, 1.5, 0.05)
 
 
-def test_a_log_that_begins_in_contact() -> None:
+def test_a_log_that_begins_in_contact():
     depth = np.linspace(0, 4, 800)
     with pytest.raises(ValueError, match="begin in air"):
         find_surface(depth, 30 * depth + 10, 1.5, 0.05)
 
 
-def test_a_log_that_ends_at_the_surface() -> None:
+def test_a_log_that_ends_at_the_surface():
     depth = np.linspace(0, 3.02, 300)
     force = 200 * np.maximum(depth - 3.0, 0)
     with pytest.raises(ValueError, match="not found"):
         find_surface(depth, force, 1.5, 0.05)
 
 
-def test_too_few_readings() -> None:
+def test_too_few_readings():
     with pytest.raises(ValueError, match="10 readings"):
         find_surface(np.arange(10.0), np.arange(10.0), 1.5, 0.05)
 
 
-def test_a_thick_plate_enters_gradually() -> None:
+def test_a_thick_plate_enters_gradually():
     # half a plate's thickness above and below the surface the force is less than that of its depth
     push = make_push(11, stiffness=30.0)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
@@ -91,7 +91,7 @@ def test_a_thick_plate_enters_gradually() -> None:
     assert abs(passed_over.depth_cm - push.surface_cm) < 0.03
 
 
-def test_a_force_of_the_wrong_sign_is_told() -> None:
+def test_a_force_of_the_wrong_sign_is_told():
     push = make_push(1)
     depth = np.interp(push.force_time, push.motion_time, push.depth)
     with pytest.raises(ValueError, match=r"no ground, or the sign of z .* or of the force"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,8 @@ from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
-from rftfit.measure.flags import Remark, flag_columns, flags_of, remark
+from rftfit.measure.flags import flag_columns, flags_of, remark
 from rftfit.measure.ledger import RowStatus
-
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-    from rftfit.measure.ledger import Ledger
 
 AREA = 3.81 * 2.54
 ALPHA = np.array([0.31, -0.12])
@@ -32,7 +28,7 @@ INSIDE = DOWN[123:778]
 ODD = remark("zero-drifted", newtons=0.3)
 
 
-def run(run_id: str, kind: str = "plate", **more: Any) -> Run:
+def run(run_id, kind="plate", **more):
     values: dict[str, Any] = {
         "run_id": run_id, "kind": kind, "medium": "poppy_LP", "intruder": "plate",
         "direction": "intrusion", "beta_deg": 30.0, "gamma_deg": 45.0, "depth_cm": math.nan,
@@ -42,7 +38,7 @@ def run(run_id: str, kind: str = "plate", **more: Any) -> Run:
     return Run(**values | more)
 
 
-def fact(run_id: str, **more: Any) -> dict[str, Any]:
+def fact(run_id, **more):
     """What the ingest stage says about a run that has no error."""
     values: dict[str, Any] = {
         "run_id": run_id, "flags": "", "reason": "", "note": "", "sample_step_s": 0.01,
@@ -52,7 +48,7 @@ def fact(run_id: str, **more: Any) -> dict[str, Any]:
     return values | more
 
 
-def samples(run_id: str, depth: np.ndarray = DOWN, **more: Any) -> pd.DataFrame:
+def samples(run_id, depth=DOWN, **more):
     """Tared samples of a stress, and of a force on the rod, that are exactly linear in depth."""
     force, rod = AREA * ALPHA[:, None] * depth, AREA * ROD[:, None] * depth
     columns: dict[str, Any] = {
@@ -63,15 +59,15 @@ def samples(run_id: str, depth: np.ndarray = DOWN, **more: Any) -> pd.DataFrame:
     return pd.DataFrame(columns | more)
 
 
-def together(*parts: pd.DataFrame) -> pd.DataFrame:
+def together(*parts):
     table = pd.concat(parts, ignore_index=True)
     return table.astype({"run_id": "category"})
 
 
 def fitted(
-    config: Config, runs: list[Run], tared: pd.DataFrame, facts: list[dict[str, Any]] | None = None,
-    lost: dict[str, str] | None = None, medium: str = "poppy_LP", **more: Any,
-) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:  # fmt: skip
+    config, runs, tared, facts = None,
+    lost = None, medium = "poppy_LP", **more,
+):  # fmt: skip
     """Table of the fits by run, windows, and ledger; `lost`: runs whose tare gave nothing, with the reason."""
     status = pd.DataFrame(facts or [fact(one.run_id) for one in runs])
     tares = pd.DataFrame({"run_id": list(lost or {}), "reason": list((lost or {}).values())})
@@ -81,7 +77,7 @@ def fitted(
     return fits.set_index("run_id"), windows, ledger
 
 
-def fates(ledger: Ledger, run_id: str) -> dict[tuple[str, str], int]:
+def fates(ledger, run_id):
     book = ledger.table()
     rows = book[book["run_id"] == run_id]
     assert (rows["file"] == f"{run_id}.csv").all()
@@ -89,9 +85,7 @@ def fates(ledger: Ledger, run_id: str) -> dict[tuple[str, str], int]:
 
 
 @pytest.mark.parametrize(("direction", "sign"), [("intrusion", 1), ("extraction", -1)])
-def test_the_row_of_a_run_tells_its_cell_and_its_slopes(
-    paper_config: Config, direction: str, sign: int
-) -> None:
+def test_the_row_of_a_run_tells_its_cell_and_its_slopes(paper_config, direction, sign):
     depth, path = np.linspace(2.0, 7.0, 501)[::sign], np.linspace(0.0, 5.0, 501)
     facts = [fact("a", note="rain", zero_var_z_N2=9e-4, zero_var_x_N2=1e-4), fact("air")]
     fits, _, _ = fitted(
@@ -127,7 +121,7 @@ def test_the_row_of_a_run_tells_its_cell_and_its_slopes(
         assert row[f"intercept_{name}_N_per_cm2"] == pytest.approx(0, abs=1e-9)
 
 
-def test_errors_of_clocks_and_surface_add_up_in_squares(paper_config: Config) -> None:
+def test_errors_of_clocks_and_surface_add_up_in_squares(paper_config):
     # 0.04 s at 0.5 cm/s are 0.02 cm, and the surface may be 0.015 cm off: together 0.025 cm
     depth = np.linspace(2.0, 7.0, 501)
     facts = [fact("a", sample_step_s=0.02, clock_se_s=0.04, surface_se_mm=0.15), fact("air")]
@@ -138,7 +132,7 @@ def test_errors_of_clocks_and_surface_add_up_in_squares(paper_config: Config) ->
         assert se == pytest.approx(0.025 * lever * abs(alpha), rel=3e-3)
 
 
-def test_other_laws_are_told_beside_the_line_through_zero(paper_config: Config) -> None:
+def test_other_laws_are_told_beside_the_line_through_zero(paper_config):
     depth = np.linspace(2.0, 7.0, 60)
     shape = (depth / 5) ** 1.25
     power = 0.3 * 5 * shape
@@ -163,7 +157,7 @@ def test_other_laws_are_told_beside_the_line_through_zero(paper_config: Config) 
     assert row[[*told]].isna().all()
 
 
-def test_a_horizontal_run_has_no_other_law(paper_config: Config) -> None:
+def test_a_horizontal_run_has_no_other_law(paper_config):
     level = run("a", direction="horizontal", gamma_deg=0.0, depth_cm=5.08)
     path = np.linspace(0, 7, 701)
     tared = together(samples("a", np.full(701, 5.08), path_cm=path))
@@ -173,7 +167,7 @@ def test_a_horizontal_run_has_no_other_law(paper_config: Config) -> None:
     assert row[[*told]].isna().all()
 
 
-def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config: Config) -> None:
+def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config):
     log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
     config = paper_config.model_copy(update={"force_log": log})
     facts = [
@@ -193,9 +187,7 @@ def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config: Co
 
 
 @pytest.mark.parametrize(("missing_tare", "told"), [("flag", (remark("no-tare"),)), ("none", ())])
-def test_flags_of_log_tare_and_plates_stand_side_by_side(
-    paper_config: Config, missing_tare: str, told: tuple[Remark, ...]
-) -> None:
+def test_flags_of_log_tare_and_plates_stand_side_by_side(paper_config, missing_tare, told):
     fit = paper_config.fit.model_copy(update={"missing_tare": missing_tare})
     intruders = paper_config.intruders | {"other": paper_config.intruders["plate"]}
     config = paper_config.model_copy(update={"fit": fit, "intruders": intruders})
@@ -209,7 +201,7 @@ def test_flags_of_log_tare_and_plates_stand_side_by_side(
     assert fits["alpha_z_rod_N_per_cm3"].isna().all()
 
 
-def test_each_sand_ends_where_its_own_test_showed_it(paper_config: Config) -> None:
+def test_each_sand_ends_where_its_own_test_showed_it(paper_config):
     sand: dict[str, Any] = {"medium": "yuma", "beta_deg": 0.0, "gamma_deg": 90.0}
     runs = [run("a", **sand), run("b", **sand)]
     tared = together(samples("a"), samples("b"))
@@ -217,7 +209,7 @@ def test_each_sand_ends_where_its_own_test_showed_it(paper_config: Config) -> No
     assert list(fits["depth_to_cm"]) == [paper_config.media["yuma"].linear_to_cm, 1.5]
 
 
-def test_every_sample_has_its_place_in_windows_and_ledger(paper_config: Config) -> None:
+def test_every_sample_has_its_place_in_windows_and_ledger(paper_config):
     # lost before: 5 samples above the window of the first run, 3 inside that of the second
     early, spoilt = np.zeros(901, dtype=np.int8), np.zeros(901, dtype=np.int8)
     early[10:15] = RowStatus.MOTION_GAP
@@ -243,14 +235,12 @@ def test_every_sample_has_its_place_in_windows_and_ledger(paper_config: Config) 
     assert (tared["why"] != 0).sum() == 8  # nothing was written into the table that came in
 
 
-def legs(
-    config: Config, runs: list[Run], tared: pd.DataFrame, facts: list[dict[str, Any]]
-) -> tuple[pd.DataFrame, Ledger]:
+def legs(config, runs, tared, facts):
     campaign = Campaign(Path(), Path(), Path(), config, tuple(runs))
     return leg_curves(campaign, "poppy_LP", pd.DataFrame(facts), tared)
 
 
-def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config: Config) -> None:
+def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
     fit = paper_config.fit.model_copy(update={"missing_tare": "flag"})
     config = paper_config.model_copy(update={"fit": fit})
     air = run("air", "leg_air", medium="", tare_run="")
@@ -281,7 +271,7 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config: Config) -> N
     assert fates(ledger, "b") == {("used", "leg-curve"): 1}
 
 
-def test_a_medium_without_a_turned_leg_has_an_empty_table_of_curves(paper_config: Config) -> None:
+def test_a_medium_without_a_turned_leg_has_an_empty_table_of_curves(paper_config):
     curves, _ = legs(paper_config, [run("plate")], together(samples("plate")), [fact("plate")])
     assert list(curves.columns) == LEG_COLUMNS
     assert curves.empty

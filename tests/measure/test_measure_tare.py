@@ -19,30 +19,30 @@ from rftfit.measure.tare import Tare, _tare_of, tare_medium
 DEPTH = np.linspace(0.5, 8.5, 801)
 
 
-def rod(depth: np.ndarray) -> np.ndarray:
+def rod(depth):
     return np.stack([0.02 * depth**2, -0.3 * depth])
 
 
 TARE = Tare.from_samples("depth_cm", DEPTH, rod(DEPTH))
 
 
-def test_between_its_samples() -> None:
+def test_between_its_samples():
     asked = np.array([0.5, 1.234, 5.001, 8.5])
     np.testing.assert_allclose(TARE.at(asked), rod(asked), atol=1e-5)
     assert TARE.covers(np.array([0.5, 8.5])).all()
 
 
 @pytest.mark.parametrize("asked", [0.499, 8.501, -1.0, 100.0])
-def test_refuses_to_extrapolate(asked: float) -> None:
+def test_refuses_to_extrapolate(asked):
     assert TARE.covers(np.array([4.0, asked])).tolist() == [True, False]
     np.testing.assert_array_equal(np.isnan(TARE.at(np.array([4.0, asked]))), [[False, True]] * 2)
 
 
-def test_not_a_number_is_not_covered() -> None:
+def test_not_a_number_is_not_covered():
     assert np.isnan(TARE.at(np.array([np.nan]))).all()
 
 
-def test_refuses_a_hole_in_its_own_log() -> None:
+def test_refuses_a_hole_in_its_own_log():
     keep = (DEPTH < 3) | (DEPTH > 4)
     holed = Tare.from_samples("depth_cm", DEPTH[keep], rod(DEPTH)[:, keep])
     asked = np.array([2.9, 3.5, 4.2])
@@ -50,20 +50,20 @@ def test_refuses_a_hole_in_its_own_log() -> None:
     assert np.isfinite(holed.at(asked)).tolist() == [[True, False, True]] * 2
 
 
-def test_uneven_sampling_is_no_hole() -> None:
+def test_uneven_sampling_is_no_hole():
     random = np.random.default_rng(1)
     depth = np.sort(random.uniform(0, 8, 800))
     tare = Tare.from_samples("depth_cm", depth, rod(depth))
     assert np.mean(tare.covers(np.linspace(depth[0], depth[-1], 5000))) > 0.99
 
 
-def test_recorded_on_the_way_up_is_the_same_tare() -> None:
+def test_recorded_on_the_way_up_is_the_same_tare():
     up = Tare.from_samples("depth_cm", DEPTH[::-1], rod(DEPTH)[:, ::-1])
     np.testing.assert_array_equal(up.position, TARE.position)
     np.testing.assert_array_equal(up.force, TARE.force)
 
 
-def test_equal_depth_not_equal_time() -> None:
+def test_equal_depth_not_equal_time():
     """A tare run at half the speed, started elsewhere, takes away exactly the rod's force."""
     slow = np.linspace(0.2, 9.0, 1761)
     tare = Tare.from_samples("depth_cm", slow, rod(slow))
@@ -71,19 +71,19 @@ def test_equal_depth_not_equal_time() -> None:
     np.testing.assert_allclose(plate + rod(DEPTH) - tare.at(DEPTH), plate, atol=1e-5)
 
 
-def test_nan_where_the_tare_ends() -> None:
+def test_nan_where_the_tare_ends():
     short = Tare.from_samples("depth_cm", DEPTH[:400], rod(DEPTH)[:, :400])
     taken = short.at(DEPTH)
     np.testing.assert_allclose(taken[:, :400], rod(DEPTH)[:, :400], atol=1e-12)
     assert np.isnan(taken[:, 400:]).all()
 
 
-def test_nothing_in_common() -> None:
+def test_nothing_in_common():
     assert np.isnan(TARE.at(DEPTH + 100)).all()
 
 
 @pytest.mark.parametrize("samples", [0, 1])
-def test_too_few_samples(samples: int) -> None:
+def test_too_few_samples(samples):
     why = np.full(3, RowStatus.SATURATED)
     why[:samples] = RowStatus.GOOD
     rod1 = Run(
@@ -97,7 +97,7 @@ def test_too_few_samples(samples: int) -> None:
     assert counted.to_numpy().tolist() == [["a.csv", DROPPED, "tare-empty", samples]]
 
 
-def test_two_samples_are_a_tare() -> None:
+def test_two_samples_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
     np.testing.assert_allclose(tare.at(np.array([1.5])), [[3.5], [0.5]])
     # ten ordinary steps
@@ -105,14 +105,14 @@ def test_two_samples_are_a_tare() -> None:
     assert Tare.from_samples("depth_cm", DEPTH, rod(DEPTH)).longest_step == pytest.approx(0.1)
 
 
-def row(run_id: str, kind: str, tare_run: str = "", direction: str = "intrusion") -> Run:
+def row(run_id, kind, tare_run="", direction="intrusion"):
     return Run(
         run_id, kind, "sand", "plate", direction, 0.0, 90.0, np.nan, f"{run_id}.csv", "b.csv",
         tare_run, False, None, False, "", "", 2,
     )  # fmt: skip
 
 
-def test_what_becomes_of_each_run_of_a_medium() -> None:
+def test_what_becomes_of_each_run_of_a_medium():
     """Tared, without a tare in the sheet, with one that is none, that was refused, that was never read."""
     runs = [
         row("rod", "rod"), row("short", "rod"), row("gone", "rod"), row("torn", "rod"),
@@ -124,9 +124,7 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
     place = np.linspace(1.0, 3.0, 21)
     stroke = np.full(21, PHASES.index("stroke"))
 
-    def samples(
-        force_z: float, angle: float = 0.0, why: int = int(RowStatus.GOOD)
-    ) -> tuple[np.ndarray, ...]:
+    def samples(force_z, angle=0.0, why=int(RowStatus.GOOD)):
         values = {"depth_cm": place, "angle_deg": place + angle, "force_z_N": force_z * place,
                   "force_x_N": -force_z * place, "phase": stroke,
                   "why": np.full(21, why, dtype=np.int8)}  # fmt: skip
@@ -182,7 +180,7 @@ def test_what_becomes_of_each_run_of_a_medium() -> None:
     assert refused.loc["tared", "reason_code"] == ""
 
 
-def test_only_a_step_wider_than_the_longest_is_a_hole() -> None:
+def test_only_a_step_wider_than_the_longest_is_a_hole():
     position = np.array([0.0, 1.0, 3.0, 5.5])
     tare = Tare("depth_cm", position, rod(position), longest_step=2.0)
     assert tare.covers(np.array([0.5, 2.0, 4.0])).tolist() == [True, True, False]

@@ -15,7 +15,7 @@ from rftfit.logs.base import Log, LogError
 from rftfit.measure import pairs
 
 
-def test_factors_are_those_of_the_definitions() -> None:
+def test_factors_are_those_of_the_definitions():
     inch_cm = 2.54
     pound_kg, standard_gravity = 0.45359237, 9.80665
     assert dict(pairs.FORCE_TO_N) == {
@@ -31,7 +31,7 @@ def test_factors_are_those_of_the_definitions() -> None:
     assert dict(pairs.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
 
 
-def test_log_and_config_have_to_agree() -> None:
+def test_log_and_config_have_to_agree():
     assert pairs.factor(pairs.LENGTH_TO_CM, "in", "in", "depth") == 2.54
     with pytest.raises(ValueError, match=r"^depth in mm, but the config says in$"):
         pairs.factor(pairs.LENGTH_TO_CM, "mm", "in", "depth")
@@ -41,13 +41,13 @@ def test_log_and_config_have_to_agree() -> None:
         pairs.factor(pairs.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
 
 
-def log_of(unit: str) -> Log:
+def log_of(unit):
     columns = {"time": np.arange(3.0), "Fz": np.array([1.0, 2.0, 4.0])}
     return Log(Path("a.csv"), columns, {"time": "s", "Fz": unit}, 3)
 
 
 @pytest.mark.parametrize("unit", ["V", "counts", "klb", ""])
-def test_gain_and_offset_of_a_unit_of_the_files_own(unit: str) -> None:
+def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
     wanted = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
     source = ForceLog.model_validate({"columns": {"F3": wanted}})
     units = {"F3": "N", "time": "s"}
@@ -68,20 +68,20 @@ def test_gain_and_offset_of_a_unit_of_the_files_own(unit: str) -> None:
         ("lbf", {"unit": "N", "factor": 2.0}, "the file says lbf, the config N: which is right"),
     ],
 )
-def test_a_unit_is_never_guessed(unit: str, column: dict[str, object], why: str) -> None:
+def test_a_unit_is_never_guessed(unit, column, why):
     source = ForceLog.model_validate({"columns": {"F3": {"column": "Fz", **column}}})
     with pytest.raises(LogError, match=why):
         pairs.mapped(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
 
 
-def test_a_calibration_with_an_endless_cell_is_refused(tmp_path: Path) -> None:
+def test_a_calibration_with_an_endless_cell_is_refused(tmp_path):
     path = tmp_path / "calibration.csv"
     path.write_text(f"load,unit,G1\nF1,N,{'1' * 200_000}\n")
     with pytest.raises(InputError, match="cannot be taken apart into cells"):
         read_calibration(path)
 
 
-def test_a_calibration_tells_all_that_is_wrong(tmp_path: Path) -> None:
+def test_a_calibration_tells_all_that_is_wrong(tmp_path):
     path = tmp_path / "calibration.csv"
     path.write_text("load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n")
     with pytest.raises(InputError) as error:
@@ -101,7 +101,7 @@ def test_a_calibration_tells_all_that_is_wrong(tmp_path: Path) -> None:
         read_calibration(path)
 
 
-def test_loads_are_sums_of_gauges() -> None:
+def test_loads_are_sums_of_gauges():
     calibration = Calibration(
         ("time", "Fz"), (("F1", "mN", (0.0, 500.0)), ("T3", "N mm", (1.0, 0.0)))
     )

@@ -13,7 +13,7 @@ SERIES, N = 3000, 300
 SIGMA = 0.05
 
 
-def correlated(rho: float, seed: int, n: int = N) -> np.ndarray:
+def correlated(rho, seed, n=N):
     """Errors of deviation SIGMA, each `rho` times the one before plus something new."""
     white = np.random.default_rng(seed).standard_normal((SERIES, n + 300))
     scale = SIGMA * np.sqrt(1 - rho**2)
@@ -22,7 +22,7 @@ def correlated(rho: float, seed: int, n: int = N) -> np.ndarray:
 
 @pytest.mark.parametrize("rho", [0.0, 0.6, -0.4])
 @pytest.mark.parametrize("weight", [np.ones(N), np.linspace(1, 4, N)], ids=["mean", "slope"])
-def test_variance_of_correlated_errors(rho: float, weight: np.ndarray) -> None:
+def test_variance_of_correlated_errors(rho, weight):
     errors = correlated(rho, 3)
     fitted = (errors @ weight)[:, None] * weight / (weight @ weight)
     variance, dof = weighted_sum_variance(errors - fitted, weight)
@@ -36,7 +36,7 @@ def test_variance_of_correlated_errors(rho: float, weight: np.ndarray) -> None:
 @pytest.mark.parametrize(
     ("n", "dof"), [(8, 1), (15, 3), (16, 3), (40, 8), (52, 11), (53, 12), (500, 12)]
 )
-def test_short_series_have_fewer_degrees_of_freedom(n: int, dof: float) -> None:
+def test_short_series_have_fewer_degrees_of_freedom(n, dof):
     # one sample in eight goes into the autoregression, at most five; four are needed a cosine
     errors = correlated(0.0, 5, n)
     variance, found = weighted_sum_variance(errors - errors.mean(axis=1)[:, None], np.ones(n))
@@ -45,7 +45,7 @@ def test_short_series_have_fewer_degrees_of_freedom(n: int, dof: float) -> None:
     assert (variance > 0).all()
 
 
-def test_units_of_errors_and_weights() -> None:
+def test_units_of_errors_and_weights():
     errors, weight = correlated(0.6, 8)[:4], np.linspace(1, 4, N)
     one, _ = weighted_sum_variance(errors, weight)
     other, _ = weighted_sum_variance(1000 * errors, weight / 10)
@@ -58,9 +58,7 @@ def test_units_of_errors_and_weights() -> None:
     ("samples", "rho", "fewest", "most"),
     [(N, 0.0, 0.04, 0.06), (N, 0.7, 0.04, 0.06), (100, 0.0, 0.04, 0.07)],
 )
-def test_false_alarms_of_curvature_are_as_many_as_said(
-    samples: int, rho: float, fewest: float, most: float
-) -> None:
+def test_false_alarms_of_curvature_are_as_many_as_said(samples, rho, fewest, most):
     """Lines with noise and nothing else: p is uniform, 5 % of them lie below 0.05."""
     depth = np.linspace(2.0, 7.0, samples)
     noise = correlated(rho, 13, samples)
@@ -71,7 +69,7 @@ def test_false_alarms_of_curvature_are_as_many_as_said(
     assert p.max() <= 1
 
 
-def test_an_error_of_the_zero_is_no_curvature() -> None:
+def test_an_error_of_the_zero_is_no_curvature():
     """A shift bends the line through zero: its variance belongs into the test."""
     depth = np.linspace(2.0, 7.0, N)
     zero_sd = 0.02
@@ -84,7 +82,7 @@ def test_an_error_of_the_zero_is_no_curvature() -> None:
     assert np.mean(told < 0.05) > 0.5
 
 
-def test_no_stress_is_straight() -> None:
+def test_no_stress_is_straight():
     found = fit_slope(np.linspace(1, 5, 50), np.zeros((2, 50)), np.zeros((1, 2)), np.ones((1, 2)))
     np.testing.assert_array_equal(found.alpha, 0)
     np.testing.assert_array_equal(found.nonlinear_ratio, 0)
@@ -92,7 +90,7 @@ def test_no_stress_is_straight() -> None:
     np.testing.assert_array_equal(found.se, 0)
 
 
-def test_startup_widens_by_the_lever_of_the_depth() -> None:
+def test_startup_widens_by_the_lever_of_the_depth():
     depth = np.concatenate([np.full(20, 2.0), np.full(20, 4.0)])
     # sum z / sum z^2 = (2 + 4) / (4 + 16)
     startup = np.array([0.02, -0.01])
@@ -104,7 +102,7 @@ def test_startup_widens_by_the_lever_of_the_depth() -> None:
     np.testing.assert_allclose(found.alpha, [0.3, 0.1])
 
 
-def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say() -> None:
+def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say():
     # equal parts with equal degrees of freedom: as many as both together
     np.testing.assert_allclose(combine_dof(np.ones((2, 3)), np.full((2, 3), 7.0)), 14)
     np.testing.assert_allclose(combine_dof(np.array([3.0, 1.0]), np.array([6.0, 2.0])), 16 / 2)
@@ -116,9 +114,7 @@ def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say() -> None:
 @pytest.mark.parametrize(
     ("rho", "least", "most"), [(0.6, 0.97, 1.18), (0.0, 0.97, 1.05), (-0.9, 0.95, 1.03)]
 )
-def test_a_short_rest_is_not_too_sure_and_hardly_too_unsure(
-    rho: float, least: float, most: float
-) -> None:
+def test_a_short_rest_is_not_too_sure_and_hardly_too_unsure(rho, least, most):
     """Half a second of rest: what the bias of so short an autoregression leaves."""
     n = 60
     errors = correlated(rho, 3, n)

@@ -25,13 +25,13 @@ HAND = [
 ]
 
 
-def whys(depth: list[float], x: list[float], beta_deg: float, fit: Fit) -> list[RowStatus]:
+def whys(depth, x, beta_deg, fit):
     codes = slanted_window(np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit)
     return [RowStatus(code) for code in codes]
 
 
 @pytest.mark.parametrize(("beta_deg", "shallow", "deep", "wide"), HAND)
-def test_slanted(beta_deg: float, shallow: float, deep: float, wide: float) -> None:
+def test_slanted(beta_deg, shallow, deep, wide):
     depth = [shallow - EDGE, shallow + EDGE, deep - EDGE, deep + EDGE]
     assert whys(depth, [0] * 4, beta_deg, Fit()) == [
         RowStatus.ABOVE,
@@ -48,11 +48,11 @@ def test_slanted(beta_deg: float, shallow: float, deep: float, wide: float) -> N
     ]
 
 
-def test_above_counts_before_wall_and_bottom() -> None:
+def test_above_counts_before_wall_and_bottom():
     assert whys([-1.0, 9.0], [9.0, 9.0], 0, Fit()) == [RowStatus.ABOVE, RowStatus.BOTTOM]
 
 
-def test_overrides() -> None:
+def test_overrides():
     fit = Fit(submergence_cm=2.0, max_depth_cm=5.0)
     assert whys([1.9, 2.1, 4.9, 5.1], [0] * 4, 90, fit) == [
         RowStatus.TOO_SHALLOW, RowStatus.GOOD, RowStatus.GOOD, RowStatus.TOO_DEEP,
@@ -62,14 +62,14 @@ def test_overrides() -> None:
     assert whys([4, 4], [8.09, 8.1], 0, near) == [RowStatus.GOOD, RowStatus.WALL]
 
 
-def test_half_extent() -> None:
+def test_half_extent():
     assert half_extent(PLATE, 0) == pytest.approx((1.905, 0.32))
     assert half_extent(PLATE, math.pi / 2) == pytest.approx((0.32, 1.905))
     assert half_extent(PLATE, math.radians(30)) == pytest.approx((1.8097779, 1.2296281))
     assert half_extent(PLATE, math.radians(-30)) == pytest.approx((1.8097779, 1.2296281))
 
 
-def test_horizontal() -> None:
+def test_horizontal():
     travel = np.array([0.0, 1.99, 2.01, 7.0, 1.0])
     x = np.array([4.0, 2.0, 2.0, -4.1, 4.1])
     found = horizontal_window(travel, x, PLATE, 0.0, BOX, Fit())
@@ -78,7 +78,7 @@ def test_horizontal() -> None:
     ]  # fmt: skip
 
 
-def test_linear_regime_of_a_sand() -> None:
+def test_linear_regime_of_a_sand():
     found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0, Fit())
     assert [RowStatus(code) for code in found] == [
         RowStatus.ABOVE,
@@ -88,7 +88,7 @@ def test_linear_regime_of_a_sand() -> None:
     ]
 
 
-def test_a_sand_keeps_to_the_stated_window() -> None:
+def test_a_sand_keeps_to_the_stated_window():
     depth = np.array([0.4, 0.6, 1.4, 1.6, 2.1])
     found = linear_window(depth, 2.0, Fit(submergence_cm=0.5, max_depth_cm=1.5))
     assert [RowStatus(code) for code in found] == [
@@ -97,7 +97,7 @@ def test_a_sand_keeps_to_the_stated_window() -> None:
     ]  # fmt: skip
 
 
-def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends() -> None:
+def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends():
     # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
     plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
     depth, x = np.array([0.25, 8.75, 4.0, 4.0]), np.array([0.0, 0.0, -4.0, 4.0])

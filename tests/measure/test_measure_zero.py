@@ -18,7 +18,7 @@ LEG = Leg(
 )  # fmt: skip
 
 
-def stretches(*pairs: tuple[float, float]) -> np.ndarray:
+def stretches(*pairs):
     found = np.zeros(TIME.size, dtype=bool)
     for start, end in pairs:
         found |= (start <= TIME) & (end > TIME)
@@ -30,7 +30,7 @@ FORCE = np.stack([np.full(TIME.size, 1.25), np.full(TIME.size, -0.5)])
 NOISE = np.random.default_rng(0).normal(0, 0.05, FORCE.shape)
 
 
-def test_one_stretch_gives_a_constant() -> None:
+def test_one_stretch_gives_a_constant():
     zero = find_zero(TIME, FORCE, stretches((0, 2)), MOVING, 10.0, 0.0)
     assert zero is not None
     np.testing.assert_allclose(zero.force, FORCE[:, :1])
@@ -38,7 +38,7 @@ def test_one_stretch_gives_a_constant() -> None:
     assert math.isnan(zero.drift_N)
 
 
-def test_unseen_drift_is_in_the_variance() -> None:
+def test_unseen_drift_is_in_the_variance():
     zero = find_zero(TIME, FORCE, stretches((0, 2)), MOVING, 10.0, 0.6)
     assert zero is not None
     # uniform between -0.6 and +0.6 N/min over the 9 s to the stroke
@@ -46,16 +46,14 @@ def test_unseen_drift_is_in_the_variance() -> None:
 
 
 @pytest.mark.parametrize("ends", [((0, 0.9), (1.1, 2)), ((18.2, 19.0), (19.1, 20))])
-def test_a_rest_cut_in_two_is_no_look_at_the_drift(
-    ends: tuple[tuple[float, float], tuple[float, float]],
-) -> None:
+def test_a_rest_cut_in_two_is_no_look_at_the_drift(ends):
     zero = find_zero(TIME, FORCE + NOISE, stretches(*ends), MOVING, 10.0, 0.6)
     assert zero is not None
     assert math.isnan(zero.drift_N)
     assert (zero.variance > (0.01 * 8) ** 2 / 3).all()
 
 
-def test_drift_between_two_stretches_is_a_line() -> None:
+def test_drift_between_two_stretches_is_a_line():
     drifting = FORCE + np.array([[0.01], [-0.02]]) * TIME
     zero = find_zero(TIME, drifting, stretches((0, 2), (18, 20)), MOVING, 10.0, 5.0)
     assert zero is not None
@@ -67,7 +65,7 @@ def test_drift_between_two_stretches_is_a_line() -> None:
     assert zero.drift_N == pytest.approx(0.02 * 18)
 
 
-def test_no_stretch() -> None:
+def test_no_stretch():
     nothing = np.zeros(TIME.size, dtype=bool)
     assert find_zero(TIME, FORCE, nothing, MOVING, 10.0, 0.0) is None
     # in air, but always moving; in air for less than half a second; only in snatches
@@ -77,7 +75,7 @@ def test_no_stretch() -> None:
     assert find_zero(TIME, FORCE, snatches, MOVING, 10.0, 0.0) is None
 
 
-def test_a_long_rest_knows_the_zero_better() -> None:
+def test_a_long_rest_knows_the_zero_better():
     short = find_zero(TIME, FORCE + NOISE, stretches((0, 0.5)), MOVING, 10.0, 0.0)
     long = find_zero(TIME, FORCE + NOISE, stretches((0, 2)), MOVING, 10.0, 0.0)
     assert short is not None
@@ -86,14 +84,14 @@ def test_a_long_rest_knows_the_zero_better() -> None:
     assert math.sqrt(long.variance[0]) == pytest.approx(0.05 / math.sqrt(200), rel=0.6)
 
 
-def test_height_of_a_plate_clear_of_the_surface() -> None:
+def test_height_of_a_plate_clear_of_the_surface():
     flat = height_needed(PLATE, np.zeros(3), 0.5)
     np.testing.assert_allclose(flat, [0.82] * 3)
     upright = height_needed(PLATE, np.full(2, math.pi / 2), 0.5)
     np.testing.assert_allclose(upright, [2.405] * 2)
 
 
-def test_height_of_a_leg_covers_every_model_leg() -> None:
+def test_height_of_a_leg_covers_every_model_leg():
     """Every point of flat, c- and reversed c-leg is above the surface where the leg counts as clear."""
     theta = np.radians(np.linspace(-135, 135, 91))
     needed = height_needed(LEG, theta, 0.0)
@@ -111,7 +109,7 @@ def test_height_of_a_leg_covers_every_model_leg() -> None:
     assert float(height_needed(LEG, np.array([0.0]), 0.5)[0]) == pytest.approx(8.12)
 
 
-def test_a_line_between_two_rests_is_held_beyond_both() -> None:
+def test_a_line_between_two_rests_is_held_beyond_both():
     drifting = np.array([[1.0], [2.0]]) + np.array([[0.01], [-0.02]]) * TIME
     zero = find_zero(TIME, drifting, stretches((0, 2), (18, 20)), MOVING, 10.0, 5.0)
     assert zero is not None
@@ -123,7 +121,7 @@ def test_a_line_between_two_rests_is_held_beyond_both() -> None:
 @pytest.mark.parametrize(
     ("rate_Hz", "least"), [(1000.0, 50), (100.0, 50), (40.0, 20), (30.0, 15), (10.0, 10)]
 )
-def test_half_a_second_of_rest_is_enough(rate_Hz: float, least: int) -> None:
+def test_half_a_second_of_rest_is_enough(rate_Hz, least):
     """50 samples at 100 Hz and faster, and never fewer than 10."""
     time = np.arange(400) / rate_Hz
     force = np.ones((2, 400))
@@ -133,7 +131,7 @@ def test_half_a_second_of_rest_is_enough(rate_Hz: float, least: int) -> None:
         assert (zero is not None) == there
 
 
-def test_rests_too_short_to_count_are_left_out() -> None:
+def test_rests_too_short_to_count_are_left_out():
     # 0.3 s at the end is no second look: the zero is that of the start
     force = FORCE.copy()
     force[:, TIME > 19] += 5.0
@@ -143,14 +141,14 @@ def test_rests_too_short_to_count_are_left_out() -> None:
     np.testing.assert_allclose(zero.force, FORCE[:, :1])
 
 
-def test_one_look_at_either_end_knows_the_drift_until_the_stroke() -> None:
+def test_one_look_at_either_end_knows_the_drift_until_the_stroke():
     for rest, middle in (((0, 2), 0.995), ((18, 20), 18.995)):
         zero = find_zero(TIME, FORCE, stretches(rest), MOVING, 12.0, 0.6)
         assert zero is not None
         np.testing.assert_allclose(zero.variance, (0.01 * (12 - middle)) ** 2 / 3, rtol=1e-9)
 
 
-def test_the_noisier_rest_speaks_for_both() -> None:
+def test_the_noisier_rest_speaks_for_both():
     noise = np.random.default_rng(1).normal(0, 1, FORCE.shape)
     scaled = FORCE + noise * np.where(TIME < 10, 0.02, 0.2)
     both = find_zero(TIME, scaled, stretches((0, 2), (18, 20)), MOVING, 10.0, 0.0)
@@ -170,13 +168,13 @@ def test_the_noisier_rest_speaks_for_both() -> None:
     assert np.mean([zero.variance for zero in many if zero]) == pytest.approx(0.04 / 200, rel=0.15)
 
 
-def test_an_arm_that_twitches_all_the_time_never_rests() -> None:
+def test_an_arm_that_twitches_all_the_time_never_rests():
     # one reading in 41 is of a moving arm: no half second of rest in one piece
     twitching = MOVING | (np.arange(TIME.size) % 41 == 0)
     assert find_zero(TIME, FORCE, stretches((0, 2)), twitching, 10.0, 0.0) is None
 
 
-def test_of_three_rests_the_outer_two_count() -> None:
+def test_of_three_rests_the_outer_two_count():
     rests = ((0, 1), (1.2, 2), (18, 20))
     noise = np.random.default_rng(1).normal(0, 1, FORCE.shape)
     for noisier in (TIME < 1.1, TIME > 10):
@@ -189,6 +187,6 @@ def test_of_three_rests_the_outer_two_count() -> None:
         np.testing.assert_array_equal(all_three.variance, outer.variance)
 
 
-def test_one_sample_is_no_rest() -> None:
+def test_one_sample_is_no_rest():
     here = np.ones(1, dtype=bool)
     assert find_zero(TIME[:1], FORCE[:, :1], here, ~here, 10.0, 0.0) is None

@@ -30,10 +30,7 @@ import sys
 import tomllib
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -57,14 +54,14 @@ MESSAGE = re.compile(r"^\s*raise \w+Error\(")
 MEMORY_BYTES = 8 * 2**30
 
 
-def plan() -> dict[str, list[str]]:
+def plan():
     """Tests of each module, both as the table says."""
     with (HERE / "modules.toml").open("rb") as file:
         rooms: dict[str, list[str]] = tomllib.load(file)["tests"]
     return rooms
 
 
-def copy() -> None:
+def copy():
     """Copy the program, as it is."""
     for name in COPIED:
         shutil.rmtree(TREE / name, ignore_errors=True)
@@ -75,7 +72,7 @@ def copy() -> None:
         shutil.copy(ROOT / name, TREE / name)
 
 
-def build(modules: list[str]) -> dict[str, list[str]]:
+def build(modules):
     """Put all mutants of some modules into the copy; give their names by module."""
     mutmut: Any = importlib.import_module("mutmut.mutation.file_mutation")
     names = {}
@@ -91,17 +88,17 @@ def build(modules: list[str]) -> dict[str, list[str]]:
     return names
 
 
-def as_plain_python(source: str) -> str:
+def as_plain_python(source):
     """Turn a compiled module into one that Python runs, with numpy's arithmetic as when compiled."""
     return COMPILED.sub("", source).replace("import math\n", "import numpy as math\n", 1)
 
 
-def dotted(module: str) -> str:
+def dotted(module):
     """Name under which a module is imported."""
     return "rftfit." + module.removesuffix(".py").replace("/", ".")
 
 
-def message_lines(source: str) -> set[int]:
+def message_lines(source):
     """Lines of the statements that raise an error with a message."""
     lines = source.splitlines()
     found: set[int] = set()
@@ -111,7 +108,7 @@ def message_lines(source: str) -> set[int]:
     return found
 
 
-def show(name: str) -> str:
+def show(name):
     """Tell the difference that a mutant of the last build makes."""
     module, _, function = name.rpartition(".")
     path = TREE / "src" / (module.replace(".", "/") + ".py")
@@ -127,9 +124,7 @@ def show(name: str) -> str:
     return "\n".join(difflib.unified_diff(versions["now"], versions["mutant"], lineterm="", n=1))
 
 
-def judged(
-    names: Sequence[str], tests: list[str], limit_s: float
-) -> Iterator[tuple[str, str, float]]:
+def judged(names, tests, limit_s):
     """Judge mutants, as many at once as there are cores: name, verdict and the processor's seconds."""
     waiting, running = [*reversed(names)], dict[int, str]()
     while waiting or running:
@@ -140,7 +135,7 @@ def judged(
         yield running.pop(child), verdict_of(status), used.ru_utime + used.ru_stime
 
 
-def started(name: str, tests: list[str], limit_s: float) -> int:
+def started(name, tests, limit_s):
     """Wake one mutant up in a child process, which runs the tests; give its number."""
     child = os.fork()
     if child == 0:
@@ -166,7 +161,7 @@ def started(name: str, tests: list[str], limit_s: float) -> int:
     return child
 
 
-def verdict_of(status: int) -> str:
+def verdict_of(status):
     """What the end of a child process says of its mutant."""
     if os.WIFSIGNALED(status):
         return "timeout" if os.WTERMSIG(status) == signal.SIGPROF else "crash"
@@ -174,7 +169,7 @@ def verdict_of(status: int) -> str:
     return {0: "survived", 1: "killed", 2: "killed"}.get(os.WEXITSTATUS(status), "crash")
 
 
-def parse() -> argparse.Namespace:
+def parse():
     """Read the command line."""
     parser = argparse.ArgumentParser(description="Mutation check of the physics modules.")
     parser.add_argument("--share", type=float, help="of the mutants of each module, 0 to 1")
@@ -186,9 +181,7 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def chosen(
-    names: list[str], module: str, options: argparse.Namespace, before: dict[str, str]
-) -> list[str]:
+def chosen(names, module, options, before):
     """Take the mutants that are run: the last survivors, or the same sample every time."""
     if options.again:
         return [name for name in names if before.get(name) == "survived"]
@@ -197,14 +190,14 @@ def chosen(
     return sorted(order.sample(names, max(round(share * len(names)), min(10, len(names)))))
 
 
-def plan_share(module: str) -> float:
+def plan_share(module):
     """Share of a module's mutants that is run unless the command line says otherwise."""
     with (HERE / "modules.toml").open("rb") as file:
         table = tomllib.load(file)["share"]
     return float(table.get(module, table["default"]))
 
 
-def main() -> int:
+def main():
     """Run the check and print one line per module, then the survivors."""
     options = parse()
     if options.table:
@@ -260,7 +253,7 @@ def main() -> int:
     return 0
 
 
-def found_before() -> dict[str, Any]:
+def found_before():
     """Read what earlier runs found, by module."""
     found: dict[str, Any] = {}
     if RESULT.exists():
@@ -268,7 +261,7 @@ def found_before() -> dict[str, Any]:
     return found
 
 
-def table() -> str:
+def table():
     """Tell mutants, score and survivors of all modules that were run so far."""
     lines = ["| module | mutants | run | killed | survived |", "|---|---|---|---|---|"]
     alive: list[str] = []

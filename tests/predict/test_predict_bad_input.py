@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,17 +15,13 @@ from rftfit.results import open_results
 from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
 LEG, AIR = "poppy_LP_c_leg", "air_c_leg"
 HOLE = (30.0, 45.0)
 WHY_HOLE = "fewer than 30 samples in the window"
 
 
 @pytest.fixture
-def room(tmp_path: Path) -> Room:
+def room(tmp_path):
     """One leg run and the same leg in air."""
     room = Room(tmp_path)
     config = yaml.safe_load(room.config)
@@ -36,12 +30,12 @@ def room(tmp_path: Path) -> Room:
     return room.add(LEG)
 
 
-def alpha_of(medium: str) -> pd.DataFrame:
+def alpha_of(medium):
     """Alpha table as the slope stage writes it, of the published values."""
     return alpha_frame(medium, reference.alpha_grid(medium))
 
 
-def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
+def on_trial(room, alpha, legs):
     """Predicted curves and errors, from the files of the earlier stages."""
     room.write()
     for part, table in (("alpha", alpha), ("legs", legs)):
@@ -49,17 +43,15 @@ def on_trial(room: Room, alpha: pd.DataFrame, legs: pd.DataFrame) -> tuple[pd.Da
     return legs_predicted(open_results(room.folder))[:2]
 
 
-def of_c_leg(table: pd.DataFrame, profile: str = "table") -> pd.DataFrame:
+def of_c_leg(table, profile="table"):
     return table[(table["leg"] == "c_leg") & (table["profile"] == profile)]
 
 
-def stop_at(theta_deg: float) -> tuple[Callable[[str], str], Callable[[str], str]]:
+def stop_at(theta_deg):
     """Let the arm stand still from an angle on: what that makes of a force and a motion log."""
     seconds = np.radians(theta_deg + 135) / 0.2
 
-    def rewritten(
-        text: str, moving: Callable[[list[str]], bool], still: Callable[..., None]
-    ) -> str:
+    def rewritten(text, moving, still):
         lines = text.splitlines()
         data = next(k for k, line in enumerate(lines) if line[:1].isdigit() or line[:1] == "-")
         rows = [line.split(",") for line in lines[data:]]
@@ -70,10 +62,10 @@ def stop_at(theta_deg: float) -> tuple[Callable[[str], str], Callable[[str], str
                 still(row, last)
         return "\n".join([*lines[:data], *map(",".join, rows)]) + "\n"
 
-    def force(text: str) -> str:
+    def force(text):
         return rewritten(text, lambda row: row[1] == "1", lambda row, _: row.__setitem__(1, "0"))
 
-    def motion(text: str) -> str:
+    def motion(text):
         return rewritten(
             text,
             lambda row: float(row[3]) > -135 + 0.2,
@@ -84,7 +76,7 @@ def stop_at(theta_deg: float) -> tuple[Callable[[str], str], Callable[[str], str
 
 
 @pytest.mark.parametrize("run", [LEG, AIR])
-def test_leg_that_stops_turning_early(room: Room, run: str) -> None:
+def test_leg_that_stops_turning_early(room, run):
     """Of the leg in the sand or of the leg in air, whose curve is then no tare farther on."""
     logs = [name for name in room.logs if run in name]
     for log in logs:
@@ -116,7 +108,7 @@ def test_leg_that_stops_turning_early(room: Room, run: str) -> None:
 
 @pytest.mark.parametrize("run", [LEG, AIR])
 @pytest.mark.parametrize("kinds", [("force",), ("motion",), ("force", "motion")])
-def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -> None:
+def test_leg_log_that_breaks_off(room, run, kinds):
     """No end of the stroke, so the clocks cannot be matched: no curve, and the ledger says why."""
     for kind in kinds:
         log = next(name for name in room.logs if f"{run}_{kind}" in name)
@@ -141,7 +133,7 @@ def test_leg_log_that_breaks_off(room: Room, run: str, kinds: tuple[str, ...]) -
     assert rows["peak_error_percent"].isna().all()
 
 
-def test_missing_cell_reaches_the_tables(room: Room) -> None:
+def test_missing_cell_reaches_the_tables(room):
     alpha = alpha_of("poppy_LP")
     empty = (alpha["beta_deg"] == HOLE[0]) & (alpha["gamma_deg"].round(1) == HOLE[1])
     assert empty.sum() == 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,12 +14,13 @@ from hypothesis import strategies as st
 from rftfit import reference
 from rftfit.conventions import direction, tangent
 from rftfit.model import fourier, kernel, reference_kernel
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.model.profiles import Profile
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
@@ -51,7 +51,7 @@ element = st.tuples(
 )
 
 
-def elements_of(rows: Sequence[Sequence[float]]) -> np.ndarray:
+def elements_of(rows):
     """From (x, z, beta, half-length, area, gamma, speed), angles in degrees."""
     x, z, beta, half, area, gamma, fast = np.array(rows, dtype=float).T
     v = np.array(direction(np.radians(gamma))) * fast
@@ -62,7 +62,7 @@ ARM = (0.7, -0.4)
 """Of single elements, from the reference point."""
 
 
-def compiled(profile: Profile, elements: np.ndarray) -> np.ndarray:
+def compiled(profile, elements):
     """Force z, x and moment about a point beside it, of each element as an outline of its own."""
     found = []
     for x, z, tx, tz, half, area, vx, vz in elements.tolist():
@@ -72,15 +72,15 @@ def compiled(profile: Profile, elements: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def plain(profile: Profile, elements: np.ndarray) -> np.ndarray:
+def plain(profile, elements):
     forces = reference_kernel.element_forces(profile, elements)[:, None]
     return reference_kernel.net(forces, elements[:, 0] - ARM[0], elements[:, 1] - ARM[1])
 
 
 def one(
-    profile: Profile, z: float, beta: float = 0, gamma: float = 90, half: float = 1e-9,
-    area: float = 1.0, fast: float = 1.0,
-) -> np.ndarray:  # fmt: skip
+    profile, z, beta = 0, gamma = 90, half = 1e-9,
+    area = 1.0, fast = 1.0,
+):  # fmt: skip
     """Force z, x on an element."""
     found = compiled(profile, elements_of([(0.0, z, beta, half, area, gamma, fast)]))
     return np.asarray(found[0, :2])
@@ -89,7 +89,7 @@ def one(
 @each_profile
 @settings(max_examples=150, deadline=None)
 @given(st.lists(element, min_size=1, max_size=30))
-def test_compiled_and_plain_agree(profile: Profile, rows: list[tuple[float, ...]]) -> None:
+def test_compiled_and_plain_agree(profile, rows):
     elements = elements_of(rows)
     ours, theirs = compiled(profile, elements), plain(profile, elements)
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-11)
@@ -98,7 +98,7 @@ def test_compiled_and_plain_agree(profile: Profile, rows: list[tuple[float, ...]
 @each_profile
 @pytest.mark.parametrize("solid", [False, True])
 @pytest.mark.parametrize("count", [0, 1, 31, 32, 33, 64, 65, 150])
-def test_any_number_of_elements(profile: Profile, count: int, solid: bool) -> None:
+def test_any_number_of_elements(profile, count, solid):
     """Blocks that are full, nearly full, or have lanes to spare; some of them in the air."""
     random = np.random.default_rng(count)
     turn = random.uniform(-4, 4, count)
@@ -117,7 +117,7 @@ def test_any_number_of_elements(profile: Profile, count: int, solid: bool) -> No
 
 @each_profile
 @pytest.mark.parametrize("column", range(6))
-def test_missing_poses_are_missing_as_in_plain_numpy(profile: Profile, column: int) -> None:
+def test_missing_poses_are_missing_as_in_plain_numpy(profile, column):
     body = np.column_stack(
         [np.zeros(40), -np.linspace(0, 4, 40), np.zeros(40), np.ones(40), np.full(40, 0.05)]
     )
@@ -134,13 +134,13 @@ def test_missing_poses_are_missing_as_in_plain_numpy(profile: Profile, column: i
 @pytest.mark.parametrize(
     ("beta", "gamma", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.0, 0.0)]
 )
-def test_golden_values(beta: float, gamma: float, alpha_z: float, alpha_x: float) -> None:
+def test_golden_values(beta, gamma, alpha_z, alpha_x):
     found = one(scaled_generic(0.25, M0), -2.0, beta, gamma, area=3.0)
     np.testing.assert_allclose(found, 0.25 * 2 * 3 * np.array([alpha_z, alpha_x]), atol=8e-4)
 
 
 @each_profile
-def test_no_motion_or_no_sand_is_no_force(profile: Profile) -> None:
+def test_no_motion_or_no_sand_is_no_force(profile):
     assert (one(profile, -3.0, 30, 45, 0.5, fast=0.0) == 0).all()
     for height in (0.0, 1e-9, 5.0):
         assert (one(profile, height, 0, 90, 0.5) == 0).all()
@@ -149,7 +149,7 @@ def test_no_motion_or_no_sand_is_no_force(profile: Profile) -> None:
 
 @each_profile
 @pytest.mark.parametrize("velocity", [(-1, -1), (1, -1), (1, 1), (0, -1), (0, 1), (-1, 0)])
-def test_exact_axes_and_diagonals(profile: Profile, velocity: tuple[int, int]) -> None:
+def test_exact_axes_and_diagonals(profile, velocity):
     """Where components of the velocity are equal or 0 to the last digit."""
     parts = [[1.0, -2.0, *tangent(np.radians(beta)), 0.5, 2.0, *velocity] for beta in (-30, 60, 90)]
     elements = np.array(parts, dtype=float)
@@ -163,7 +163,7 @@ def test_exact_axes_and_diagonals(profile: Profile, velocity: tuple[int, int]) -
 
 
 @each_profile
-def test_missing_numbers_stay_missing(profile: Profile) -> None:
+def test_missing_numbers_stay_missing(profile):
     elements = elements_of([(0.0, -2.0, 20, 0.1, 1.0, 30, 1.0)] * 8)
     for column in range(1, 8):
         elements[column, column] = np.nan
@@ -173,7 +173,7 @@ def test_missing_numbers_stay_missing(profile: Profile) -> None:
 
 
 @pytest.mark.parametrize("beta", [90, 30, -50, 2])
-def test_force_is_continuous_through_the_surface(beta: float) -> None:
+def test_force_is_continuous_through_the_surface(beta):
     profile, half = FourierProfile(M0), 0.6
     rise = half * abs(math.sin(math.radians(beta)))
     heights = np.linspace(-3 * rise, 1.5 * rise, 20001)
@@ -196,7 +196,7 @@ def test_force_is_continuous_through_the_surface(beta: float) -> None:
     np.testing.assert_allclose(depth, (heights[crossing] - rise) / 2, atol=1e-9)
 
 
-def test_half_submerged_by_hand() -> None:
+def test_half_submerged_by_hand():
     profile = FourierProfile(M0)
     alpha_z, alpha_x = (float(value) for value in profile.alpha(math.pi / 2, math.pi / 4))
     body, v = np.array([[0.0, 0.0, *tangent(math.pi / 2), 0.5]]), direction(math.pi / 4)
@@ -208,7 +208,7 @@ def test_half_submerged_by_hand() -> None:
 
 
 @each_profile
-def test_forces_are_homogeneous_and_mirror(profile: Profile) -> None:
+def test_forces_are_homogeneous_and_mirror(profile):
     n = 500
     rows = np.column_stack([
         RANDOM.normal(size=n), RANDOM.uniform(-5, 1, n), RANDOM.uniform(-90, 90, n),
@@ -228,7 +228,7 @@ def test_forces_are_homogeneous_and_mirror(profile: Profile) -> None:
     np.testing.assert_allclose(compiled(profile, mirrored)[:, :2], found * [1, -1], atol=1e-12)
 
 
-def test_a_missing_corner_spoils_only_its_own_cells() -> None:
+def test_a_missing_corner_spoils_only_its_own_cells():
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     alpha_z[4, -1] = alpha_z[2, -1] = np.nan  # (+-30, 90) degrees
     alpha_x[4, -1] = alpha_x[2, -1] = np.nan
@@ -238,7 +238,7 @@ def test_a_missing_corner_spoils_only_its_own_cells() -> None:
     assert (one(profile, 1.0, 1, 90) == 0).all()
 
 
-def test_importing_compiles_nothing() -> None:
+def test_importing_compiles_nothing():
     code = (
         "import sys, rftfit, rftfit.model.forces, rftfit.model.motion, rftfit.model.profiles\n"
         "assert 'numba' not in sys.modules\n"

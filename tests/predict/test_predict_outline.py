@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -22,21 +21,16 @@ from rftfit.model.outlines import (
 )
 from rftfit.model.reference_kernel import place
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
-
 R = 3.81
 
 
-def written(tmp_path: Path, rows: str, header: str = "x_cm,z_cm") -> Path:
+def written(tmp_path, rows, header="x_cm,z_cm"):
     path = tmp_path / "scoop.csv"
     path.write_text(f"{header}\n{rows}", encoding="utf-8")
     return path
 
 
-def message(path: Path) -> str:
+def message(path):
     with pytest.raises(InputError) as error:
         read_outline(path, 2.0)
     text = str(error.value)
@@ -45,7 +39,7 @@ def message(path: Path) -> str:
 
 
 @pytest.mark.parametrize("c", [-1.0, -0.5, -1e-9, 0.0, 1e-300, 1e-5, 0.86, 1.0])
-def test_arcs_go_from_axle_to_tip(c: float) -> None:
+def test_arcs_go_from_axle_to_tip(c):
     leg = arc(c, elements=4000)
     x, z, tx, tz, half = leg.body.T
     length = 2 * R if abs(c) < 1e-6 else 2 * R / c * math.asin(c)
@@ -63,7 +57,7 @@ def test_arcs_go_from_axle_to_tip(c: float) -> None:
     assert (np.sign(x) == -np.sign(c)).all()
 
 
-def test_reversed_leg_is_the_mirror_image() -> None:
+def test_reversed_leg_is_the_mirror_image():
     front, back = model_leg("c_leg").body, model_leg("reversed_c_leg").body
     np.testing.assert_allclose(front * [-1, 1, -1, 1, 1], back, atol=1e-15)
     assert len(front) == 30
@@ -71,7 +65,7 @@ def test_reversed_leg_is_the_mirror_image() -> None:
     np.testing.assert_allclose(flat[:, :2], np.column_stack([0 * flat[:, 1], flat[:, 1]]))
 
 
-def test_leg_turns_as_the_design_says() -> None:
+def test_leg_turns_as_the_design_says():
     theta = np.radians([-90.0, 0.0, 30.0])
     elements = place(model_leg("flat_leg", 1000).body, 2.54, rotation_poses(theta))
     tip = elements[:, -1]
@@ -86,14 +80,14 @@ def test_leg_turns_as_the_design_says() -> None:
     assert c_leg[15, 0] < -0.9 * R
 
 
-def test_legs_of_the_configuration(paper_config: Config) -> None:
+def test_legs_of_the_configuration(paper_config):
     for name in ("c_leg", "flat_leg", "reversed_c_leg"):
         leg = paper_config.intruders[name]
         assert leg.shape == "leg"
         np.testing.assert_array_equal(leg_outline(leg).body, model_leg(name).body)
 
 
-def test_bad_numbers_are_refused() -> None:
+def test_bad_numbers_are_refused():
     with pytest.raises(ValueError, match="between -1 and 1"):
         arc(1.1)
     with pytest.raises(ValueError, match="must be positive"):
@@ -110,7 +104,7 @@ def test_bad_numbers_are_refused() -> None:
         Outline(np.full((2, 5), np.nan), 1.0)
 
 
-def test_read_outline(tmp_path: Path) -> None:
+def test_read_outline(tmp_path):
     path = written(tmp_path, "0,0\n0,-6\n3,-6\n", "# a scoop\nx_cm,z_cm")
     outline = read_outline(path, 2.0, 30)
     assert (outline.name, len(outline.body), outline.solid) == ("scoop", 30, False)
@@ -123,7 +117,7 @@ def test_read_outline(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_outline(other, 2.0).body, outline.body)
 
 
-def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path: Path) -> None:
+def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path):
     turn = np.linspace(0, 2 * np.pi, 25)
     points = np.column_stack([3 * np.cos(turn), 3 * np.sin(turn)])
     points[-1] = points[0]
@@ -151,21 +145,19 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path: Path) -> None:
         ("0;0\n", ["row 2"]),
     ],
 )
-def test_bad_outlines_are_refused_with_their_rows(
-    tmp_path: Path, rows: str, expected: list[str]
-) -> None:
+def test_bad_outlines_are_refused_with_their_rows(tmp_path, rows, expected):
     text = message(written(tmp_path, rows))
     for part in expected:
         assert part in text
 
 
-def test_rows_are_counted_with_comments(tmp_path: Path) -> None:
+def test_rows_are_counted_with_comments(tmp_path):
     text = message(written(tmp_path, "0,0\n\n# turn\n1,1\n0,0\n2,2\n", "# a\nx_cm,z_cm"))
     assert "row 7" in text
     assert "row 3" in text
 
 
-def test_missing_columns_and_files(tmp_path: Path) -> None:
+def test_missing_columns_and_files(tmp_path):
     with pytest.raises(CampaignError) as error:
         read_outline(written(tmp_path, "0,0\n", "xcm,z_cm"), 2.0)
     (problem,) = error.value.problems
@@ -174,7 +166,7 @@ def test_missing_columns_and_files(tmp_path: Path) -> None:
     assert "does not exist" in message(tmp_path / "none.csv")
 
 
-def test_crossings_against_brute_force() -> None:
+def test_crossings_against_brute_force():
     random = np.random.default_rng(5)
     for _ in range(200):
         points = random.normal(size=(6, 2))
@@ -189,7 +181,7 @@ def test_crossings_against_brute_force() -> None:
         assert found == wanted
 
 
-def test_too_many_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_points(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.model.outlines.MAX_POINTS", 3)
     path = tmp_path / "points.csv"
     path.write_text("x_cm,z_cm\n" + "".join(f"{x},0\n" for x in range(5)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from turning import sweep
@@ -17,20 +15,17 @@ from rftfit.model.prediction import predict
 from rftfit.model.profiles import TableProfile
 from rftfit.model.reference_kernel import element_forces, place
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 TABLE = TableProfile.published("poppy_LP")
 HEADER = "t_s,x_cm,z_cm,angle_deg\n"
 
 
-def written(tmp_path: Path, text: str) -> Path:
+def written(tmp_path, text):
     file = tmp_path / "path.csv"
     file.write_text(text, encoding="utf-8")
     return file
 
 
-def test_a_turning_leg_is_a_path(tmp_path: Path) -> None:
+def test_a_turning_leg_is_a_path(tmp_path):
     time = np.radians(THETA_DEG + 135) / 0.2
     rows = "".join(f"{t:.12f},0,2,{a:.12f}\n" for t, a in zip(time, THETA_DEG, strict=True))
     motion = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
@@ -44,7 +39,7 @@ def test_a_turning_leg_is_a_path(tmp_path: Path) -> None:
         assert (wanted.moment_N_cm <= 1e-12).all()  # sand resists the motor
 
 
-def test_a_plate_pushed_down_and_pulled_up(tmp_path: Path) -> None:
+def test_a_plate_pushed_down_and_pulled_up(tmp_path):
     rows = "".join(f"{t},0,{-t if t <= 4 else t - 8},0\n" for t in range(9))
     motion = read_path(written(tmp_path, HEADER + rows))
     plate = polyline([(-1.905, 0), (1.905, 0)], 2.54)
@@ -63,13 +58,13 @@ def test_a_plate_pushed_down_and_pulled_up(tmp_path: Path) -> None:
     )
 
 
-def test_angles_may_wrap() -> None:
+def test_angles_may_wrap():
     angle = [170.0, 178.0, -174.0, -166.0]
     poses = path([0, 1, 2, 3], np.zeros(4), np.zeros(4), angle).poses
     np.testing.assert_allclose(poses[:, 5], np.radians(8))
 
 
-def test_uneven_times_keep_a_steady_velocity() -> None:
+def test_uneven_times_keep_a_steady_velocity():
     time = np.array([0.0, 0.1, 0.5, 0.6, 2.0])
     poses = path(time, 3 * time, -2 * time, np.degrees(0.1 * time)).poses
     np.testing.assert_allclose(poses[:, 3:], np.tile([3.0, -2.0, 0.1], (5, 1)))
@@ -87,9 +82,7 @@ def test_uneven_times_keep_a_steady_velocity() -> None:
         ("0,0,0,0\n1,0,x,0\n", ["row 3", "z_cm", "'x'"]),
     ],
 )
-def test_bad_paths_are_refused_with_their_rows(
-    tmp_path: Path, rows: str, expected: list[str]
-) -> None:
+def test_bad_paths_are_refused_with_their_rows(tmp_path, rows, expected):
     file = written(tmp_path, HEADER + rows)
     with pytest.raises(InputError) as error:
         read_path(file)
@@ -97,7 +90,7 @@ def test_bad_paths_are_refused_with_their_rows(
         assert part in str(error.value)
 
 
-def test_a_missing_cell_says_why() -> None:
+def test_a_missing_cell_says_why():
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     alpha_z[3, 9] = alpha_x[3, 9] = np.nan
     profile = TableProfile(alpha_z, alpha_x)
@@ -113,7 +106,7 @@ def test_a_missing_cell_says_why() -> None:
     assert "missing" in forces_on(TABLE, plate, poses).reason
 
 
-def test_solid_body_feels_the_sand_ahead_only() -> None:
+def test_solid_body_feels_the_sand_ahead_only():
     box = polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)], 2.0, elements=80)
     poses = np.array([[0, -3.0, 0, 0, -1.0, 0]])
     forces = forces_on(TABLE, box, poses)
@@ -124,7 +117,7 @@ def test_solid_body_feels_the_sand_ahead_only() -> None:
     np.testing.assert_allclose(force_draws(TABLE, box, poses).force_z_N, forces.force_z_N)
 
 
-def test_wrong_poses_are_refused() -> None:
+def test_wrong_poses_are_refused():
     with pytest.raises(ValueError, match="shape"):
         forces_on(TABLE, model_leg("c_leg"), np.zeros((3, 5)))
     empty = force_draws(TABLE, model_leg("c_leg"), np.zeros((0, 6)))
@@ -134,7 +127,7 @@ def test_wrong_poses_are_refused() -> None:
     )
 
 
-def test_columns_of_a_path_table() -> None:
+def test_columns_of_a_path_table():
     down = path(np.arange(3.0), np.zeros(3), [-2.0, -3.0, -4.0], np.full(3, 30.0))
     plate = polyline([(-1, 0), (1, 0)], 1.0)
     table = predict(TABLE, plate, down)
@@ -147,7 +140,7 @@ def test_columns_of_a_path_table() -> None:
     np.testing.assert_array_equal(table["moment_N_cm"], moment)
 
 
-def test_two_rows_make_a_path(tmp_path: Path) -> None:
+def test_two_rows_make_a_path(tmp_path):
     motion = read_path(written(tmp_path, HEADER + "0,0,0,0\n2,1,-1,90\n"))
     np.testing.assert_array_equal(motion.columns["t_s"], [0, 2])
     np.testing.assert_allclose(motion.poses[:, 3:], [[0.5, -0.5, np.pi / 4]] * 2)
@@ -156,20 +149,18 @@ def test_two_rows_make_a_path(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("later", "code"), [("1", "path.repeated-time"), ("0", "path.backward-time")]
 )
-def test_time_that_stands_or_runs_back_has_its_own_code(
-    tmp_path: Path, later: str, code: str
-) -> None:
+def test_time_that_stands_or_runs_back_has_its_own_code(tmp_path, later, code):
     with pytest.raises(InputError) as error:
         read_path(written(tmp_path, HEADER + f"0.5,0,0,0\n1,0,-1,0\n{later},0,-2,0\n"))
     assert [problem.code for problem in error.value.problems] == [code]  # type: ignore[attr-defined]
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=r"none\.csv"):
         read_path(tmp_path / "none.csv")
 
 
-def test_poses_in_whole_numbers() -> None:
+def test_poses_in_whole_numbers():
     whole = np.array([[0, -2, 0, 0, -1, 0]])
     plate = polyline([(-1, 0), (1, 0)], 1.0)
     ours, theirs = forces_on(TABLE, plate, whole), forces_on(TABLE, plate, whole.astype(float))
@@ -177,9 +168,7 @@ def test_poses_in_whole_numbers() -> None:
 
 
 @pytest.mark.parametrize("most", [1, 2_000_000])
-def test_draws_have_the_forces_and_the_moment_of_a_single_profile(
-    monkeypatch: pytest.MonkeyPatch, most: int
-) -> None:
+def test_draws_have_the_forces_and_the_moment_of_a_single_profile(monkeypatch, most):
     """However many poses are taken at once, and also if nothing is missing."""
     monkeypatch.setattr("rftfit.model.forces._MOST_AT_ONCE", most)
     z, x = reference.alpha_grid("poppy_LP")
@@ -198,7 +187,7 @@ def test_draws_have_the_forces_and_the_moment_of_a_single_profile(
     np.testing.assert_array_equal(np.isnan(lost.moment_N_cm), np.arange(5) == 2)
 
 
-def test_draws_of_no_pose_are_empty() -> None:
+def test_draws_of_no_pose_are_empty():
     z, x = reference.alpha_grid("poppy_LP")
     found = force_draws(TableProfile(np.stack([z] * 3), np.stack([x] * 3)), model_leg("c_leg"),
                         np.zeros((0, 6)))  # fmt: skip
@@ -206,7 +195,7 @@ def test_draws_of_no_pose_are_empty() -> None:
     assert (shapes, found.reason) == ({(3, 0)}, "")
 
 
-def test_a_leg_that_stands_still_or_is_in_the_air_feels_nothing_in_any_draw() -> None:
+def test_a_leg_that_stands_still_or_is_in_the_air_feels_nothing_in_any_draw():
     """Even where the direction of its motion is not known."""
     poses = np.zeros((3, 6))
     poses[:, 1] = [1.0, 9.0, 9.0]

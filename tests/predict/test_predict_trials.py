@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,23 +14,26 @@ from rftfit import reference
 from rftfit.model.fourier import as_array, fit_lsq
 from rftfit.model.motion import THETA_DEG, rotation_poses
 from rftfit.model.outlines import CURVATURES, arc, model_leg
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 
 GENERIC = as_array(reference.coefficients("generic"))
 
 
-def table(medium: str = "poppy_LP") -> TableProfile:
+def table(medium="poppy_LP"):
     return TableProfile.published(medium)
 
 
-def nine_terms(medium: str) -> FourierProfile:
+def nine_terms(medium):
     return FourierProfile(fit_lsq(BETA, GAMMA, *flat(reference.alpha_grid(medium))))
 
 
-def profiles(medium: str) -> dict[str, Profile]:
+def profiles(medium):
     zeta = reference.coefficients(medium)["zeta"]
     return {
         "table": table(medium),
@@ -41,17 +43,17 @@ def profiles(medium: str) -> dict[str, Profile]:
     }
 
 
-def peak_lift(profile: Profile, leg: str) -> float:
+def peak_lift(profile, leg):
     return float(sweep(profile, model_leg(leg)).force_z_N.max())
 
 
-def slow_integral(profile: Profile, leg: str, theta: float) -> np.ndarray:
+def slow_integral(profile, leg, theta):
     """Force z, x and moment on a leg, from its own geometry and scipy's quadrature."""
     from scipy.integrate import quad_vec
 
     r, hip, width, side = 3.81, 2.0, 2.54, -CURVATURES[leg]
 
-    def point(s: float) -> tuple[float, float]:
+    def point(s):
         """At the part s of the leg's length, leg hanging straight down and then turned by theta."""
         if side:
             x, z = side * r * math.sin(math.pi * s), -r * (1 - math.cos(math.pi * s))
@@ -62,7 +64,7 @@ def slow_integral(profile: Profile, leg: str, theta: float) -> np.ndarray:
 
     length = math.pi * r if side else 2 * r
 
-    def density(s: float) -> np.ndarray:
+    def density(s):
         x, z = point(s)
         if z + hip >= 0:
             return np.zeros(3)
@@ -79,7 +81,7 @@ def slow_integral(profile: Profile, leg: str, theta: float) -> np.ndarray:
 
 @pytest.mark.parametrize("leg", reference.LEGS)
 @pytest.mark.parametrize("kind", ["table", "nine terms", "depth-only"])
-def test_agrees_with_a_slow_integral(kind: str, leg: str) -> None:
+def test_agrees_with_a_slow_integral(kind, leg):
     profile = profiles("poppy_LP")[kind]
     theta = np.radians([-95.0, -70.0, -52.0, -33.0, -11.0, 6.0, 27.0, 49.0, 71.0])
     slow = np.array([slow_integral(profile, leg, angle) for angle in theta])
@@ -101,7 +103,7 @@ def test_agrees_with_a_slow_integral(kind: str, leg: str) -> None:
 
 @pytest.mark.parametrize("leg", reference.LEGS)
 @pytest.mark.parametrize("kind", ["table", "nine terms", "generic"])
-def test_converges_in_the_number_of_elements(kind: str, leg: str) -> None:
+def test_converges_in_the_number_of_elements(kind, leg):
     profile = profiles("glass3mm_CP")[kind]
     best = sweep(profile, model_leg(leg, 20000)).force_z_N
     errors = [
@@ -118,7 +120,7 @@ def test_converges_in_the_number_of_elements(kind: str, leg: str) -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_what_thirty_elements_leave(medium: str) -> None:
+def test_what_thirty_elements_leave(medium):
     """The table bends at its nodes: as many newtons on either curved leg, whatever its peak."""
     error, peak, worst = {}, {}, {}
     for leg in ("c_leg", "reversed_c_leg"):
@@ -139,18 +141,18 @@ def test_what_thirty_elements_leave(medium: str) -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_reversed_leg_lifts_least_by_the_measured_table(medium: str) -> None:
+def test_reversed_leg_lifts_least_by_the_measured_table(medium):
     peaks = [peak_lift(table(medium), leg) for leg in reference.LEGS]
     assert peaks[0] > peaks[1] > peaks[2] > 0
 
 
-def test_nine_terms_turn_the_order_round() -> None:
+def test_nine_terms_turn_the_order_round():
     profile = nine_terms("poppy_LP")
     assert peak_lift(profile, "reversed_c_leg") > peak_lift(profile, "flat_leg")
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_peaks_beside_the_measured_ones(medium: str) -> None:
+def test_peaks_beside_the_measured_ones(medium):
     measured = reference.load("fig_s5")
     for leg in reference.LEGS:
         rows = measured[(measured["medium"] == medium) & (measured["leg"] == leg)]
@@ -170,7 +172,7 @@ def test_peaks_beside_the_measured_ones(medium: str) -> None:
 
 @pytest.mark.parametrize("leg", ["c_leg", "flat_leg"])
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_curves_have_the_measured_shape(medium: str, leg: str) -> None:
+def test_curves_have_the_measured_shape(medium, leg):
     rows = reference.load("fig_s5")
     rows = rows[(rows["medium"] == medium) & (rows["leg"] == leg)]
     theta = np.radians(rows["theta_deg"].to_numpy(float))
@@ -187,7 +189,7 @@ def test_curves_have_the_measured_shape(medium: str, leg: str) -> None:
     assert np.corrcoef(swapped.force_x_N, rows["force_x_N"])[0, 1] < 0
 
 
-def test_sweep_of_the_mirror_image() -> None:
+def test_sweep_of_the_mirror_image():
     front = sweep(table(), model_leg("c_leg"))
     back = sweep(table(), model_leg("reversed_c_leg"), np.radians(-THETA_DEG), rate_rad_per_s=-5.0)
     np.testing.assert_allclose(back.force_z_N, front.force_z_N, atol=1e-12)
@@ -195,7 +197,7 @@ def test_sweep_of_the_mirror_image() -> None:
     np.testing.assert_allclose(back.moment_N_cm, -front.moment_N_cm, atol=1e-11)
 
 
-def test_double_width_and_double_size() -> None:
+def test_double_width_and_double_size():
     once = sweep(table(), model_leg("c_leg"))
     wide = sweep(table(), arc(1.0, width_cm=5.08))
     np.testing.assert_allclose(wide.force_z_N, 2 * once.force_z_N, rtol=1e-13)
@@ -204,7 +206,7 @@ def test_double_width_and_double_size() -> None:
     np.testing.assert_allclose(large.moment_N_cm, 16 * once.moment_N_cm, rtol=1e-11, atol=1e-12)
 
 
-def test_a_leg_in_air_feels_nothing() -> None:
+def test_a_leg_in_air_feels_nothing():
     forces = sweep(table(), model_leg("flat_leg"), hip_height_cm=7.7)
     assert (forces.force_z_N == 0).all()
     assert (forces.moment_N_cm == 0).all()
@@ -212,7 +214,7 @@ def test_a_leg_in_air_feels_nothing() -> None:
 
 
 @pytest.mark.parametrize("leg", reference.LEGS)
-def test_draws_are_what_each_draw_gives(leg: str) -> None:
+def test_draws_are_what_each_draw_gives(leg):
     random = np.random.default_rng(11)
     shape = (4, 7, 13)
     alpha_z, alpha_x = (a + random.normal(0, 0.01, shape) for a in reference.alpha_grid("poppy_LP"))
@@ -235,7 +237,7 @@ def test_draws_are_what_each_draw_gives(leg: str) -> None:
             np.testing.assert_allclose(found.moment_N_cm[draw], wanted.moment_N_cm, atol=1e-10)
 
 
-def test_missing_cells_spoil_the_same_angles_in_draws() -> None:
+def test_missing_cells_spoil_the_same_angles_in_draws():
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     alpha_z[4, 9] = alpha_x[4, 9] = np.nan
     profile = TableProfile(alpha_z, alpha_x)

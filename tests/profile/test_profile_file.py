@@ -7,8 +7,9 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,17 +19,12 @@ from paper_grid import BETA, GAMMA, by_hand
 
 import rftfit
 from rftfit import reference
+from rftfit.campaign.schema import all_keys
 from rftfit.errors import InputError
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.profile_file import read_content
 from rftfit.model.profile_schema import ProfileFile, main
 from rftfit.reference import MEDIA
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
 
 Z, X = "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"
 PUSHES = pd.DataFrame(
@@ -38,36 +34,36 @@ PUSHES = pd.DataFrame(
 OUTLINES = ("c_leg", "reversed_c_leg")
 
 
-def small_map(pushes: pd.DataFrame) -> rftfit.Map:
+def small_map(pushes):
     """A map with few draws: its file is read many times below."""
     whole = rftfit.estimate_map(pushes, name="sand")
     return replace(whole, draws=whole.draws[:150])
 
 
 @pytest.fixture(scope="module")
-def sand() -> rftfit.Map:
+def sand():
     return small_map(PUSHES)
 
 
 @pytest.fixture(scope="module")
-def written(sand: rftfit.Map, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(sand, tmp_path_factory):
     path = tmp_path_factory.mktemp("profile") / "sand é.json"
     rftfit.write_profile(path, sand, title="Sand", notes="dry", window=(1.0, 8.0))
     return path
 
 
-def read(path: Path, **changes: Any) -> dict[str, Any]:
+def read(path, **changes):
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content | changes
 
 
-def plane(step: float = 7.5) -> tuple[np.ndarray, np.ndarray]:
+def plane(step=7.5):
     """Directions all over the plane and beyond one period."""
     mesh = np.meshgrid(np.arange(-200, 200, step), np.arange(-400, 400, step + 0.1), indexing="ij")
     return mesh[0].ravel(), mesh[1].ravel()
 
 
-def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1e-6) -> None:
+def same_forces(own, other, tolerance=1e-6):
     for name in OUTLINES:
         wanted, found = (
             rftfit.predict(one, rftfit.model_leg(name)).drop(columns="reason")
@@ -81,7 +77,7 @@ def same_forces(own: rftfit.Profile, other: rftfit.Profile, tolerance: float = 1
 # --- there and back
 
 
-def test_a_map_comes_back_with_its_intervals(sand: rftfit.Map, written: Path) -> None:
+def test_a_map_comes_back_with_its_intervals(sand, written):
     found, own = rftfit.read_profile(written), sand.profile
     same_forces(own, found)
     assert (found.name, found.window) == (own.name, (1.0, 8.0))
@@ -91,7 +87,7 @@ def test_a_map_comes_back_with_its_intervals(sand: rftfit.Map, written: Path) ->
         np.testing.assert_allclose(b, a, atol=1e-10)
 
 
-def test_the_file_says_what_the_map_says(sand: rftfit.Map, written: Path) -> None:
+def test_the_file_says_what_the_map_says(sand, written):
     content = read_content(written)
     assert content.medium.model_dump() == {"name": "sand", "title": "Sand", "notes": "dry"}
     assert content.zeta is not None
@@ -109,11 +105,11 @@ def test_the_file_says_what_the_map_says(sand: rftfit.Map, written: Path) -> Non
     assert written.stat().st_size < 400_000
 
 
-def test_standard_errors_are_those_of_the_draws(sand: rftfit.Map, written: Path) -> None:
+def test_standard_errors_are_those_of_the_draws(sand, written):
     sampled_errors(sand.profile, written)
 
 
-def test_another_program_may_count_the_signs_the_other_way(written: Path, tmp_path: Path) -> None:
+def test_another_program_may_count_the_signs_the_other_way(written, tmp_path):
     content = read(written, digest="")
     errors = content["errors"]
     errors["sign_x"] = turned(errors["sign_x"])
@@ -123,7 +119,7 @@ def test_another_program_may_count_the_signs_the_other_way(written: Path, tmp_pa
 
 
 @pytest.mark.parametrize("case", ["grid", "holes", "scattered"])
-def test_nine_terms_are_those_of_what_was_measured(case: str, tmp_path: Path) -> None:
+def test_nine_terms_are_those_of_what_was_measured(case, tmp_path):
     """Neither what symmetry completes nor what is interpolated between the cells has a weight."""
     random = np.random.default_rng(8)
     truth = [0.2, 0.15, 0.2, 0.35, 0.06, -0.1, 0.25, 0.05, 0.1]
@@ -144,7 +140,7 @@ def test_nine_terms_are_those_of_what_was_measured(case: str, tmp_path: Path) ->
         np.testing.assert_allclose([*read(again)["nine_terms"].values()], wanted, rtol=1e-6)
 
 
-def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> None:
+def test_a_measured_table_comes_back(paper_config, tmp_path):
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     own = measured_profile(table, paper_config)
     path = tmp_path / "table.json"
@@ -164,7 +160,7 @@ def test_a_measured_table_comes_back(paper_config: Config, tmp_path: Path) -> No
     assert path.stat().st_size < 4_000_000
 
 
-def test_holes_stay_holes(paper_config: Config, tmp_path: Path) -> None:
+def test_holes_stay_holes(paper_config, tmp_path):
     z, x = (one.copy() for one in reference.alpha_grid("poppy_CP"))
     z[4, 3] = x[4, 3] = np.nan
     own = measured_profile(alpha_frame("poppy_CP", (z, x)), paper_config)
@@ -182,7 +178,7 @@ def test_holes_stay_holes(paper_config: Config, tmp_path: Path) -> None:
     )
 
 
-def sampled_errors(own: rftfit.TableProfile, path: Path) -> None:
+def sampled_errors(own, path):
     """Standard errors in the file are those of the draws."""
     golden = read_content(path).golden
     at = np.radians(golden.beta_deg), np.radians(golden.gamma_deg)
@@ -193,7 +189,7 @@ def sampled_errors(own: rftfit.TableProfile, path: Path) -> None:
     np.testing.assert_allclose(np.array(found, dtype=float), wanted, rtol=1e-4, atol=1e-10)
 
 
-def test_scattered_directions_come_back(tmp_path: Path) -> None:
+def test_scattered_directions_come_back(tmp_path):
     random = np.random.default_rng(3)
     beta, gamma = np.radians(random.uniform(-90, 90, (2, 40)))
     z, x = rftfit.published_medium("glass3mm_CP").alpha(beta, gamma)
@@ -209,7 +205,7 @@ def test_scattered_directions_come_back(tmp_path: Path) -> None:
     sampled_errors(own, path)
 
 
-def test_lines_that_close_a_grid_are_not_called_measured(tmp_path: Path) -> None:
+def test_lines_that_close_a_grid_are_not_called_measured(tmp_path):
     medium, lines = rftfit.published_medium("poppy_LP"), np.radians([-60, -20, 20, 60])
     gamma = np.radians([-80, -40, -10, 10, 40, 80])
     own = rftfit.TableProfile(*medium.alpha(lines[:, None], gamma), lines[:, None], gamma)
@@ -221,7 +217,7 @@ def test_lines_that_close_a_grid_are_not_called_measured(tmp_path: Path) -> None
     same_forces(own, rftfit.read_profile(tmp_path / "p.json"))
 
 
-def test_exact_pushes_have_no_error(tmp_path: Path) -> None:
+def test_exact_pushes_have_no_error(tmp_path):
     rows = rftfit.published_table("table_s5")
     rows = rows[rows["medium"] == "poppy_LP"].assign(
         **{f"alpha_{c}_se_N_per_cm3": 0.0 for c in "zx"}
@@ -233,13 +229,13 @@ def test_exact_pushes_have_no_error(tmp_path: Path) -> None:
     assert (hi - lo).max() < 1e-5
 
 
-def test_the_same_map_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
+def test_the_same_map_gives_the_same_bytes(written, tmp_path):
     again = small_map(PUSHES.iloc[::-1])
     rftfit.write_profile(tmp_path / "a", again, title="Sand", notes="dry", window=(1.0, 8.0))
     assert (tmp_path / "a").read_bytes() == written.read_bytes()
 
 
-def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_table_is_refused(tmp_path):
     fourier: Any = rftfit.published_medium("poppy_LP", "fourier")
     with pytest.raises(
         InputError, match=r"write_profile\(path, profile\): found a str; allowed: a map"
@@ -257,7 +253,7 @@ def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "p.json").exists()
 
 
-def test_a_file_that_none_would_read_is_not_written(tmp_path: Path) -> None:
+def test_a_file_that_none_would_read_is_not_written(tmp_path):
     random = np.random.default_rng(0)
     beta, gamma = random.uniform(-1.5, 1.5, (2, 150))
     z, x = random.normal(0.3, 0.01, (2, 150))
@@ -274,7 +270,7 @@ def test_a_file_that_none_would_read_is_not_written(tmp_path: Path) -> None:
 # --- other readers
 
 
-def evaluated(command: list[str], beta: np.ndarray, gamma: np.ndarray, cwd: Path) -> np.ndarray:
+def evaluated(command, beta, gamma, cwd):
     angles = "".join(f"{b!r} {g!r}\n" for b, g in zip(beta.tolist(), gamma.tolist(), strict=True))
     done = subprocess.run(
         command, input=angles, capture_output=True, text=True, check=True, cwd=cwd, timeout=120
@@ -282,18 +278,18 @@ def evaluated(command: list[str], beta: np.ndarray, gamma: np.ndarray, cwd: Path
     return np.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()]).T
 
 
-def needs(tool: str) -> str:
+def needs(tool):
     found = shutil.which(tool)
     if found is None:
         pytest.skip(f"no {tool} on this machine")
     return found
 
 
-def in_numpy(examples: Path, _: Path) -> list[str]:
+def in_numpy(examples, _):
     return [sys.executable, "-W", "error", str(examples / "alpha.py")]
 
 
-def in_c(examples: Path, folder: Path) -> list[str]:
+def in_c(examples, folder):
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]
     program = str(folder / "alpha")
     subprocess.run(
@@ -302,7 +298,7 @@ def in_c(examples: Path, folder: Path) -> list[str]:
     return [program]
 
 
-def in_octave(examples: Path, folder: Path) -> list[str]:
+def in_octave(examples, folder):
     # the path comes last: argv holds it
     script = folder / "run.m"
     script.write_text(
@@ -317,9 +313,9 @@ def in_octave(examples: Path, folder: Path) -> list[str]:
 @pytest.mark.parametrize("language", [in_numpy, in_c, in_octave])
 @pytest.mark.parametrize("source", ["map", "table"])
 def test_other_languages_agree(
-    language: Callable[[Path, Path], list[str]], source: str, sand: rftfit.Map,
-    pytestconfig: pytest.Config, tmp_path: Path,
-) -> None:  # fmt: skip
+    language, source, sand,
+    pytestconfig, tmp_path,
+):  # fmt: skip
     own: Any = sand if source == "map" else rftfit.published_medium("glass0.3mm_LP")
     rftfit.write_profile(tmp_path / "profile.json", own)
     profile = sand.profile if source == "map" else own
@@ -333,9 +329,7 @@ def test_other_languages_agree(
 
 
 @pytest.mark.parametrize("language", [in_numpy, in_c, in_octave])
-def test_other_languages_know_no_more(
-    language: Callable[[Path, Path], list[str]], pytestconfig: pytest.Config, tmp_path: Path
-) -> None:
+def test_other_languages_know_no_more(language, pytestconfig, tmp_path):
     z, x = (one.copy() for one in reference.alpha_grid("poppy_CP"))
     z[4, 3] = x[4, 3] = np.nan
     own = rftfit.TableProfile(z, x)
@@ -351,7 +345,7 @@ def test_other_languages_know_no_more(
 # --- what was changed on the way
 
 
-def refused(tmp_path: Path, content: Any) -> str:
+def refused(tmp_path, content):
     path = tmp_path / "p.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -359,11 +353,11 @@ def refused(tmp_path: Path, content: Any) -> str:
     return str(caught.value)
 
 
-def turned(table: list[list[float]]) -> list[list[float]]:
+def turned(table):
     return [[-value for value in row] for row in table]
 
 
-def flip(table: list[list[float]]) -> list[list[float]]:
+def flip(table):
     return [row[::-1] for row in table]
 
 
@@ -382,7 +376,7 @@ WRONG: dict[str, tuple[Callable[[list[Any], list[Any]], tuple[list[Any], list[An
 
 @pytest.mark.parametrize("kind", WRONG)
 @pytest.mark.parametrize("medium", MEDIA)
-def test_another_convention_is_named(kind: str, medium: str, tmp_path: Path) -> None:
+def test_another_convention_is_named(kind, medium, tmp_path):
     own: Any = rftfit.published_medium(medium)
     rftfit.write_profile(tmp_path / "own.json", own)
     content = read(tmp_path / "own.json", digest="")
@@ -398,7 +392,7 @@ def test_another_convention_is_named(kind: str, medium: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("name", [Z, X, "nine_terms_z_N_per_cm3", "nine_terms_x_N_per_cm3"])
-def test_a_golden_value_that_was_turned_is_seen(name: str, written: Path, tmp_path: Path) -> None:
+def test_a_golden_value_that_was_turned_is_seen(name, written, tmp_path):
     content = read(written)
     content["golden"][name] *= -1
     said = refused(tmp_path, content)
@@ -407,7 +401,7 @@ def test_a_golden_value_that_was_turned_is_seen(name: str, written: Path, tmp_pa
 
 
 @pytest.mark.parametrize("component", "zx")
-def test_turned_terms_are_named(component: str, written: Path, tmp_path: Path) -> None:
+def test_turned_terms_are_named(component, written, tmp_path):
     content = read(written)
     own = "AB" if component == "z" else "CD"
     terms = content["nine_terms"]
@@ -416,14 +410,14 @@ def test_turned_terms_are_named(component: str, written: Path, tmp_path: Path) -
     assert f"in the nine_terms the sign of alpha_{component} is turned" in said
 
 
-def test_errors_turned_against_each_other_are_seen(written: Path, tmp_path: Path) -> None:
+def test_errors_turned_against_each_other_are_seen(written, tmp_path):
     content = read(written, digest="")
     content["errors"]["draws_x_N_per_cm3"] = turned(content["errors"]["draws_x_N_per_cm3"])
     assert "key errors: found" in (said := refused(tmp_path, content))
     assert "the golden value covariance_zx" in said
 
 
-def test_every_single_sign_is_seen(written: Path, tmp_path: Path) -> None:
+def test_every_single_sign_is_seen(written, tmp_path):
     """A node alone breaks the symmetry; the digest is there where it has no mirror image."""
     content = read(written, digest="")
     rows, columns = len(content["nodes"]["beta_deg"]), len(content["nodes"]["gamma_deg"])
@@ -449,7 +443,7 @@ def test_every_single_sign_is_seen(written: Path, tmp_path: Path) -> None:
     assert "key digest" in refused(tmp_path, pair)
 
 
-def test_text_may_be_changed(written: Path, tmp_path: Path) -> None:
+def test_text_may_be_changed(written, tmp_path):
     content = read(written)
     content["medium"]["notes"] = "as I found it"
     (tmp_path / "p.json").write_text(json.dumps(content), encoding="utf-8")
@@ -459,7 +453,7 @@ def test_text_may_be_changed(written: Path, tmp_path: Path) -> None:
 # --- damaged and hostile files
 
 
-def test_hostile_texts_are_refused(written: Path, tmp_path: Path) -> None:
+def test_hostile_texts_are_refused(written, tmp_path):
     text = written.read_text(encoding="utf-8")
     for hostile, words in {
         "": "this is not JSON",
@@ -486,21 +480,21 @@ def test_hostile_texts_are_refused(written: Path, tmp_path: Path) -> None:
         rftfit.read_profile(tmp_path / "p.json")
 
 
-def put(*path: str | int, value: Any) -> Callable[[dict[str, Any]], None]:
-    def change(content: dict[str, Any]) -> None:
+def put(*path, value):
+    def change(content):
         *around, last = path
         for part in around:
-            content = content[part]  # type: ignore[index]
-        content[last] = value  # type: ignore[index]
+            content = content[part]
+        content[last] = value
 
     return change
 
 
-def cut(*path: str | int) -> Callable[[dict[str, Any]], None]:
-    def change(content: dict[str, Any]) -> None:
+def cut(*path):
+    def change(content):
         for part in path:
-            content = content[part]  # type: ignore[index]
-        content.pop()  # type: ignore[call-overload]
+            content = content[part]
+        content.pop()
 
     return change
 
@@ -540,9 +534,7 @@ def cut(*path: str | int) -> Callable[[dict[str, Any]], None]:
         (put("zeta", "value", value=1.0), "key digest: found"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_named(
-    change: Callable[[dict[str, Any]], None], words: str, written: Path, tmp_path: Path
-) -> None:
+def test_what_is_wrong_is_named(change, words, written, tmp_path):
     content = read(written)
     change(content)
     said = refused(tmp_path, content)
@@ -550,7 +542,7 @@ def test_what_is_wrong_is_named(
     assert f"{tmp_path / 'p.json'}, key " in said
 
 
-def test_all_that_is_wrong_is_told_at_once(written: Path, tmp_path: Path) -> None:
+def test_all_that_is_wrong_is_told_at_once(written, tmp_path):
     content = read(written, version=7)
     content["medium"]["nmae"] = ""
     del content["origin"]
@@ -559,7 +551,7 @@ def test_all_that_is_wrong_is_told_at_once(written: Path, tmp_path: Path) -> Non
     assert said.startswith("4 errors:")
 
 
-def places(content: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+def places(content, path=()):
     """Every key and entry of a file."""
     inside: Any = content.items() if isinstance(content, dict) else enumerate(content)
     found = []
@@ -590,7 +582,7 @@ ODD: tuple[Any, ...] = (
 
 
 @pytest.fixture(scope="module")
-def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def few(tmp_path_factory):
     """A small grid with errors."""
     random = np.random.default_rng(0)
     lines, gamma = np.radians([-45, 0, 45, 90])[:, None], np.radians([-90, -45, 0, 45, 90])
@@ -602,7 +594,7 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def is_as_it_was_or_refused(own: rftfit.TableProfile, path: Path) -> bool:
+def is_as_it_was_or_refused(own, path):
     """Whether a damaged file is refused; else it has to say the same."""
     try:
         found = rftfit.read_profile(path)
@@ -617,7 +609,7 @@ def is_as_it_was_or_refused(own: rftfit.TableProfile, path: Path) -> bool:
     return False
 
 
-def test_no_damage_changes_a_number(few: Path, tmp_path: Path) -> None:
+def test_no_damage_changes_a_number(few, tmp_path):
     """Entries replaced at random, and bytes."""
     random, own = np.random.default_rng(5), rftfit.read_profile(few)
     data, content, path = few.read_bytes(), read(few), tmp_path / "p.json"
@@ -640,14 +632,14 @@ def test_no_damage_changes_a_number(few: Path, tmp_path: Path) -> None:
 # --- the schema
 
 
-def test_the_schema_is_in_step(pytestconfig: pytest.Config, tmp_path: Path) -> None:
+def test_the_schema_is_in_step(pytestconfig, tmp_path):
     main(tmp_path)
     stored = pytestconfig.rootpath / "examples" / "profile" / "profile.schema.json"
     made = (tmp_path / stored.name).read_text(encoding="utf-8")
     assert stored.read_text(encoding="utf-8") == made, "run python -m rftfit.model.profile_schema"
 
 
-def test_the_schema_accepts_what_is_written(written: Path, tmp_path: Path) -> None:
+def test_the_schema_accepts_what_is_written(written, tmp_path):
     jsonschema: Any = pytest.importorskip("jsonschema")
     main(tmp_path)
     schema = json.loads((tmp_path / "profile.schema.json").read_text(encoding="utf-8"))
@@ -660,8 +652,7 @@ def test_the_schema_accepts_what_is_written(written: Path, tmp_path: Path) -> No
     assert len(list(check.iter_errors(content))) == 3
 
 
-def test_the_page_names_every_key() -> None:
-    from rftfit.campaign.schema import all_keys
+def test_the_page_names_every_key():
 
     keys = all_keys(ProfileFile)
     assert len(keys) > 60

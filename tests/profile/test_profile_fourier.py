@@ -27,7 +27,7 @@ TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA
 GENERIC = reference.coefficients("generic")
 
 
-def plain(m: dict[str, float], beta_deg: float, gamma_deg: float) -> tuple[float, float]:
+def plain(m, beta_deg, gamma_deg):
     """The nine terms from the vectors of plate and motion, by addition theorems and `math` alone."""
     b, g = math.radians(beta_deg), math.radians(gamma_deg)
     tx, tz, vx, vz = math.cos(b), -math.sin(b), -math.cos(g), -math.sin(g)
@@ -42,7 +42,7 @@ def plain(m: dict[str, float], beta_deg: float, gamma_deg: float) -> tuple[float
 VERTICAL = 3 * 13 + 12
 
 
-def cells(medium: str) -> tuple[np.ndarray, np.ndarray]:
+def cells(medium):
     alpha_z, alpha_x = reference.alpha_grid(medium)
     return alpha_z.ravel(), alpha_x.ravel()
 
@@ -50,9 +50,7 @@ def cells(medium: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.000, 0.0)]
 )
-def test_golden_values_of_the_design(
-    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
-) -> None:
+def test_golden_values_of_the_design(beta_deg, gamma_deg, alpha_z, alpha_x):
     found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
     assert float(found[0]) == pytest.approx(alpha_z, abs=5e-4)
     assert float(found[1]) == pytest.approx(alpha_x, abs=5e-4)
@@ -81,21 +79,19 @@ HAND = [
 ]  # fmt: skip
 
 
-def test_the_printed_generic_row_is_the_one_meant() -> None:
+def test_the_printed_generic_row_is_the_one_meant():
     printed = [A00, A10, B11, B01, BM1, C11, C01, CM1, D10]
     assert [GENERIC[term] for term in fourier.TERMS] == printed
 
 
 @pytest.mark.parametrize(("beta_deg", "gamma_deg", "alpha_z", "alpha_x"), HAND)
-def test_golden_values_by_hand(
-    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
-) -> None:
+def test_golden_values_by_hand(beta_deg, gamma_deg, alpha_z, alpha_x):
     found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
     assert float(found[0]) == pytest.approx(alpha_z, abs=1e-12)
     assert float(found[1]) == pytest.approx(alpha_x, abs=1e-12)
 
 
-def test_golden_values_all_over_the_plane() -> None:
+def test_golden_values_all_over_the_plane():
     for beta_deg in range(-90, 91, 15):
         for gamma_deg in range(-180, 181, 15):
             found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
@@ -103,7 +99,7 @@ def test_golden_values_all_over_the_plane() -> None:
             np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
-def test_nine_terms_obey_the_symmetry_and_the_period_exactly() -> None:
+def test_nine_terms_obey_the_symmetry_and_the_period_exactly():
     beta, gamma = RANDOM.uniform(-2, 2, 5000), RANDOM.uniform(-4, 4, 5000)
     here = fourier.basis(beta, gamma)
     there = fourier.basis(*mirror(beta, gamma))
@@ -114,7 +110,7 @@ def test_nine_terms_obey_the_symmetry_and_the_period_exactly() -> None:
     np.testing.assert_allclose(turned[1], here[1], atol=1e-12)
 
 
-def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry() -> None:
+def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry():
     beta, gamma = RANDOM.uniform(-2, 2, 500), RANDOM.uniform(-4, 4, 500)
     names = set()
     for component, sign in (("z", 1), ("x", -1)):
@@ -134,7 +130,7 @@ def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry() -> None:
                 np.testing.assert_allclose(values, terms[name], atol=1e-12)
 
 
-def test_completion_agrees_with_the_mirror_cell_by_cell() -> None:
+def test_completion_agrees_with_the_mirror_cell_by_cell():
     """Each direction of the torus once, as written in the supplement, by dictionaries."""
     alpha_z, alpha_x = RANDOM.normal(size=(2, 91))
     told: dict[tuple[int, int], list[tuple[float, float]]] = {}
@@ -154,21 +150,21 @@ def test_completion_agrees_with_the_mirror_cell_by_cell() -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_completion_of_a_symmetric_table_is_the_model_itself(medium: str) -> None:
+def test_completion_of_a_symmetric_table_is_the_model_itself(medium):
     whole = symmetry.torus(BETA, GAMMA)
     found = whole.complete(*fourier.evaluate(TABLE_S2[medium], BETA, GAMMA))
     wanted = fourier.evaluate(TABLE_S2[medium], whole.beta, whole.gamma)
     np.testing.assert_allclose(found, wanted, atol=1e-12)
 
 
-def test_a_missing_cell_is_told_by_its_image() -> None:
+def test_a_missing_cell_is_told_by_its_image():
     alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
     given = alpha_z[5, 0], alpha_x[5, 0]
     alpha_z[1, 0], alpha_x[1, 0], alpha_z[2, -1], alpha_z[4, -1] = (np.nan,) * 4
     whole = symmetry.torus(BETA, GAMMA)
     z, x = whole.complete(alpha_z.ravel(), alpha_x.ravel())
 
-    def at(beta_deg: float, gamma_deg: float) -> int:
+    def at(beta_deg, gamma_deg):
         off = np.abs(np.degrees(whole.beta) - beta_deg) + np.abs(
             np.degrees(whole.gamma) - gamma_deg
         )
@@ -179,7 +175,7 @@ def test_a_missing_cell_is_told_by_its_image() -> None:
     assert np.isnan(z[at(30, 90)])
 
 
-def test_grid_or_scattered() -> None:
+def test_grid_or_scattered():
     grid = symmetry.rectangle(BETA, GAMMA)
     assert grid is not None
     assert grid.node.shape == (6, 24)
@@ -198,7 +194,7 @@ def test_grid_or_scattered() -> None:
     assert symmetry.rectangle(BETA[flat], GAMMA[flat]) is None
 
 
-def test_ends_and_wide_gaps_of_a_grid() -> None:
+def test_ends_and_wide_gaps_of_a_grid():
     """No line at 90 degrees: a mean between its neighbours, unless they are too far apart."""
     beta, gamma = (
         a.ravel() for a in np.meshgrid(np.radians([-60, 0, 60]), np.radians([-90, -45, 45, 90]))
@@ -217,12 +213,12 @@ def test_ends_and_wide_gaps_of_a_grid() -> None:
     assert np.isfinite(closed[:, [1, 2, 3, 5, 6, 7]]).all()
 
 
-def test_lsq_gives_a_noiseless_grid_back() -> None:
+def test_lsq_gives_a_noiseless_grid_back():
     grid = fourier.evaluate(M[0], BETA, GAMMA)
     np.testing.assert_allclose(fourier.fit_lsq(BETA, GAMMA, *grid), M[0], atol=1e-13)
 
 
-def test_lsq_with_missing_cells() -> None:
+def test_lsq_with_missing_cells():
     for coefficients in M:
         alpha_z, alpha_x = fourier.evaluate(coefficients, BETA, GAMMA)
         lost = RANDOM.uniform(size=alpha_z.shape) < 0.3
@@ -231,7 +227,7 @@ def test_lsq_with_missing_cells() -> None:
         np.testing.assert_allclose(found, coefficients, atol=1e-12)
 
 
-def test_lsq_of_many_tables_at_once_and_of_some_terms() -> None:
+def test_lsq_of_many_tables_at_once_and_of_some_terms():
     keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
     wanted = np.where(keep, M, 0)
     tables = [fourier.evaluate(row, BETA, GAMMA) for row in wanted]
@@ -243,7 +239,7 @@ def test_lsq_of_many_tables_at_once_and_of_some_terms() -> None:
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])
 @pytest.mark.parametrize("case", ["grid", "holes", "scattered", "both ways"])
-def test_lsq_is_plain_least_squares_over_the_measured_directions(case: str, medium: str) -> None:
+def test_lsq_is_plain_least_squares_over_the_measured_directions(case, medium):
     """Each direction has one weight: straight up and down too, and where mirror images were measured."""
     random = np.random.default_rng(40)
     beta, gamma, alpha = BETA, GAMMA, np.array(cells(medium))
@@ -267,14 +263,14 @@ def test_lsq_is_plain_least_squares_over_the_measured_directions(case: str, medi
     np.testing.assert_allclose(found, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
 
 
-def test_lsq_refuses_too_few_cells() -> None:
+def test_lsq_refuses_too_few_cells():
     empty = np.full(91, np.nan)
     empty[3 * 13 + 8 : 3 * 13 + 11] = 0.1
     with pytest.raises(ValueError, match="3 measured directions are too few for 5 terms"):
         fourier.fit_lsq(BETA, GAMMA, empty, empty)
 
 
-def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table() -> None:
+def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
     for medium in reference.MEDIA:
         grid = symmetry.rectangle(BETA, GAMMA)
         assert grid is not None
@@ -289,7 +285,7 @@ def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table() -> None
         np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
-def test_dft_index_needs_every_cell() -> None:
+def test_dft_index_needs_every_cell():
     alpha_z, alpha_x = (part.copy() for part in cells("poppy_LP"))
     alpha_z[2 * 13 + 3] = np.nan
     found = fourier.fit_dft_index(BETA, GAMMA, alpha_z, alpha_x)
@@ -297,7 +293,7 @@ def test_dft_index_needs_every_cell() -> None:
 
 
 @pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])
-def test_dft_index_says_where_it_does_not_apply(bad: str) -> None:
+def test_dft_index_says_where_it_does_not_apply(bad):
     there = {
         "row": BETA > -1.0, "line": GAMMA != 0, "scattered": RANDOM.permutation(91) < 30,
         "coarse": np.isclose(BETA % (np.pi / 2), 0),
@@ -308,18 +304,18 @@ def test_dft_index_says_where_it_does_not_apply(bad: str) -> None:
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_dft_index_gives_table_s2(medium: str) -> None:
+def test_dft_index_gives_table_s2(medium):
     found = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
     for term, value in zip(fourier.TERMS, found, strict=True):
         printed = TABLE_S2[medium][term]
         assert printed == 0 or abs(value - printed) <= 0.0013, term
 
 
-def test_there_are_forty_printed_entries() -> None:
+def test_there_are_forty_printed_entries():
     assert sum(TABLE_S2[m][t] != 0 for m in reference.MEDIA for t in fourier.TERMS) == 40
 
 
-def as_printed(medium: str) -> np.ndarray:
+def as_printed(medium):
     """The transform, with the terms that Table S2 prints as zero left out."""
     keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
     return np.where(keep, fourier.fit_dft_index(BETA, GAMMA, *cells(medium)), 0)
@@ -332,13 +328,13 @@ def as_printed(medium: str) -> np.ndarray:
             ("1.37", "1.19", "1.27", "1.05", "1.33"), strict=True)
     ),
 )  # fmt: skip
-def test_table_s3_to_the_printed_digit(medium: str, fit: str, chi: str) -> None:
+def test_table_s3_to_the_printed_digit(medium, fit, chi):
     zeta = float(vertical_penetration(as_printed(medium)))
     assert f"{zeta:.2f}" == fit
     assert f"{cells(medium)[0][VERTICAL] / zeta:.2f}" == chi
 
 
-def test_chi_of_least_squares() -> None:
+def test_chi_of_least_squares():
     fits = [by_hand(BETA, GAMMA, *cells(medium)) for medium in reference.MEDIA]
     chi = [
         cells(medium)[0][VERTICAL] / fit[:5].sum()
@@ -347,7 +343,7 @@ def test_chi_of_least_squares() -> None:
     np.testing.assert_allclose([1.24, 1.09, 1.11, 0.97, 1.22], chi, atol=0.0051)
 
 
-def test_generic_is_table_s2s_and_its_own_penetration_is_one() -> None:
+def test_generic_is_table_s2s_and_its_own_penetration_is_one():
     m0 = generic(np.stack([as_printed(medium) for medium in reference.MEDIA]))
     np.testing.assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
     assert float(vertical_penetration(m0)) == pytest.approx(1, abs=1e-12)
@@ -356,21 +352,21 @@ def test_generic_is_table_s2s_and_its_own_penetration_is_one() -> None:
     assert float(alpha_x) == pytest.approx(0, abs=1e-12)
 
 
-def test_generic_of_many_draws() -> None:
+def test_generic_of_many_draws():
     stack = np.abs(M.reshape(4, 5, 9)) + 0.1
     np.testing.assert_allclose(generic(stack)[2], generic(stack[2]))
     one = generic(stack[0, :1])
     np.testing.assert_allclose(one, stack[0, 0] / stack[0, 0, :5].sum())
 
 
-def test_kept_terms() -> None:
+def test_kept_terms():
     coefficients = np.array([-1.0, 0.04, -0.06, 0.05, 0.9, 0, 0.051, -0.049, 2])
     kept = fourier.kept_terms(coefficients, 0.05)
     assert kept.tolist() == [True, False, True, False, True, False, True, False, True]
     assert fourier.kept_terms(np.zeros(9), 0.05).tolist() == [True] + [False] * 8
 
 
-def test_coefficients_in_either_form() -> None:
+def test_coefficients_in_either_form():
     values = np.arange(9.0)
     assert fourier.as_array(dict(zip(fourier.TERMS, values, strict=True))).tolist() == [*range(9)]
     assert fourier.as_array(GENERIC)[0] == A00
@@ -380,7 +376,7 @@ def test_coefficients_in_either_form() -> None:
         fourier.as_array(np.zeros(8))
 
 
-def test_bic_finds_the_terms_that_are_there() -> None:
+def test_bic_finds_the_terms_that_are_there():
     random = np.random.default_rng(5)
     true = fourier.as_array(TABLE_S2["poppy_CP"])
     assert (true != 0).all()
@@ -396,7 +392,7 @@ def test_bic_finds_the_terms_that_are_there() -> None:
     assert surplus / trials < 1.5
 
 
-def test_bic_leaves_out_what_is_not_there() -> None:
+def test_bic_leaves_out_what_is_not_there():
     random = np.random.default_rng(6)
     true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
     true[[1, 4, 7, 8]] = 0
@@ -412,7 +408,7 @@ def test_bic_leaves_out_what_is_not_there() -> None:
     assert kept[true == 0].sum() <= 0.15 * 4 * 20
 
 
-def test_bic_takes_both_sides_as_measured() -> None:
+def test_bic_takes_both_sides_as_measured():
     """What mirror images differ by is scatter, which a mean of both would hide."""
     true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
     true[1] = 1e-6
@@ -422,7 +418,7 @@ def test_bic_takes_both_sides_as_measured() -> None:
     assert (kept["A10"], kept["B01"]) == (False, True)
 
 
-def test_bic_with_missing_cells_and_an_exact_table() -> None:
+def test_bic_with_missing_cells_and_an_exact_table():
     true = fourier.as_array(TABLE_S2["poppy_CP"])
     alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
     alpha_z[30:33], alpha_x[66] = np.nan, np.nan
@@ -431,7 +427,7 @@ def test_bic_with_missing_cells_and_an_exact_table() -> None:
 
 
 @pytest.mark.parametrize("measured", [0, 1, 12])
-def test_bic_of_few_cells_is_not_told(measured: int) -> None:
+def test_bic_of_few_cells_is_not_told(measured):
     """Twelve cells have no more to say than the twelve candidates for each component."""
     alpha = np.full((2, 7, 13), np.nan)
     rows, columns = np.arange(measured) % 5 + 1, np.arange(measured) % 11 + 1
@@ -439,7 +435,7 @@ def test_bic_of_few_cells_is_not_told(measured: int) -> None:
     assert set(select_bic(BETA, GAMMA, *alpha.reshape(2, 91)).values()) == {None}
 
 
-def test_as_many_cells_as_terms_are_enough() -> None:
+def test_as_many_cells_as_terms_are_enough():
     """Five cells give the five terms of alpha_z, and more than the four of alpha_x, exactly."""
     beta, gamma = BETA, GAMMA
     alpha = np.array(fourier.evaluate(GENERIC, beta, gamma))
@@ -453,13 +449,13 @@ def test_as_many_cells_as_terms_are_enough() -> None:
         fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
 
 
-def test_whole_numbers_are_taken_for_coefficients() -> None:
+def test_whole_numbers_are_taken_for_coefficients():
     assert fourier.as_array(range(9)).dtype == float
     np.testing.assert_array_equal(fourier.as_array([1, 0, 0, 0, 0, 0, 0, 0, 0])[:2], [1.0, 0.0])
 
 
 @pytest.mark.parametrize("row", [0, 3, 5])
-def test_one_attack_angle_does_not_tell_the_terms_apart(row: int) -> None:
+def test_one_attack_angle_does_not_tell_the_terms_apart(row):
     """At one beta, A00 and A10 are one and the same: no number instead of one of many."""
     beta, gamma = BETA, GAMMA
     alpha = np.array(fourier.evaluate(GENERIC, beta, gamma))

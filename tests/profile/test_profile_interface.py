@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -24,33 +24,30 @@ from rftfit.model.profiles import (
     scaled_generic,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)
 ANY_BETA, ANY_GAMMA = RANDOM.uniform(-9, 9, (2, 2000))
 M0 = fourier.as_array(reference.coefficients("generic"))
 
 
-def table(medium: str = "poppy_LP") -> TableProfile:
+def table(medium="poppy_LP"):
     return TableProfile.published(medium)
 
 
-def scattered() -> TableProfile:
+def scattered():
     """Pushes in 60 directions that lie on no grid."""
     beta, gamma = np.random.default_rng(1).uniform(-np.pi / 2, np.pi / 2, (2, 60))
     return TableProfile(*table().alpha(beta, gamma), beta, gamma, name="scattered")
 
 
-def all_profiles() -> list[Profile]:
+def all_profiles():
     return [
         table(), FourierProfile(M0), DepthOnlyProfile.of(table()), scaled_generic(0.25, M0), scattered(),
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
-def test_lives_on_the_torus_and_is_symmetric(profile: Profile) -> None:
+def test_lives_on_the_torus_and_is_symmetric(profile):
     alpha = np.array(profile.alpha(ANY_BETA, ANY_GAMMA))
     assert np.isfinite(alpha).all()
     assert np.abs(alpha).max() > 0.1
@@ -65,12 +62,12 @@ def test_lives_on_the_torus_and_is_symmetric(profile: Profile) -> None:
 
 
 @pytest.mark.parametrize("profile", all_profiles(), ids=lambda p: p.name)
-def test_an_unknown_angle_gives_nan(profile: Profile) -> None:
+def test_an_unknown_angle_gives_nan(profile):
     for beta, gamma in ((np.nan, 1.0), (1.0, np.nan)):
         assert np.isnan(profile.alpha(beta, gamma)).all()
 
 
-def test_shapes_broadcast() -> None:
+def test_shapes_broadcast():
     stack = TableProfile(*RANDOM.normal(size=(2, 5, 7, 13)))
     alpha_z, alpha_x = stack.alpha(BETA[:, None], GAMMA[None, :])
     assert alpha_z.shape == alpha_x.shape == (5, 7, 13)
@@ -82,13 +79,13 @@ def test_shapes_broadcast() -> None:
             _ = profile.pack
 
 
-def test_packs_are_tagged() -> None:
+def test_packs_are_tagged():
     kinds = [profile.pack.kind for profile in all_profiles()]
     assert kinds == [TABLE, FOURIER, DEPTH_ONLY, FOURIER, TABLE]
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-def test_table_meets_its_nodes(medium: str) -> None:
+def test_table_meets_its_nodes(medium):
     alpha_z, alpha_x = reference.alpha_grid(medium)
     found_z, found_x = table(medium).alpha(BETA[:, None], GAMMA[None, :])
     inner = slice(1, -1)  # at gamma = +-90 degrees the mean of the mirror images
@@ -98,7 +95,7 @@ def test_table_meets_its_nodes(medium: str) -> None:
     np.testing.assert_allclose(found_z[:, -1], mean, atol=1e-15)
 
 
-def test_table_is_bilinear_at_the_true_angles() -> None:
+def test_table_is_bilinear_at_the_true_angles():
     alpha_z, _ = reference.alpha_grid("poppy_CP")
     beta, gamma = math.radians(-30 + 0.3 * 30), math.atan(1 / 3) * 0.25 + math.atan(2 / 3) * 0.75
     corners = alpha_z[2:4, 7:9]
@@ -107,7 +104,7 @@ def test_table_is_bilinear_at_the_true_angles() -> None:
     assert float(table("poppy_CP").alpha(beta, gamma)[0]) == pytest.approx(by_hand, rel=1e-12)
 
 
-def test_table_has_no_step_anywhere_along_the_wrap() -> None:
+def test_table_has_no_step_anywhere_along_the_wrap():
     profile, tiny = table("glass3mm_CP"), 1e-9
     gamma = np.linspace(-np.pi, np.pi, 721)
     above = np.array(profile.alpha(np.pi / 2 - tiny, gamma))
@@ -118,7 +115,7 @@ def test_table_has_no_step_anywhere_along_the_wrap() -> None:
     np.testing.assert_allclose(front, behind, atol=1e-7)
 
 
-def test_missing_cell_is_nan_around_itself_with_a_reason() -> None:
+def test_missing_cell_is_nan_around_itself_with_a_reason():
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     row, col = 4, 9  # (30, 45) degrees
     alpha_z[row, col] = alpha_x[row, col] = np.nan
@@ -144,7 +141,7 @@ def test_missing_cell_is_nan_around_itself_with_a_reason() -> None:
     assert table().reason == ""
 
 
-def test_missing_plate_at_90_degrees_is_the_one_at_minus_90() -> None:
+def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     alpha_z[-1], alpha_x[-1] = np.nan, np.nan
     profile = TableProfile(alpha_z, alpha_x)
@@ -154,7 +151,7 @@ def test_missing_plate_at_90_degrees_is_the_one_at_minus_90() -> None:
     )
 
 
-def test_table_from_data_frame() -> None:
+def test_table_from_data_frame():
     rows = reference.load("table_s5")
     rows = rows[rows["medium"] == "poppy_LP"].sample(frac=1, random_state=1).assign(reason="")
     profile = TableProfile.from_table(rows)
@@ -166,14 +163,14 @@ def test_table_from_data_frame() -> None:
     assert TableProfile.from_table(rows).reason.endswith("(0, 0): no run")
 
 
-def test_an_empty_cell_of_a_sheet_is_a_missing_one() -> None:
+def test_an_empty_cell_of_a_sheet_is_a_missing_one():
     rows = reference.load("table_s5")
     rows = rows[rows["medium"] == "poppy_LP"].astype({"alpha_z_N_per_cm3": object})
     rows.loc[(rows["beta_deg"] == 30) & (rows["gamma_deg"] == 0), "alpha_z_N_per_cm3"] = None
     assert TableProfile.from_table(rows).reason.endswith("in degrees (30, 0)")
 
 
-def test_bad_tables_are_refused() -> None:
+def test_bad_tables_are_refused():
     with pytest.raises(ValueError, match="7 x 13 cells"):
         TableProfile(np.zeros((7, 12)), np.zeros((7, 12)))
     with pytest.raises(ValueError, match="7 x 2 cells"):
@@ -198,15 +195,13 @@ def test_bad_tables_are_refused() -> None:
         (60, -135, -0.01, -0.08 * math.sin(math.radians(60))),
     ],
 )
-def test_depth_only_opposes_each_component(
-    beta_deg: float, gamma_deg: float, alpha_z: float, alpha_x: float
-) -> None:
+def test_depth_only_opposes_each_component(beta_deg, gamma_deg, alpha_z, alpha_x):
     profile = DepthOnlyProfile(np.array([0.4, -0.02, 0.08]))
     found = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
     np.testing.assert_allclose(found, (alpha_z, alpha_x), atol=1e-15)
 
 
-def test_depth_only_takes_its_values_from_the_table() -> None:
+def test_depth_only_takes_its_values_from_the_table():
     values = DepthOnlyProfile.of(table()).values
     alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
     np.testing.assert_allclose(values, (alpha_z[3, -1], alpha_z[3, 0], alpha_x[-1, 6]), atol=1e-15)
@@ -217,7 +212,7 @@ def test_depth_only_takes_its_values_from_the_table() -> None:
     assert np.isfinite(without.alpha(0.1, 0.5)[0])
 
 
-def test_generic_golden_values() -> None:
+def test_generic_golden_values():
     generic = scaled_generic(1.0, M0)
     np.testing.assert_allclose(
         generic.alpha(np.radians([30, 0]), np.radians([45, 90])),
@@ -228,14 +223,14 @@ def test_generic_golden_values() -> None:
     np.testing.assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
 
 
-def test_whole_numbers_make_profiles() -> None:
+def test_whole_numbers_make_profiles():
     assert FourierProfile(np.arange(9)).coefficients.dtype == float
     assert DepthOnlyProfile(np.array([4, -1, 2])).values.dtype == float
     assert float(FourierProfile(np.eye(9, dtype=int)[0]).alpha(1, 2)[0]) == 1.0
     assert scaled_generic(2, M0).alpha(0, np.pi / 2)[0] == pytest.approx(2, abs=2e-3)
 
 
-def test_a_grid_of_ones_own_names_its_own_cells() -> None:
+def test_a_grid_of_ones_own_names_its_own_cells():
     beta, gamma = np.radians([-90, -22.5, 0, 22.5, 90]), np.radians([-90, -67.5, 0, 67.5, 90])
     alpha = fourier.evaluate(M0, beta[:, None], gamma[None, :])
     alpha[0][3, 3] = np.nan
@@ -245,7 +240,7 @@ def test_a_grid_of_ones_own_names_its_own_cells() -> None:
     np.testing.assert_allclose(profile.alpha(beta[1], gamma), [part[1] for part in alpha])
 
 
-def test_reasons_are_found_by_angles_of_one_decimal() -> None:
+def test_reasons_are_found_by_angles_of_one_decimal():
     # rises of 5 on 12: 22.62 degrees
     beta = gamma = np.array([-np.pi / 2, -np.arctan(5 / 12), 0.0, np.arctan(5 / 12), np.pi / 2])
     alpha = np.ones((5, 5))
@@ -260,23 +255,21 @@ PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
 """Scattered directions in a part of the plane, beta and gamma, degrees."""
 
 
-def plane(beta_deg: np.ndarray, gamma_deg: np.ndarray) -> np.ndarray:
+def plane(beta_deg, gamma_deg):
     """Alpha_z and alpha_x that rise evenly, shape (2, n)."""
     return np.array([
         0.1 + 0.002 * beta_deg + 0.003 * gamma_deg, 0.3 - 0.004 * beta_deg + 0.001 * gamma_deg,
     ])  # fmt: skip
 
 
-def joined(
-    alpha: np.ndarray, at: np.ndarray = PATCH, reasons: dict[tuple[float, float], str] | None = None
-) -> TableProfile:
+def joined(alpha, at=PATCH, reasons=None):
     """Profile of scattered directions, degrees, with alpha of shape (2, ..., n)."""
     beta, gamma = np.radians(at)
     return TableProfile(alpha[0], alpha[1], beta, gamma, "patch", reasons)
 
 
 @pytest.mark.parametrize("shift", [(0, 0), (-70, -80)])
-def test_scattered_directions_are_joined_by_planes(shift: tuple[int, int]) -> None:
+def test_scattered_directions_are_joined_by_planes(shift):
     moved = np.array(shift)[:, None]
     profile = joined(plane(*(PATCH + moved)), PATCH + moved)
     beta, gamma = RANDOM.uniform([[20], [15]], [[50], [45]], (2, 200)) + moved
@@ -287,7 +280,7 @@ def test_scattered_directions_are_joined_by_planes(shift: tuple[int, int]) -> No
     np.testing.assert_allclose([found_z, -found_x], plane(beta, gamma), atol=1e-12)
 
 
-def test_nothing_is_said_farther_than_35_degrees_from_every_push() -> None:
+def test_nothing_is_said_farther_than_35_degrees_from_every_push():
     profile = joined(plane(*PATCH))
     assert profile.reason == "patch: no alpha farther than 35 deg from every push"
     beta, gamma = np.meshgrid(np.arange(-90, 91, 5), np.arange(-180, 181, 5))
@@ -300,7 +293,7 @@ def test_nothing_is_said_farther_than_35_degrees_from_every_push() -> None:
         np.testing.assert_array_equal(np.isnan(alpha), off > 35)
 
 
-def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all() -> None:
+def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all():
     many = np.stack([plane(*PATCH), 2 * plane(*PATCH) + RANDOM.normal(0, 0.01, (2, 60))], axis=1)
     holed = many.copy()
     holed[0, 1, 7] = np.nan
@@ -319,7 +312,7 @@ def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all() -> None:
         np.testing.assert_allclose(found[:, number], alone.alpha(*at), atol=1e-14)
 
 
-def test_scattered_directions_without_a_number_give_none() -> None:
+def test_scattered_directions_without_a_number_give_none():
     nothing = joined(np.full((2, 3, 60), np.nan))
     alpha = np.array(nothing.alpha([0.1, 0.2], 0.3))
     assert alpha.shape == (2, 3, 2)
@@ -327,7 +320,7 @@ def test_scattered_directions_without_a_number_give_none() -> None:
     assert "nor farther than 35 deg" in nothing.reason
 
 
-def test_published_profiles_are_the_printed_tables() -> None:
+def test_published_profiles_are_the_printed_tables():
     medium, zeta = "poppy_CP", reference.coefficients("poppy_CP")["zeta"]
     own = fourier.as_array(reference.coefficients(medium))
     at = ANY_BETA[:50], ANY_GAMMA[:50]
@@ -354,14 +347,12 @@ def test_published_profiles_are_the_printed_tables() -> None:
     ("medium", "kind", "told"),
     [("poppy_XX", "table", "medium.*published media"), ("poppy_CP", "map", "profile.*depth_only")],
 )
-def test_a_published_profile_that_is_not_there_is_refused(
-    medium: str, kind: str, told: str
-) -> None:
+def test_a_published_profile_that_is_not_there_is_refused(medium, kind, told):
     with pytest.raises(InputError, match=told):
         published_medium(medium, kind)
 
 
-def test_profiles_have_names_and_say_what_they_lack() -> None:
+def test_profiles_have_names_and_say_what_they_lack():
     holed = np.where(np.arange(9) == 4, np.nan, M0)
     assert (FourierProfile(M0).name, FourierProfile(M0).reason) == ("nine terms", "")
     assert FourierProfile(holed).reason == "nine terms: a coefficient is missing"

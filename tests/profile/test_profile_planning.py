@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.model.planning import blank, peaks
+from rftfit.model.planning import ZETA, blank, peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Pushes, estimate, grid, published_shapes, usual_error
 from rftfit.reference import MEDIA
@@ -17,12 +17,12 @@ BETA, GAMMA = np.degrees(NODES)
 OWN = [(round(float(b), 3), round(float(g), 3)) for b, g in zip(BETA, GAMMA, strict=True)]
 
 
-def places_of(plan: rftfit.Plan, count: int) -> list[int]:
+def places_of(plan, count):
     steps = plan.steps[1 : count + 1]
     return [OWN.index((round(b, 3), round(g, 3))) for step in steps for b, g in step.directions]
 
 
-def test_half_widths_are_those_of_the_conditional_covariance() -> None:
+def test_half_widths_are_those_of_the_conditional_covariance():
     """Of zeta, against one dense solve with all planned pushes at once."""
     start = blank()
     found = rftfit.plan("zeta", count=3)
@@ -35,7 +35,6 @@ def test_half_widths_are_those_of_the_conditional_covariance() -> None:
     left = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
     values, vectors = np.linalg.eigh(left)
     draws = (vectors * np.sqrt(np.maximum(values, 0))).T.reshape(-1, 2, BETA.size)
-    from rftfit.model.planning import ZETA
 
     moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
     assert found.steps[3].half_width[0] == pytest.approx(
@@ -44,7 +43,7 @@ def test_half_widths_are_those_of_the_conditional_covariance() -> None:
 
 
 @pytest.mark.parametrize("target", ["map", "zeta", "leg"])
-def test_what_is_promised_is_found(target: str) -> None:
+def test_what_is_promised_is_found(target):
     """Simulated media: the half width after the planned pushes, beside what was promised."""
     wanted = rftfit.model_leg("c_leg") if target == "leg" else target
     plan = rftfit.plan(wanted, count=6)
@@ -69,11 +68,11 @@ def test_what_is_promised_is_found(target: str) -> None:
 
 
 @pytest.mark.parametrize("medium", MEDIA)
-def test_planned_pushes_are_better_than_random_ones(medium: str) -> None:
+def test_planned_pushes_are_better_than_random_ones(medium):
     shapes = published_shapes(without=[medium])
     alpha = np.stack(TableProfile.published(medium).alpha(*NODES))
 
-    def error(places: list[int]) -> float:
+    def error(places):
         own = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
         return float(np.sqrt(np.mean((estimate(own, shapes).alpha - alpha) ** 2)))
 
@@ -84,7 +83,7 @@ def test_planned_pushes_are_better_than_random_ones(medium: str) -> None:
     assert planned < np.median(chance) * (1.15 if medium == "glass3mm_CP" else 1)
 
 
-def test_a_rig_that_measures_on_the_way_back() -> None:
+def test_a_rig_that_measures_on_the_way_back():
     rig = rftfit.Rig(pairs=True)
     plan = rftfit.plan("map", rig=rig, count=4)
     for step in plan.steps[1:]:
@@ -95,7 +94,7 @@ def test_a_rig_that_measures_on_the_way_back() -> None:
     assert plan.table()["half_width_percent"].is_monotonic_decreasing
 
 
-def test_what_a_rig_cannot_push_is_not_planned() -> None:
+def test_what_a_rig_cannot_push_is_not_planned():
     rig = rftfit.Rig(((0.0, 90.0), (30.0, 45.0)))
     steps = rftfit.plan("map", rig=rig, count=4).steps[1:]
     assert {step.directions[0] for step in steps} <= {(0.0, 90.0), (30.0, 45.0)}
@@ -110,7 +109,7 @@ def test_what_a_rig_cannot_push_is_not_planned() -> None:
         rftfit.plan("zeto")
 
 
-def test_errors_of_the_rig_are_a_limit() -> None:
+def test_errors_of_the_rig_are_a_limit():
     """Pushes with more error promise less."""
     widths = [
         rftfit.plan("map", rig=rftfit.Rig(error_percent=percent), count=5).steps[5].typical
@@ -119,7 +118,7 @@ def test_errors_of_the_rig_are_a_limit() -> None:
     assert widths[0] < widths[1] < widths[2]
 
 
-def test_peaks_of_bodies_are_planned_for() -> None:
+def test_peaks_of_bodies_are_planned_for():
     legs = [rftfit.model_leg(name) for name in ("c_leg", "flat_leg")]
     plan = rftfit.plan(legs, count=2)
     assert plan.parts == (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,9 +11,6 @@ from slices import SLICES
 import rftfit
 from rftfit.model import reference_kernel
 from rftfit.model.rft3d import _COEFFICIENTS, alpha_3drft, law
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 181, 5))
 
@@ -34,16 +30,14 @@ GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 18
         ((0, 0, 1), (0, 0, 1), (0, 0, -0.079660)),
     ],
 )
-def test_numbers_of_an_implementation_by_others(
-    normal: tuple[float, ...], velocity: tuple[float, ...], expected: tuple[float, ...]
-) -> None:
+def test_numbers_of_an_implementation_by_others(normal, velocity, expected):
     n, v = (np.array(one, float) / np.linalg.norm(one) for one in (normal, velocity))
     np.testing.assert_allclose(law(n, v), expected, atol=6e-7)
     if normal[1] == velocity[1] == 0:
         np.testing.assert_allclose(law(n[::2], v[::2]), expected[::2], atol=6e-7)
 
 
-def by_hand(beta: float, gamma: float, friction: float) -> tuple[float, float]:
+def by_hand(beta, gamma, friction):
     """alpha_z and alpha_x where xi is 1, one number after the other."""
     vx, vz = -math.cos(gamma), -math.sin(gamma)
     nx, nz = math.sin(beta), math.cos(beta)
@@ -71,7 +65,7 @@ def by_hand(beta: float, gamma: float, friction: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.4, 5.0])
-def test_the_whole_plane_against_the_law_written_out(friction: float) -> None:
+def test_the_whole_plane_against_the_law_written_out(friction):
     xi = 0.69 / 0.87504
     profile = rftfit.rft3d_profile(0.69, friction)
     found = np.stack(profile.alpha(*GRID))
@@ -83,7 +77,7 @@ def test_the_whole_plane_against_the_law_written_out(friction: float) -> None:
             np.testing.assert_allclose(found[:, row, column], wanted, atol=1e-9)
 
 
-def test_golden_numbers() -> None:
+def test_golden_numbers():
     """Two with the cap in force, one moving up, one nearly upright."""
     beta, gamma = np.radians([[30, 0, 30, 60], [45, 0, -90, 20]])
     wanted = [[0.714927, 0.126040, -0.118299, 0.174589], [0.466024, 0.025208, -0.047023, 0.477838]]
@@ -91,7 +85,7 @@ def test_golden_numbers() -> None:
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.4, 0.8])
-def test_symmetry_and_energy(friction: float) -> None:
+def test_symmetry_and_energy(friction):
     random = np.random.default_rng(2013)
     beta, gamma = random.uniform(-np.pi, np.pi, (2, 2000))
     z, x = alpha_3drft(beta, gamma, friction)
@@ -100,14 +94,14 @@ def test_symmetry_and_energy(friction: float) -> None:
     assert (x * np.cos(gamma) + z * np.sin(gamma)).min() > 0
 
 
-def test_size() -> None:
+def test_size():
     z, x = rftfit.rft3d_profile(0.9, 0.4).alpha(0.0, np.pi / 2)
     assert (float(z), float(x)) == pytest.approx((0.9, 0), abs=1e-12)
 
 
 @pytest.mark.parametrize(("step", "most"), [(1, 0.015), (5, 0.3)])
 @pytest.mark.parametrize("leg", ["c_leg", "reversed_c_leg"])
-def test_forces_on_legs_are_those_of_the_law(step: float, most: float, leg: str) -> None:
+def test_forces_on_legs_are_those_of_the_law(step, most, leg):
     outline, motion = rftfit.model_leg(leg), rftfit.rotation(np.arange(-135, 135) + 0.37)
     elements = reference_kernel.place(outline.body, outline.width_cm, motion.poses)
     load = reference_kernel.submerged(elements, outline.solid)[0]
@@ -119,7 +113,7 @@ def test_forces_on_legs_are_those_of_the_law(step: float, most: float, leg: str)
         assert off < most * np.abs(force).max()
 
 
-def test_it_goes_where_a_profile_goes(tmp_path: Path) -> None:
+def test_it_goes_where_a_profile_goes(tmp_path):
     profile = rftfit.rft3d_profile(0.35, 0.4, step_deg=5)
     rftfit.write_profile(tmp_path / "sand.json", profile, name="sand")
     again = rftfit.read_profile(tmp_path / "sand.json")
@@ -134,12 +128,12 @@ def test_it_goes_where_a_profile_goes(tmp_path: Path) -> None:
     [((0.0, 0.4), "0"), ((math.nan, 0.4), "nan"), ((0.5, -0.1), "-0.1"), ((0.5, 0.4, 7), "7"),
      ((0.5, 0.4, 0), "found 0")],
 )  # fmt: skip
-def test_refused(numbers: tuple[float, ...], named: str) -> None:
+def test_refused(numbers, named):
     with pytest.raises(ValueError, match=named):
         rftfit.rft3d_profile(*numbers)
 
 
-def test_slices_are_whole_media() -> None:
+def test_slices_are_whole_media():
     z, x = rftfit.rft3d_profile(0.35, 0.2).alpha(*np.radians([30.0, 45.0]))
     found = SLICES["3D-RFT, friction 0.2"]("", 30, 45)
     assert found == pytest.approx((float(z), float(x)))

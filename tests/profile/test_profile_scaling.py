@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,15 +35,12 @@ from rftfit.model.scaling import (
     vertical_penetration,
 )
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-
 Z95 = 1.959963985
 CHI = np.array([1.37, 1.19, 1.27, 1.05, 1.33])
 M0 = fourier.as_array(reference.coefficients("generic"))
 
 
-def alpha_frame(medium: str, alpha: tuple[np.ndarray, np.ndarray], se: float) -> pd.DataFrame:
+def alpha_frame(medium, alpha, se):
     beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
     data: dict[str, object] = {
         "medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel(),
@@ -57,11 +54,11 @@ def alpha_frame(medium: str, alpha: tuple[np.ndarray, np.ndarray], se: float) ->
     return pd.DataFrame(data)
 
 
-def published(medium: str, se: float = 0.002) -> pd.DataFrame:
+def published(medium, se=0.002):
     return alpha_frame(medium, reference.alpha_grid(medium), se)
 
 
-def test_same_seed_same_draws() -> None:
+def test_same_seed_same_draws():
     one = alpha_draws(published("poppy_LP"), 50, 7, 0.95)
     np.testing.assert_array_equal(one, alpha_draws(published("poppy_LP"), 50, 7, 0.95))
     assert not np.array_equal(one, alpha_draws(published("poppy_LP"), 50, 8, 0.95))
@@ -72,7 +69,7 @@ def test_same_seed_same_draws() -> None:
     assert abs(np.corrcoef(errors[0].ravel(), errors[1].ravel())[0, 1]) < 0.1
 
 
-def test_draws_do_not_depend_on_the_order_of_the_rows() -> None:
+def test_draws_do_not_depend_on_the_order_of_the_rows():
     table = published("poppy_LP")
     shuffled = table.sample(frac=1, random_state=3)
     for one, other in zip(
@@ -81,7 +78,7 @@ def test_draws_do_not_depend_on_the_order_of_the_rows() -> None:
         np.testing.assert_array_equal(one[:, shuffled.index], other)
 
 
-def test_draws_have_the_tables_errors() -> None:
+def test_draws_have_the_tables_errors():
     table = published("poppy_LP", 0.002)
     table.loc[table["beta_deg"] == 30, [column("z", "_lo"), column("z", "_hi")]] += [-0.01, 0.01]
     draws = alpha_draws(table, 4000, 7, 0.95)
@@ -98,7 +95,7 @@ def test_draws_have_the_tables_errors() -> None:
     assert abs(np.corrcoef(draws[0][:, 1, 4], draws[1][:, 1, 4])[0, 1]) < 0.06
 
 
-def test_cell_without_a_run_stays_empty() -> None:
+def test_cell_without_a_run_stays_empty():
     table = published("poppy_LP")
     names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
     table.loc[40, names] = np.nan
@@ -107,7 +104,7 @@ def test_cell_without_a_run_stays_empty() -> None:
         assert np.isnan(part).sum() == 10
 
 
-def test_percentile_interval() -> None:
+def test_percentile_interval():
     draws = np.random.default_rng(0).permutation(np.arange(1001.0))[:, None]
     lo, hi = interval(draws, 0.95)
     assert (lo[0], hi[0]) == pytest.approx((25, 975))
@@ -115,7 +112,7 @@ def test_percentile_interval() -> None:
     assert (lo[0], hi[0]) == pytest.approx((250, 750))
 
 
-def test_intervals_of_coefficients_cover() -> None:
+def test_intervals_of_coefficients_cover():
     """300 campaigns of a known medium: the bootstrap intervals of the nine terms cover it."""
     random = np.random.default_rng(17)
     true = fourier.as_array(reference.coefficients("poppy_CP"))
@@ -132,7 +129,7 @@ def test_intervals_of_coefficients_cover() -> None:
     assert (inside / 300 > 0.9).all()
 
 
-def test_fit_media(paper_config: Config) -> None:
+def test_fit_media(paper_config):
     tables = [published(medium) for medium in reference.MEDIA]
     fits = fit_media(tables, paper_config)
     assert [(fit.method, fit.medium) for fit in fits] == [
@@ -162,7 +159,7 @@ def test_fit_media(paper_config: Config) -> None:
                 np.testing.assert_allclose(draw, by_hand(BETA, GAMMA, *alpha), rtol=1e-6)
 
 
-def test_fit_media_with_empty_cells(paper_config: Config) -> None:
+def test_fit_media_with_empty_cells(paper_config):
     table = published("poppy_LP")
     names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
     table.loc[20, names] = np.nan
@@ -181,7 +178,7 @@ def test_fit_media_with_empty_cells(paper_config: Config) -> None:
         assert np.isnan(fit.draws).all()
 
 
-def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) -> None:
+def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config):
     """The interval for a further medium is the scatter between media, which one does not show."""
     fits = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)
     one = reference_of([fit for fit in fits if fit.medium == "poppy_LP"], paper_config)
@@ -197,7 +194,7 @@ def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config: Config) ->
     assert reference_of([], paper_config).printed
 
 
-def test_new_medium_by_hand() -> None:
+def test_new_medium_by_hand():
     scaled = scale_new_medium(0.9, 0.0, CHI)
     assert scaled.chi == pytest.approx(1.242)
     assert scaled.zeta == pytest.approx(0.9 / 1.242)
@@ -215,21 +212,21 @@ def test_new_medium_by_hand() -> None:
     assert scaled.zeta / 0.9 == pytest.approx(0.8, abs=0.02)
 
 
-def test_an_error_that_is_not_known_gives_no_interval() -> None:
+def test_an_error_that_is_not_known_gives_no_interval():
     scaled = scale_new_medium(0.42, np.nan, CHI)
     assert scaled.zeta == pytest.approx(0.42 / CHI.mean())
     assert np.isnan([scaled.zeta_lo, scaled.zeta_hi]).all()
     assert np.isfinite([scaled.chi_lo, scaled.chi_hi]).all()
 
 
-def test_error_of_the_test_widens_zeta_and_not_chi() -> None:
+def test_error_of_the_test_widens_zeta_and_not_chi():
     exact, rough = (scale_new_medium(0.9, se, CHI) for se in (0.0, 0.3))
     assert rough.zeta == exact.zeta
     assert rough.zeta_lo < exact.zeta_lo < exact.zeta < exact.zeta_hi < rough.zeta_hi
     assert (rough.chi_lo, rough.chi_hi) == (exact.chi_lo, exact.chi_hi)
 
 
-def test_more_error_of_the_test_never_narrows_an_interval() -> None:
+def test_more_error_of_the_test_never_narrows_an_interval():
     random = np.random.default_rng(11)
     for _ in range(500):
         media = int(random.integers(2, 9))
@@ -248,7 +245,7 @@ def test_more_error_of_the_test_never_narrows_an_interval() -> None:
         assert all((b[1] <= a[1]).all() and (b[2] >= a[2]).all() for a, b in pairwise(ends))
 
 
-def test_half_widths_add_in_quadrature_by_hand() -> None:
+def test_half_widths_add_in_quadrature_by_hand():
     """Table S3 and a test of 0.9 +- 0.05 N/cm^3."""
     logs = [math.log(value) for value in CHI]
     mean = sum(logs) / 5
@@ -261,7 +258,7 @@ def test_half_widths_add_in_quadrature_by_hand() -> None:
 
 @pytest.mark.parametrize("media", [2, 3, 5])
 @pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0])
-def test_joined_half_widths_cover_at_least_as_stated(media: int, ratio: float) -> None:
+def test_joined_half_widths_cover_at_least_as_stated(media, ratio):
     """Error of the test beside the scatter of few media; one quantile for both gives down to 87 %."""
     random = np.random.default_rng(5)
     turns, inside = 4000, 0
@@ -273,13 +270,13 @@ def test_joined_half_widths_cover_at_least_as_stated(media: int, ratio: float) -
     assert 0.94 <= inside / turns <= 0.995
 
 
-def test_zeta_scales_with_alpha() -> None:
+def test_zeta_scales_with_alpha():
     one, ten = (scale_new_medium(a, a / 50, CHI) for a in (0.3, 3.0))
     for name in ("zeta", "zeta_lo", "zeta_hi"):
         assert getattr(ten, name) == pytest.approx(10 * getattr(one, name))
 
 
-def test_interval_of_a_further_medium_covers() -> None:
+def test_interval_of_a_further_medium_covers():
     """Media whose chi scatters: zeta of a sixth one lies in the interval 95 times in 100."""
     random = np.random.default_rng(23)
     inside = 0
@@ -291,30 +288,30 @@ def test_interval_of_a_further_medium_covers() -> None:
     assert 0.93 <= inside / 2000 <= 0.975
 
 
-def test_media_that_agree_and_an_exact_test_leave_no_doubt() -> None:
+def test_media_that_agree_and_an_exact_test_leave_no_doubt():
     found = scale_new_medium(1.0, 0.0, np.array([1.25, 1.25, 1.25]))
     assert found.zeta_lo == pytest.approx(found.zeta) == pytest.approx(found.zeta_hi)
     assert found.zeta == pytest.approx(0.8)
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.3, math.nan, math.inf])
-def test_alpha_must_be_a_positive_number(alpha: float) -> None:
+def test_alpha_must_be_a_positive_number(alpha):
     with pytest.raises(ValueError, match="must be a positive number"):
         scale_new_medium(alpha, 0.0, CHI)
 
 
-def test_error_must_be_one() -> None:
+def test_error_must_be_one():
     with pytest.raises(ValueError, match="standard error"):
         scale_new_medium(0.9, -0.1, CHI)
 
 
 @pytest.mark.parametrize("chi", [[], [1.2], [1.2, 0.0], [1.2, math.nan]])
-def test_chi_of_the_reference_media(chi: list[float]) -> None:
+def test_chi_of_the_reference_media(chi):
     with pytest.raises(ValueError, match="chi"):
         scale_new_medium(0.9, 0.0, np.array(chi))
 
 
-def test_interval_of_chi_for_one_further_medium_by_hand() -> None:
+def test_interval_of_chi_for_one_further_medium_by_hand():
     # two media: one degree of freedom, t = 12.706; log chi differ by log(1.3 / 1.2)
     found = scale_new_medium(0.4, 0.0, np.array([1.2, 1.3]))
     half = 12.706205 * math.log(1.3 / 1.2) / math.sqrt(2) * math.sqrt(1.5)
@@ -328,7 +325,7 @@ def test_interval_of_chi_for_one_further_medium_by_hand() -> None:
     )
 
 
-def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> None:
+def test_generic_interval_is_that_of_a_mean_of_media(paper_config):
     """Errors of M / zeta of two media, 0.03 and 0.04, make sqrt(0.03^2 + 0.04^2) / 2 of M0."""
     random = np.random.default_rng(23)
     plain = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)[:2]
@@ -345,7 +342,7 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config: Config) -> No
     np.testing.assert_allclose((hi - lo)[:5], 0, atol=1e-9)
 
 
-def test_a_medium_without_resistance_has_a_reason(paper_config: Config) -> None:
+def test_a_medium_without_resistance_has_a_reason(paper_config):
     z, x = reference.alpha_grid("poppy_LP")
     fit = fit_medium(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
     assert codes_of(fit.why) == "zero-push"
@@ -353,7 +350,7 @@ def test_a_medium_without_resistance_has_a_reason(paper_config: Config) -> None:
     assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
 
 
-def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> None:
+def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config):
     table = published("poppy_LP")
     names = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
     table.loc[40, names] = np.nan
@@ -373,9 +370,7 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config: Config) -> 
     assert none.reason == "0 measured directions are too few for 5 terms"
 
 
-def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(
-    paper_config: Config,
-) -> None:
+def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(paper_config):
     table = published("poppy_LP")
     for c in "zx":  # 95 % intervals with Student's t of four degrees of freedom
         table[column(c, "_lo")] = table[column(c)] - 2.776445 * table[column(c, "_se")]
@@ -384,7 +379,7 @@ def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(
     assert [fit.dof for fit in fits] == pytest.approx([4.0] * len(ALL_METHODS), rel=1e-4)
 
 
-def test_the_error_of_a_test_is_the_larger_of_two() -> None:
+def test_the_error_of_a_test_is_the_larger_of_two():
     """0.1 N/cm^3 either side at 95 % is a standard error of 0.1 / 1.9623."""
     names = [column("z", end) for end in ("", "_se", "_lo", "_hi")]
     for se, wanted in ((0.01, 0.1 / 1.962339), (0.2, 0.2)):
@@ -392,7 +387,7 @@ def test_the_error_of_a_test_is_the_larger_of_two() -> None:
         assert found == pytest.approx((0.5, wanted), rel=1e-6)
 
 
-def nine_terms(medium: str, spoiled: float) -> pd.DataFrame:
+def nine_terms(medium, spoiled):
     """Alpha of nine known terms; two cells are flagged, and their alpha_z and alpha_x are `spoiled` off."""
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     z, x = fourier.evaluate(true, BETA, GAMMA)
@@ -404,7 +399,7 @@ def nine_terms(medium: str, spoiled: float) -> pd.DataFrame:
     return table
 
 
-def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config: Config) -> None:
+def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     """Exact cells give their terms back; what the other two would change is told beside it."""
     few = paper_config.fourier.model_copy(update={"draws": 200})
     paper_config = paper_config.model_copy(update={"fourier": few})
@@ -428,7 +423,7 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config: Config
                     .without_flagged).all()  # fmt: skip
 
 
-def test_errors_of_zeta_by_name_make_its_whole_error(paper_config: Config) -> None:
+def test_errors_of_zeta_by_name_make_its_whole_error(paper_config):
     """A table of noise and bed, 3 to 4: their squares add to that of the draws."""
     table = published("poppy_LP", 0.005)
     for c in "zx":
@@ -448,7 +443,7 @@ def test_errors_of_zeta_by_name_make_its_whole_error(paper_config: Config) -> No
     assert silent.draws.shape == fit.draws.shape
 
 
-def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config: Config) -> None:
+def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config):
     tables = [published(medium) for medium in ("poppy_LP", "poppy_CP", "glass3mm_CP")]
     row = tables[1][(tables[1]["beta_deg"] == 0) & (tables[1]["gamma_deg"] == 90)].index
     tables[1] = tables[1].drop(index=row)
@@ -465,7 +460,7 @@ def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_conf
     assert found.name == "this campaign, method lsq"
 
 
-def test_the_interval_of_a_quantity_by_hand() -> None:
+def test_the_interval_of_a_quantity_by_hand():
     """zeta 0.8 (0.7 to 1.0); two media have 1.9 and 2.1 of a quantity that is 2: t = 12.7062."""
     found = Scaled(0.8, 0.7, 1.0, 1.25, 1.2, 1.3, 0.95)
     own = np.array([[1.9, -1.9, 0.0], [2.1, -2.1, 0.0]])
@@ -476,13 +471,13 @@ def test_the_interval_of_a_quantity_by_hand() -> None:
     assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape), 0])
 
 
-def test_a_sand_says_whether_it_is_scaled_with_the_published_media() -> None:
+def test_a_sand_says_whether_it_is_scaled_with_the_published_media():
     names = "scaling routine (lsq)", "scaling routine (lsq, published media)"
     assert routines("lsq") == names
     assert tuple(routine("lsq", printed=printed) for printed in (False, True)) == names
 
 
-def test_a_scaled_medium_keeps_its_test_at_another_level() -> None:
+def test_a_scaled_medium_keeps_its_test_at_another_level():
     medium = scale(0.9, 0.05).at(0.8)
     assert (medium.alpha_z, medium.alpha_z_se, medium.confidence) == (0.9, 0.05, 0.8)
     assert medium.reference == scale(0.9).reference

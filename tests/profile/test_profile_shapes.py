@@ -33,22 +33,22 @@ COUNT = BETA.size
 MATERIAL = {"poppy_LP": ("poppy_LP", "poppy_CP"), "glass3mm_CP": MEDIA[2:]}
 
 
-def truth(medium: str) -> np.ndarray:
+def truth(medium):
     return np.stack(TableProfile.published(medium).alpha(*NODES))
 
 
-def node(beta_deg: float, gamma_deg: float) -> int:
+def node(beta_deg, gamma_deg):
     return int(np.argmin(np.hypot(BETA - beta_deg, GAMMA - gamma_deg)))
 
 
-def pushed(medium: str, places: list[int], se: float = 0.005) -> Pushes:
+def pushed(medium, places, se=0.005):
     return Pushes.of(BETA[places], GAMMA[places], truth(medium)[:, places], se)
 
 
 FEW = [node(0, 90), node(30, 56), node(-30, 72), node(60, 18), node(90, 45), node(0, 34)]
 
 
-def test_covariance_has_the_symmetry_of_alpha() -> None:
+def test_covariance_has_the_symmetry_of_alpha():
     random = np.random.default_rng(1)
     beta, gamma = random.uniform(-1.5, 1.5, 12), random.uniform(-3, 3, 12)
     image = mirror(beta, gamma)
@@ -70,9 +70,7 @@ def test_covariance_has_the_symmetry_of_alpha() -> None:
     assert at_rest[0, 0] == pytest.approx((by.floor + by.share * z.mean()) ** 2 + between)
 
 
-def _dense(
-    mean: np.ndarray, covariance: np.ndarray, own: Pushes, size: float
-) -> tuple[np.ndarray, np.ndarray, float]:
+def _dense(mean, covariance, own, size):
     """Mean and variance at the nodes by the textbook formula, and the logarithm of the likelihood.
 
     `mean`, `covariance`: of a medium of size 1, at nodes and pushes.
@@ -90,7 +88,7 @@ def _dense(
     return size * mean[at] + gain @ off, np.maximum(left, 0), float(likelihood)
 
 
-def test_draws_are_of_the_whole_posterior(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_draws_are_of_the_whole_posterior(monkeypatch):
     """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
     monkeypatch.setattr(module, "LEAST_WORK", np.inf)
     monkeypatch.setattr(module, "DRAWS", 20_000)
@@ -121,7 +119,7 @@ def test_draws_are_of_the_whole_posterior(monkeypatch: pytest.MonkeyPatch) -> No
         np.testing.assert_allclose(wide[there], deviation[there], rtol=0.05)
 
 
-def test_media_take_energy_because_that_is_known_beforehand() -> None:
+def test_media_take_energy_because_that_is_known_beforehand():
     """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes."""
     shapes, random = published_shapes(without=["poppy_LP"]), np.random.default_rng(5)
     places = [FEW[0], FEW[3]]
@@ -160,7 +158,7 @@ def test_media_take_energy_because_that_is_known_beforehand() -> None:
 
 @settings(max_examples=12, deadline=None)
 @given(st.integers(1, 30), st.sampled_from(MEDIA), st.integers(0, 2**31))
-def test_a_number_is_the_mean_of_its_draws(count: int, medium: str, seed: int) -> None:
+def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""
     places = [*np.random.default_rng(seed).choice(COUNT, count, replace=False)]
     try:
@@ -190,7 +188,7 @@ def test_a_number_is_the_mean_of_its_draws(count: int, medium: str, seed: int) -
     assert found.draws[:, :, ~found.measured].std(axis=0)[0].min() > 0
 
 
-def test_a_pushed_direction_keeps_its_number_and_its_error() -> None:
+def test_a_pushed_direction_keeps_its_number_and_its_error():
     found = estimate(pushed("poppy_LP", FEW, se=0.02))
     np.testing.assert_allclose(found.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
     assert found.measured[FEW].all()
@@ -201,7 +199,7 @@ def test_a_pushed_direction_keeps_its_number_and_its_error() -> None:
     assert found.measured[node(30, 90)] == found.measured[node(-30, 90)]
 
 
-def test_every_direction_pushed_is_the_table() -> None:
+def test_every_direction_pushed_is_the_table():
     found = estimate(pushed("poppy_CP", list(range(COUNT))), published_shapes(without=["poppy_CP"]))
     np.testing.assert_allclose(found.alpha, truth("poppy_CP"), atol=1e-12)
     random = np.random.default_rng(2)
@@ -215,7 +213,7 @@ def test_every_direction_pushed_is_the_table() -> None:
 
 @pytest.mark.parametrize("medium", MEDIA)
 @pytest.mark.parametrize("case", ["medium", "material"])
-def test_media_that_were_left_out(medium: str, case: str) -> None:
+def test_media_that_were_left_out(medium, case):
     """Errors over 182 values, % of the largest, no worse than twice the trials' mean; intervals hold."""
     left_out = [m for m in MEDIA if m == medium or (case == "material" and m[:5] == medium[:5])]
     shapes = published_shapes(without=left_out)
@@ -237,7 +235,7 @@ def test_media_that_were_left_out(medium: str, case: str) -> None:
         assert (found.work(found.draws)[:, ~found.measured] >= least[:, None]).all()
 
 
-def test_order_of_rows_and_ignorance_change_nothing() -> None:
+def test_order_of_rows_and_ignorance_change_nothing():
     rows = pd.DataFrame(
         {
             "beta_deg": BETA[FEW], "gamma_deg": GAMMA[FEW],
@@ -259,7 +257,7 @@ def test_order_of_rows_and_ignorance_change_nothing() -> None:
 
 
 @pytest.mark.parametrize("medium", MEDIA)
-def test_the_more_pushes_the_narrower(medium: str) -> None:
+def test_the_more_pushes_the_narrower(medium):
     """On the whole: a medium that turns out rougher than was thought may widen its own interval."""
     random = np.random.default_rng(11)
     order = [*random.permutation(COUNT)]
@@ -270,7 +268,7 @@ def test_the_more_pushes_the_narrower(medium: str) -> None:
     assert (np.diff(widths) < 0).all()
 
 
-def test_a_rougher_medium_widens_its_own_intervals() -> None:
+def test_a_rougher_medium_widens_its_own_intervals():
     """The same directions with the same errors, of a medium of the known shape and of one far from it."""
     places = [*np.random.default_rng(5).permutation(COUNT)[:24]]
     largest, widths = np.abs(truth("poppy_LP")).max(), []
@@ -284,7 +282,7 @@ def test_a_rougher_medium_widens_its_own_intervals() -> None:
     assert widths[2] > 1.2 * widths[1]
 
 
-def test_a_medium_that_does_not_belong_is_told_so() -> None:
+def test_a_medium_that_does_not_belong_is_told_so():
     places = [
         *FEW,
         node(-30, 56),
@@ -315,7 +313,7 @@ def test_a_medium_that_does_not_belong_is_told_so() -> None:
     assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
 
 
-def test_the_push_that_does_not_fit_is_named() -> None:
+def test_the_push_that_does_not_fit_is_named():
     own = pushed("poppy_LP", FEW)
     own.alpha[0, 3] += 0.2
     farthest = estimate(own).farthest
@@ -328,7 +326,7 @@ def test_the_push_that_does_not_fit_is_named() -> None:
     assert farthest.found - farthest.expected == pytest.approx(0.2, abs=0.06)
 
 
-def test_what_cannot_be_estimated_says_why() -> None:
+def test_what_cannot_be_estimated_says_why():
     with pytest.raises(ValueError, match="no resistance"):
         estimate(Pushes.of([0], [90], [[-0.3], [0.0]]))
     with pytest.raises(ValueError, match="no push has a number"):
@@ -341,7 +339,7 @@ def test_what_cannot_be_estimated_says_why() -> None:
         Shapes({"one": TableProfile.published("poppy_LP"), "holed": TableProfile(holes, holes)})
 
 
-def test_repeated_pushes_are_one_with_their_weighted_mean() -> None:
+def test_repeated_pushes_are_one_with_their_weighted_mean():
     # the second of the level plate and the mirror image of the third are the same directions
     alpha = np.array([[0.30, 0.36, 0.20, 0.22], [np.nan, 0.0, 0.10, -0.16]])
     se = np.array([[0.01, 0.02, 0.01, 0.01], [0.01, 0.01, 0.01, 0.03]])
@@ -355,7 +353,7 @@ def test_repeated_pushes_are_one_with_their_weighted_mean() -> None:
     assert one.dof == other.dof
 
 
-def test_errors_that_nobody_stated() -> None:
+def test_errors_that_nobody_stated():
     np.testing.assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
     stated = Pushes.of(
         [0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], [[0.01, np.nan], [np.nan, 0.02]]
@@ -366,7 +364,7 @@ def test_errors_that_nobody_stated() -> None:
     )
 
 
-def test_own_lines_become_nodes() -> None:
+def test_own_lines_become_nodes():
     beta, gamma = grid([15, 30.2], [22.5])
     assert 15 in np.degrees(beta).round(6)
     assert 22.5 in np.degrees(gamma).round(6)
@@ -374,7 +372,7 @@ def test_own_lines_become_nodes() -> None:
     assert beta.size == 7 * 14
 
 
-def test_pushes_without_a_horizontal_component_can_belong() -> None:
+def test_pushes_without_a_horizontal_component_can_belong():
     own = pushed("poppy_LP", FEW)
     own.alpha[1] = np.nan
     found = estimate(own, published_shapes(without=["poppy_LP"]))
@@ -385,7 +383,7 @@ def test_pushes_without_a_horizontal_component_can_belong() -> None:
     assert estimate(own).belongs < NOT_ALIKE
 
 
-def test_a_medium_that_gives_energy_back_in_every_draw_is_told() -> None:
+def test_a_medium_that_gives_energy_back_in_every_draw_is_told():
     """A whole grid with z upside down: its own alpha is kept, what lies between takes no energy."""
     angles = np.meshgrid([-45, 0, 45, 75], [-60, -30, 0, 30, 60, 90], indexing="ij")
     beta, gamma = (part.ravel() for part in angles)
@@ -398,7 +396,7 @@ def test_a_medium_that_gives_energy_back_in_every_draw_is_told() -> None:
         rftfit.estimate_map(pushes)
 
 
-def test_columns_have_the_names_that_the_command_takes() -> None:
+def test_columns_have_the_names_that_the_command_takes():
     full = pd.DataFrame({"beta_deg": [0, 30.0], "gamma_deg": [90, 45.0], "alpha_z_N_per_cm3": [0.3, 0.2],
                          "alpha_x_N_per_cm3": [0.0, 0.1], "alpha_z_se_N_per_cm3": 0.05,
                          "alpha_x_se_N_per_cm3": 0.02})  # fmt: skip

@@ -9,7 +9,7 @@ from rftfit.figures import style
 
 
 @style.styled()
-def faults(*texts: tuple[float, float, str], above: str = "", ticks: int = 3) -> list[str]:
+def faults(*texts, above="", ticks=3):
     figure = style.new_figure(8, 5)
     axes = style.axes_cm(figure, 1, 1, 6, 3)
     axes.set(xlim=(0, 1), ylim=(0, 1), xticks=[i / ticks for i in range(-5, ticks + 1)])
@@ -21,7 +21,7 @@ def faults(*texts: tuple[float, float, str], above: str = "", ticks: int = 3) ->
     return text_faults(figure)
 
 
-def test_texts_apart_are_no_fault() -> None:
+def test_texts_apart_are_no_fault():
     assert faults((0.3, 0.5, "here"), (0.6, 0.5, "there"), (0.3, 0.4, "below")) == []
 
 
@@ -34,14 +34,14 @@ def test_texts_apart_are_no_fault() -> None:
         ((0.05, 0.78), "'there' lies over '1.0'"),
     ],
 )
-def test_an_overlap_and_an_overflow_are_found(at: tuple[float, float], fault: str) -> None:
+def test_an_overlap_and_an_overflow_are_found(at, fault):
     assert faults((0.3, 0.5, "here"), (*at, "there")) == [fault]
 
 
-def test_numbers_of_an_axis_that_run_together_are_found() -> None:
+def test_numbers_of_an_axis_that_run_together_are_found():
     assert any("lies over" in one for one in faults(ticks=40))
 
 
-def test_what_stands_above_a_figure_belongs_to_it() -> None:
+def test_what_stands_above_a_figure_belongs_to_it():
     assert faults((0.3, 0.5, "here"), above="poppy seeds: doubtful") == []
     assert faults((0.3, 1.02, "here"), above="poppy seeds: doubtful") != []

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,22 +24,12 @@ from rftfit.model.motion import THETA_DEG, rotation, rotation_poses
 from rftfit.model.outlines import leg_outline
 from rftfit.model.planning import plan
 from rftfit.model.prediction import find_peaks, predict
-from rftfit.model.profiles import FourierProfile
+from rftfit.model.profiles import FourierProfile, Profile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import published, scale_new_medium
 from rftfit.model.shapes import estimate_map, grid
 from rftfit.page.live import profiles, references
 from rftfit.page.page import page
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
-    from rftfit.model.scaling import Interval
-    from rftfit.model.shapes import Map
-    from rftfit.results import Results
 
 PROGRAM = find()
 pytestmark = pytest.mark.skipif(
@@ -48,26 +38,26 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def results(tmp_path_factory):
     return page_results(tmp_path_factory.mktemp("campaign"), robot=True)
 
 
 @pytest.fixture(scope="module")
-def address(results: Results) -> str:
+def address(results):
     target = results.root / "report.html"
     target.write_text(page(results), encoding="utf-8")
     return target.as_uri()
 
 
 @pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+def chromium(tmp_path_factory):
     assert PROGRAM is not None
     with Chromium(PROGRAM, tmp_path_factory.mktemp("profile")) as browser:
         yield browser
 
 
 @pytest.fixture
-def browser(chromium: Chromium, address: str) -> Iterator[Chromium]:
+def browser(chromium, address):
     """The page as it opens."""
     chromium.open(address)
     yield chromium
@@ -76,7 +66,7 @@ def browser(chromium: Chromium, address: str) -> Iterator[Chromium]:
 
 
 @pytest.fixture
-def numbers(chromium: Chromium, address: str) -> Chromium:
+def numbers(chromium, address):
     """The page as another test may have left it: for its functions and numbers."""
     if chromium.evaluate("location.href") != address:
         chromium.open(address)
@@ -87,19 +77,17 @@ SLOW = 4
 """How much slower than a desktop a machine may be that runs the tests beside others."""
 
 
-def array(values: Any) -> FloatArray:
+def array(values):
     """Nested lists of the page as an array; what JSON has no word for comes back as None."""
     return np.array(values, dtype=float)
 
 
-def legs(results: Results) -> dict[str, Leg]:
+def legs(results):
     return {name: one for name, one in results.config.intruders.items() if isinstance(one, Leg)}
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", HOLED, "yuma"])
-def test_forces_on_every_element_equal_those_of_the_library(
-    numbers: Chromium, results: Results, medium: str
-) -> None:
+def test_forces_on_every_element_equal_those_of_the_library(numbers, results, medium):
     theta = np.radians(THETA_DEG)
     unknown = set()
     for name, leg in legs(results).items():
@@ -123,9 +111,7 @@ def test_forces_on_every_element_equal_those_of_the_library(
     assert unknown == ({"table"} if medium == HOLED else set())
 
 
-def test_alpha_on_the_whole_torus_equals_that_of_the_library(
-    numbers: Chromium, results: Results
-) -> None:
+def test_alpha_on_the_whole_torus_equals_that_of_the_library(numbers, results):
     rng = np.random.default_rng(1)
     angles = np.concatenate(
         [
@@ -145,13 +131,11 @@ def test_alpha_on_the_whole_torus_equals_that_of_the_library(
 
 @pytest.mark.parametrize("se", [0.0, 0.03])
 @pytest.mark.parametrize("which", ["campaign", "print"])
-def test_calculator_equals_the_scaling_routine(
-    numbers: Chromium, results: Results, which: str, se: float
-) -> None:
+def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
     reference = published() if which == "print" else references(results)[0]
     scaled = scale_new_medium(0.42, se, reference.chi, 0.95)
 
-    def scale(of: Callable[[FloatArray], FloatArray]) -> Interval:
+    def scale(of):
         each = np.stack([of(own) for own in reference.scaled])
         return scaled.with_interval(of(reference.m0), each)
 
@@ -180,7 +164,7 @@ def test_calculator_equals_the_scaling_routine(
         outline = leg_outline(leg)
         poses = rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
 
-        def sweep(own: FloatArray, outline: Any = outline, poses: FloatArray = poses) -> FloatArray:
+        def sweep(own, outline=outline, poses=poses):
             profile: Profile = FourierProfile(own)
             forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
             return forces[:, :2].T
@@ -188,7 +172,7 @@ def test_calculator_equals_the_scaling_routine(
         np.testing.assert_allclose(array(curves), np.stack(scale(sweep), -1), atol=1e-6)
 
 
-def test_calculator_equals_rftfit_scale_for_any_error(numbers: Chromium) -> None:
+def test_calculator_equals_rftfit_scale_for_any_error(numbers):
     random = np.random.default_rng(7)
     alpha, relative = 10 ** random.uniform(-1, 0.7, 100), 10 ** random.uniform(-4, 0, 100)
     tests = np.stack([alpha, alpha * relative], -1).tolist()
@@ -202,7 +186,7 @@ def test_calculator_equals_rftfit_scale_for_any_error(numbers: Chromium) -> None
     np.testing.assert_allclose(array(found), wanted, rtol=1e-9)
 
 
-def test_policy_stops_a_foreign_script(chromium: Chromium, address: str) -> None:
+def test_policy_stops_a_foreign_script(chromium, address):
     chromium.open(address)
     chromium.evaluate(
         "(() => { const s = document.createElement('script'); s.textContent = 'window.hacked = 1';"
@@ -211,7 +195,7 @@ def test_policy_stops_a_foreign_script(chromium: Chromium, address: str) -> None
     assert chromium.evaluate("window.hacked") is None
 
 
-def test_keys_move_the_cell_of_a_map(browser: Chromium) -> None:
+def test_keys_move_the_cell_of_a_map(browser):
     label = "document.querySelector('#map-pair svg').getAttribute('aria-label')"
     assert "β 0°, γ 90°: 0.35" in browser.evaluate(label)
     browser.evaluate("document.querySelector('#map-pair svg').focus()")
@@ -223,7 +207,7 @@ def test_keys_move_the_cell_of_a_map(browser: Chromium) -> None:
     assert "β \N{MINUS SIGN}90°" in browser.evaluate(label)
 
 
-def test_click_chooses_a_cell_and_a_hole_says_why(browser: Chromium) -> None:
+def test_click_chooses_a_cell_and_a_hole_says_why(browser):
     browser.evaluate(
         "(() => { const s = document.querySelector('#map-medium');"
         f" s.value = '{HOLED}'; s.dispatchEvent(new Event('change')); }})()"
@@ -236,7 +220,7 @@ def test_click_chooses_a_cell_and_a_hole_says_why(browser: Chromium) -> None:
     assert rows == 5  # measured, and four profiles
 
 
-def test_map_of_a_sand_is_shown_with_its_intervals(browser: Chromium, results: Results) -> None:
+def test_map_of_a_sand_is_shown_with_its_intervals(browser, results):
     browser.evaluate(
         "(() => { const s = document.querySelector('#map-medium');"
         " s.value = 'yuma'; s.dispatchEvent(new Event('change')); })()"
@@ -257,7 +241,7 @@ def test_map_of_a_sand_is_shown_with_its_intervals(browser: Chromium, results: R
     )
 
 
-def test_slider_turns_the_leg_by_key_and_by_mouse(browser: Chromium, results: Results) -> None:
+def test_slider_turns_the_leg_by_key_and_by_mouse(browser, results):
     scene = "document.querySelector('#viewer-scene').innerHTML"
     before = browser.evaluate(scene)
     browser.evaluate("document.querySelector('#viewer-theta').focus()")
@@ -278,7 +262,7 @@ def test_slider_turns_the_leg_by_key_and_by_mouse(browser: Chromium, results: Re
     assert abs(browser.evaluate("Number(document.querySelector('#viewer-theta').value)")) < 15
 
 
-def test_play_turns_the_leg_and_stops(browser: Chromium) -> None:
+def test_play_turns_the_leg_and_stops(browser):
     value = "Number(document.querySelector('#viewer-theta').value)"
     browser.click("#viewer-play")
     moved = browser.evaluate(
@@ -293,7 +277,7 @@ def test_play_turns_the_leg_and_stops(browser: Chromium) -> None:
     assert later == stopped
 
 
-def in_page(numbers: Chromium, alpha: float, se: float) -> dict[str, Any]:
+def in_page(numbers, alpha, se):
     """The calculator's map of a push, at the nodes of `grid`; se NaN: not known."""
     at = np.degrees(grid()).T.round(4).tolist()
     found: dict[str, Any] = numbers.evaluate(
@@ -304,16 +288,14 @@ def in_page(numbers: Chromium, alpha: float, se: float) -> dict[str, Any]:
     return found
 
 
-def one_push(alpha: float, se: float) -> Map:
+def one_push(alpha, se):
     """The library's map of the same push."""
     push = {"beta_deg": [0], "gamma_deg": [90], column("z"): [alpha], column("z", "_se"): [se]}
     return estimate_map(pd.DataFrame(push))
 
 
 @pytest.mark.parametrize("alpha", [0.35, 2.1])
-def test_map_of_an_exact_push_equals_that_of_the_library(
-    numbers: Chromium, results: Results, alpha: float
-) -> None:
+def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha):
     found, ours = in_page(numbers, alpha, 0.0), one_push(alpha, 0.0)
     close = partial(np.testing.assert_allclose, rtol=6e-6, atol=1e-9)  # of six digits
     wanted = np.stack([ours.alpha, *interval(ours.draws, 0.95)], axis=-1)
@@ -332,7 +314,7 @@ def test_map_of_an_exact_push_equals_that_of_the_library(
 
 
 @pytest.mark.parametrize("percent", [1.0, 3.0, np.nan])
-def test_error_of_the_push_widens_the_map(numbers: Chromium, percent: float) -> None:
+def test_error_of_the_push_widens_the_map(numbers, percent):
     """Ends from other draws than the library's: alike but for the noise of a quantile of 1000 draws."""
     found, ours = in_page(numbers, 0.35, 0.0035 * percent), one_push(0.35, 0.0035 * percent)
     _, lo, hi = array(found["alpha"]).T
@@ -347,14 +329,14 @@ def test_error_of_the_push_widens_the_map(numbers: Chromium, percent: float) -> 
     np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.05)
 
 
-def test_next_push_is_that_of_the_plan(numbers: Chromium) -> None:
+def test_next_push_is_that_of_the_plan(numbers):
     step = plan("map", one_push(1.0, 0.0), count=1).steps[1]
     beta, gamma = step.directions[0]
     words = f"β {beta:.3g}°, γ {gamma:.3g}°. It narrows"
     assert words in numbers.evaluate("document.querySelector('#calculator').innerText")
 
 
-def test_a_large_error_is_told_to_widen_more(numbers: Chromium) -> None:
+def test_a_large_error_is_told_to_widen_more(numbers):
     found, ours = in_page(numbers, 0.35, 0.07), one_push(0.35, 0.07)
     _, lo, hi = array(found["alpha"]).T
     ends = interval(ours.draws, 0.95)
@@ -368,7 +350,7 @@ HIDDEN = "document.querySelector('#calc-result').hidden"
 FOCUS = "document.activeElement.id"
 
 
-def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> None:
+def test_field_calculator_by_keyboard(browser, results):
     assert browser.evaluate(HIDDEN) is False  # the campaign's own push stands there
     own = results.table("alpha/poppy_LP.csv").query("beta_deg == 0 and gamma_deg == 90")[
         column("z")
@@ -416,9 +398,7 @@ def test_field_calculator_by_keyboard(browser: Chromium, results: Results) -> No
         ("<img src=x onerror=window.hacked=1>", "", 'found "<img src=x onerror=window.hacked=1>"'),
     ],
 )  # fmt: skip
-def test_wrong_input_is_named_and_takes_the_result_away(
-    browser: Chromium, alpha: str, se: str, told: str
-) -> None:
+def test_wrong_input_is_named_and_takes_the_result_away(browser, alpha, se, told):
     for name, text in (("alpha", alpha), ("se", se)):
         browser.evaluate(f"document.querySelector('#calc-{name}').focus()")
         browser.type_text(text)
@@ -432,14 +412,14 @@ def test_wrong_input_is_named_and_takes_the_result_away(
 
 
 @pytest.mark.parametrize(("alpha", "told"), [("689", True), ("0.001", True), ("5", False)])
-def test_a_push_in_another_unit_is_asked_about(browser: Chromium, alpha: str, told: bool) -> None:
+def test_a_push_in_another_unit_is_asked_about(browser, alpha, told):
     browser.click("#calc-alpha")
     browser.type_text(alpha)
     assert ("is it in another unit?" in browser.evaluate(MESSAGE)) is told
     assert browser.evaluate(HIDDEN) is False
 
 
-def test_robot_by_keyboard(browser: Chromium) -> None:
+def test_robot_by_keyboard(browser):
     assert browser.evaluate("document.querySelectorAll('#robot-chart circle').length") == 42
     assert browser.evaluate("document.querySelectorAll('#robot-chart path').length") == 7
     lines = "[...document.querySelectorAll('#robot-scene .leg.first')].map((l) => l.getAttribute('d')).join()"
@@ -461,7 +441,7 @@ def test_robot_by_keyboard(browser: Chromium) -> None:
         assert browser.evaluate(pressed) == wanted
 
 
-def test_long_table_is_filtered_and_sorted(browser: Chromium, results: Results) -> None:
+def test_long_table_is_filtered_and_sorted(browser, results):
     errors = results.table("leg_errors.csv")
     rows = "[...document.querySelectorAll('#legs tbody tr:not([hidden])')]"
     browser.click("#legs input[type=search]")
@@ -492,7 +472,7 @@ def test_long_table_is_filtered_and_sorted(browser: Chromium, results: Results) 
     assert browser.evaluate(f"{rows}.length") == len(errors)
 
 
-def test_columns_below_a_common_heading_are_sorted_by_their_own(browser: Chromium) -> None:
+def test_columns_below_a_common_heading_are_sorted_by_their_own(browser):
     browser.evaluate("[...document.querySelectorAll('#summary thead button')].at(-1).click()")
     texts = browser.evaluate(
         "[...document.querySelectorAll('#summary tbody tr')].map((row) => row.cells[row.cells.length - 1].textContent)"
@@ -506,7 +486,7 @@ def test_columns_below_a_common_heading_are_sorted_by_their_own(browser: Chromiu
     assert known == sorted(known)
 
 
-def test_first_paint_and_print(browser: Chromium) -> None:
+def test_first_paint_and_print(browser):
     painted = browser.evaluate(
         "new Promise((done) => { const told = performance.getEntriesByName('first-contentful-paint');"
         " if (told.length) done(told[0].startTime); else new PerformanceObserver((list) =>"
@@ -524,7 +504,7 @@ def test_first_paint_and_print(browser: Chromium) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 1280])
-def test_page_is_no_wider_than_the_screen(chromium: Chromium, address: str, width: int) -> None:
+def test_page_is_no_wider_than_the_screen(chromium, address, width):
     chromium.open(address, width=width)
     assert chromium.evaluate("document.documentElement.scrollWidth") <= width
     small = chromium.evaluate(
@@ -536,9 +516,7 @@ def test_page_is_no_wider_than_the_screen(chromium: Chromium, address: str, widt
 
 
 @pytest.mark.parametrize("make", [sand_results, empty_grid_results])
-def test_live_parts_start_where_most_is_lacking(
-    chromium: Chromium, make: Callable[[Path], Results], tmp_path: Path
-) -> None:
+def test_live_parts_start_where_most_is_lacking(chromium, make, tmp_path):
     target = tmp_path / "report.html"
     target.write_text(page(make(tmp_path)), encoding="utf-8")
     chromium.open(target.as_uri())
@@ -546,7 +524,7 @@ def test_live_parts_start_where_most_is_lacking(
     assert chromium.complaints() == []
 
 
-def test_script_in_a_title_does_not_run(chromium: Chromium, tmp_path: Path) -> None:
+def test_script_in_a_title_does_not_run(chromium, tmp_path):
     target = tmp_path / "nasty.html"
     target.write_text(page(page_results(tmp_path, nasty=True)), encoding="utf-8")
     chromium.open(target.as_uri())

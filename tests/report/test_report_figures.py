@@ -7,7 +7,6 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Literal
 
 import chain_tables as chain
 import matplotlib as mpl
@@ -15,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.patches import PathPatch
-from memory import Memory, memory, of_runs
+from memory import memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
@@ -26,30 +25,27 @@ from rftfit.figures.legs import forces_over_zeta
 from rftfit.figures.maps import alpha_maps, depth_only_maps, fit_maps, kept_coefficients
 from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
 from rftfit.figures.protocol import tare
-from rftfit.figures.registry import Declared, figures
+from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, save, save_pages
 from rftfit.measure.flags import remark
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def words(figure: Figure) -> list[str]:
+def words(figure):
     from matplotlib.text import Text
 
     return [text.get_text() for text in figure.findobj(Text)]
 
 
-def hatched(figure: Figure) -> int:
+def hatched(figure):
     """Count hatched cells of maps; those of the legend are not in any axes."""
     patches = [patch for axes in figure.axes for patch in axes.patches if patch.get_hatch()]
     cells = [patch.get_path() for patch in patches if isinstance(patch, PathPatch)]
     return sum(len(path.to_polygons()) for path in cells)
 
 
-def two_runs() -> tuple[pd.DataFrame, pd.DataFrame]:
+def two_runs():
     rng = np.random.default_rng(1)
     parts = [
         chain.one_run("down", "intrusion", np.nan, 0.35, 0.16, rng, 200),
@@ -62,22 +58,22 @@ def two_runs() -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.concat([trace for trace, _ in parts], ignore_index=True), fits
 
 
-def maps_of(table: pd.DataFrame, confidence: float = 0.95) -> Figure:
+def maps_of(table, confidence=0.95):
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"], fit=Fit(confidence=confidence))
     return alpha_maps(results)
 
 
-def small_map() -> Figure:
+def small_map():
     return maps_of(chain.alpha_table("poppy_LP"))
 
 
-def stress_figure() -> Figure:
+def stress_figure():
     traces, fits = two_runs()
     shown = Figures(stress_runs=("down", "up"))
     return stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
 
 
-def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path: Path) -> None:
+def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path):
     one = save(small_map(), tmp_path / "one" / "glass0.3mm_LP")
     other = save(small_map(), tmp_path / "an other, \u00e9" / "glass0.3mm_LP")
     assert [path.name for path in one] == [f"glass0.3mm_LP.{ending}" for ending in FORMATS]
@@ -88,7 +84,7 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path: Path) -> N
     )
 
 
-def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path: Path) -> None:
+def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path):
     here = save(stress_figure(), tmp_path / "here")
     script = (
         "import sys, matplotlib; matplotlib.rcParams['font.size'] = 20;"
@@ -107,7 +103,7 @@ def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path: Path)
         assert path_here.read_bytes() == there.read_bytes(), path_here.suffix
 
 
-def test_files_carry_no_date_and_embed_their_letters(tmp_path: Path) -> None:
+def test_files_carry_no_date_and_embed_their_letters(tmp_path):
     png, pdf, svg, webp = (path.read_bytes() for path in save(small_map(), tmp_path / "map"))
     assert webp[8:12] == b"WEBP"
     assert len(webp) < len(png)
@@ -119,19 +115,19 @@ def test_files_carry_no_date_and_embed_their_letters(tmp_path: Path) -> None:
     assert b"<text" not in svg
 
 
-def test_drawing_leaves_the_users_settings_alone() -> None:
+def test_drawing_leaves_the_users_settings_alone():
     before = dict(mpl.rcParams)
     small_map()
     assert dict(mpl.rcParams) == before
 
 
-def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="cannot write"):
         save(small_map(), tmp_path / "file" / "map")
 
 
-def test_maps_name_units_and_media_and_show_missing_cells() -> None:
+def test_maps_name_units_and_media_and_show_missing_cells():
     figure = alpha_maps(memory({"alpha/{medium}.csv": chain.alpha_tables()}))
     text = words(figure)
     for wanted in (
@@ -146,25 +142,25 @@ def test_maps_name_units_and_media_and_show_missing_cells() -> None:
     assert hatched(figure) == 5 * 4 * len(chain.MISSING)
 
 
-def test_complete_maps_have_no_word_of_missing_runs() -> None:
+def test_complete_maps_have_no_word_of_missing_runs():
     figure = maps_of(chain.alpha_table("poppy_LP", {}), 0.9)
     assert "no usable run" not in words(figure)
     assert any("90 % interval" in line for line in words(figure))
     assert "poppy seeds, loose" in words(figure)
 
 
-def test_a_level_close_to_one_is_not_written_as_100_percent() -> None:
+def test_a_level_close_to_one_is_not_written_as_100_percent():
     figure = maps_of(chain.alpha_table("poppy_LP", {}), 0.99999)
     assert any("99.999 % interval" in line for line in words(figure))
     assert not any("100 %" in line for line in words(figure))
 
 
-def test_memory_grows_with_the_media_and_not_with_their_square() -> None:
+def test_memory_grows_with_the_media_and_not_with_their_square():
     """What is drawn by way of an image of the whole figure stays in memory until a pdf is closed."""
     assert not [one for one in small_map().findobj() if one.get_rasterized()]
 
 
-def test_bars_show_the_colours_of_their_maps() -> None:
+def test_bars_show_the_colours_of_their_maps():
     figure = small_map()
     (strip,) = figure.axes[1].images
     mesh = figure.axes[0].collections[0]
@@ -173,7 +169,7 @@ def test_bars_show_the_colours_of_their_maps() -> None:
     assert tuple(strip.get_extent()[2:]) == figure.axes[1].get_ylim() == mesh.get_clim()
 
 
-def test_colours_are_symmetric_about_zero() -> None:
+def test_colours_are_symmetric_about_zero():
     figure = small_map()
     mesh = figure.axes[0].collections[0]
     low, high = mesh.get_clim()
@@ -181,14 +177,14 @@ def test_colours_are_symmetric_about_zero() -> None:
     assert high == pytest.approx(np.nanmax(np.abs(reference.alpha_grid("poppy_LP")[0])))
 
 
-def test_a_medium_without_any_value_is_drawn_hatched() -> None:
+def test_a_medium_without_any_value_is_drawn_hatched():
     table = chain.alpha_table("poppy_LP")
     table[[name for name in table.columns if name.startswith("alpha_")]] = np.nan
     figure = maps_of(table)
     assert hatched(figure) == 4 * 91
 
 
-def fitted(method: Literal["lsq", "dft-index"] = "lsq", **tables: pd.DataFrame) -> Memory:
+def fitted(method="lsq", **tables):
     every = {
         "alpha/{medium}.csv": chain.alpha_tables(),
         "coefficients.csv": chain.coefficient_table(),
@@ -198,7 +194,7 @@ def fitted(method: Literal["lsq", "dft-index"] = "lsq", **tables: pd.DataFrame) 
     return memory(every | changed, fourier=Fourier(method=method))
 
 
-def test_fit_maps_show_measured_minus_fit() -> None:
+def test_fit_maps_show_measured_minus_fit():
     results = fitted("dft-index")
     figure = fit_maps(results)
     text = words(figure)
@@ -219,7 +215,7 @@ def test_fit_maps_show_measured_minus_fit() -> None:
     np.testing.assert_allclose(residual[good], wanted[good], atol=1e-4)
 
 
-def test_depth_only_maps_are_made_from_three_measured_values() -> None:
+def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
     figure = depth_only_maps(results, "poppy_LP")
@@ -240,11 +236,11 @@ def test_depth_only_maps_are_made_from_three_measured_values() -> None:
     assert any("no depth-only model" in line for line in told)
 
 
-def test_a_medium_without_a_fit_has_no_coefficients() -> None:
+def test_a_medium_without_a_fit_has_no_coefficients():
     assert np.isnan(kept_coefficients(fitted(), "moon")).all()
 
 
-def test_generic_figure_scales_by_zeta() -> None:
+def test_generic_figure_scales_by_zeta():
     results = fitted()
     figure = generic_profile(results)
     text = words(figure)
@@ -257,7 +253,7 @@ def test_generic_figure_scales_by_zeta() -> None:
     np.testing.assert_allclose(np.asarray(line.get_ydata(), float), rows["value_N_per_cm3"] / zeta)
 
 
-def test_without_any_fit_the_reasons_are_drawn() -> None:
+def test_without_any_fit_the_reasons_are_drawn():
     why = "1 of 91 cells have no alpha"
     coefficients = chain.coefficient_table().assign(value_N_per_cm3=np.nan, reason=why)
     penetration = chain.penetration_table().assign(zeta=np.nan, reason=why)
@@ -267,7 +263,7 @@ def test_without_any_fit_the_reasons_are_drawn() -> None:
         assert f"poppy_LP: {why}" in words(figure(results))
 
 
-def test_captions_have_no_words_for_numbers_that_are_not_there() -> None:
+def test_captions_have_no_words_for_numbers_that_are_not_there():
     """A table of alpha without errors has no interval; a medium of legs alone no alpha either."""
     table = chain.alpha_table("poppy_LP")
     bare = table.copy()
@@ -283,7 +279,7 @@ def test_captions_have_no_words_for_numbers_that_are_not_there() -> None:
             assert ends in told or name == "fit_maps"
 
 
-def test_without_a_usable_medium_there_is_no_generic_profile() -> None:
+def test_without_a_usable_medium_there_is_no_generic_profile():
     """Each has its fit and its zeta; the mean of none is in no table."""
     why = "unusable: fails symmetry"
     coefficients = chain.coefficient_table()
@@ -296,7 +292,7 @@ def test_without_a_usable_medium_there_is_no_generic_profile() -> None:
     assert declared("generic_profile").caption_of(found) == ""
 
 
-def test_stress_figure_turns_extractions_and_draws_the_fit() -> None:
+def test_stress_figure_turns_extractions_and_draws_the_fit():
     figure = stress_figure()
     text = words(figure)
     assert "stress (N/cm$^2$)" in text
@@ -311,7 +307,7 @@ def test_stress_figure_turns_extractions_and_draws_the_fit() -> None:
     assert np.asarray(samples.get_ydata())[end] == pytest.approx(0.4, abs=0.05)
 
 
-def test_which_runs_the_stress_figure_shows() -> None:
+def test_which_runs_the_stress_figure_shows():
     traces, fits = two_runs()
     fits = fits.assign(medium="poppy_LP")
     campaign = of_runs(traces, fits).campaign
@@ -343,7 +339,7 @@ def test_which_runs_the_stress_figure_shows() -> None:
     assert any(line.startswith("extraction") for line in words(stress_of_runs(results)))
 
 
-def test_tare_figure_shades_the_valid_range() -> None:
+def test_tare_figure_shades_the_valid_range():
     depth = np.linspace(-1, 8, 50)
     good = (depth > 0) & (depth < 7)
     force = pd.Series(depth).where(good)
@@ -366,11 +362,11 @@ def test_tare_figure_shades_the_valid_range() -> None:
         assert any(told in line for line in words(lost))
 
 
-def declared(name: str) -> Declared:
+def declared(name):
     return next(one for one in figures() if one.name == name)
 
 
-def test_braces_in_the_title_of_a_medium_that_fails_a_check_are_text() -> None:
+def test_braces_in_the_title_of_a_medium_that_fails_a_check_are_text():
     results = memory({}, ["poppy_LP"])
     results.campaign.titles["poppy_LP"] = "sand {wet}"
     results.marks["poppy_LP"] = [remark("unusable", checks="work")]
@@ -381,7 +377,7 @@ def test_braces_in_the_title_of_a_medium_that_fails_a_check_are_text() -> None:
     assert " in sand {wet}, made from" in told
 
 
-def test_every_figure_of_the_demonstration_has_a_file_of_its_own() -> None:
+def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
     campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
     files = [one.file(medium) for one in figures() for medium in one.media(campaign)]
     assert len(files) == len(set(files)) > 30
@@ -392,14 +388,14 @@ def test_every_figure_of_the_demonstration_has_a_file_of_its_own() -> None:
         assert callable(getattr(import_module(module), name))
 
 
-def test_a_sand_alone_has_no_figure_of_laboratory_media() -> None:
+def test_a_sand_alone_has_no_figure_of_laboratory_media():
     campaign = memory({}, ["yuma"]).campaign
     files = {one.file(medium) for one in figures() for medium in one.media(campaign)}
     names = ("stress_of_runs", "estimated_maps", "legs_in_sands", "peak_errors", "penetration")
     assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
 
 
-def test_captions_have_the_numbers_of_the_run() -> None:
+def test_captions_have_the_numbers_of_the_run():
     results = fitted()
     told = declared("generic_profile").caption_of(results)
     zeta = results.table("penetration.csv")["zeta"].iloc[0]
@@ -412,7 +408,7 @@ def test_captions_have_the_numbers_of_the_run() -> None:
 
 
 @pytest.mark.parametrize("one", figures(), ids=lambda one: one.run)
-def test_a_caption_without_tables_stands_without_numbers(one: Declared) -> None:
+def test_a_caption_without_tables_stands_without_numbers(one):
     results = memory({}, [*reference.MEDIA, *reference.SANDS])
     for medium in one.media(results.campaign):
         told = one.caption_of(results, medium)
@@ -421,13 +417,13 @@ def test_a_caption_without_tables_stands_without_numbers(one: Declared) -> None:
 
 
 @pytest.mark.parametrize("ending", [one for one in FORMATS if one != "webp"])
-def test_a_remark_stands_in_every_format(ending: str) -> None:
+def test_a_remark_stands_in_every_format(ending):
     one = style.missing("nothing")
     assert b"re-enacted logs" in style.content(one, ending, "Made from re-enacted logs.")
     assert b"re-enacted logs" not in style.content(one, ending)
 
 
-def test_pages_are_written_beside_one_another(tmp_path: Path) -> None:
+def test_pages_are_written_beside_one_another(tmp_path):
     one = style.missing("nothing")
     names = save_pages([one, one], tmp_path, "results/quality/glass0.3mm_LP")
     stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
@@ -436,14 +432,14 @@ def test_pages_are_written_beside_one_another(tmp_path: Path) -> None:
     assert save_pages(one, tmp_path, "a") == [f"a.{ending}" for ending in FORMATS]
 
 
-def test_every_medium_has_its_own_look() -> None:
+def test_every_medium_has_its_own_look():
     media = [*reference.MEDIA, *reference.SANDS]
     assert len(set(style.medium_looks(media).values())) == len(media)
     looks = style.medium_looks(["moon", "poppy_LP"])
     assert looks["poppy_LP"] == style.MEDIUM_LOOKS["poppy_LP"] != looks["moon"]
 
 
-def test_numbers_are_written_with_a_true_minus() -> None:
+def test_numbers_are_written_with_a_true_minus():
     assert style.number(-0.0123) == "\u22120.012"
     assert style.number(-0.0001) == "0.000"
     assert style.number(float("nan")) == "no value"
@@ -451,7 +447,7 @@ def test_numbers_are_written_with_a_true_minus() -> None:
     assert style.degrees(90.0) == "90\u00b0"
 
 
-def test_declarations_load_neither_matplotlib_nor_pandas() -> None:
+def test_declarations_load_neither_matplotlib_nor_pandas():
     script = (
         "import sys; from rftfit.figures.registry import figures; figures();"
         "bad = {'matplotlib', 'pandas', 'scipy', 'numba'} & set(sys.modules); assert not bad, bad;"
@@ -462,7 +458,7 @@ def test_declarations_load_neither_matplotlib_nor_pandas() -> None:
         subprocess.run([sys.executable, "-c", script, f"{folder}/x"], check=True)
 
 
-def test_linearity_is_drawn_in_directions_of_the_campaign() -> None:
+def test_linearity_is_drawn_in_directions_of_the_campaign():
     own = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
     table = pd.DataFrame(own, columns=["beta_deg", "gamma_deg"])
     found = nearest_cells(table)
@@ -472,7 +468,7 @@ def test_linearity_is_drawn_in_directions_of_the_campaign() -> None:
     assert nearest_cells(table[:1]) == own[:1]
 
 
-def test_the_dates_in_fonts_are_not_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+def test_the_dates_in_fonts_are_not_warned_of(caplog):
     figure = style.new_figure(8, 5)
     figure.text(0.5, 0.5, r"$\alpha_z$ and $\zeta$")
     style.content(figure, "pdf")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,20 +15,16 @@ from page_inputs import page_results, sand_results, write
 
 from rftfit.figures.maps import estimated_maps
 from rftfit.figures.registry import figures
-from rftfit.figures.style import FORMATS, preview
+from rftfit.figures.style import FORMATS, content, preview
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.page.page import page as make_page
 from rftfit.page.page import pictures
 from rftfit.results import Results
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
 NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
 
-def sentences(page: str) -> list[tuple[str, str]]:
+def sentences(page):
     """Text and section of each sentence, as a reader sees it."""
     found = re.search(r'<ul class="findings">(.*?)</ul>', page, re.DOTALL)
     assert found is not None
@@ -36,13 +32,13 @@ def sentences(page: str) -> list[tuple[str, str]]:
     return [(html.unescape(re.sub(r"</?sub>", "", text)), section) for text, section in items]
 
 
-def numbers(text: str) -> list[float]:
+def numbers(text):
     """Numbers of a sentence, without those of its directions and units."""
     plain = re.sub(r"\(0, 90 deg\)|N/cm\u00b3|\d+(?:\.\d+)? mm glass", "", text)
     return [float(one.replace("\u2212", "-")) for one in NUMBER.findall(plain)]
 
 
-def worst(errors: pd.DataFrame, media: Sequence[str], profile: str) -> list[float]:
+def worst(errors, media, profile):
     """Largest error of peak lift of each leg with its interval."""
     own = errors[errors["medium"].isin(media) & (errors["profile"] == profile)]
     found: list[float] = []
@@ -58,7 +54,7 @@ def worst(errors: pd.DataFrame, media: Sequence[str], profile: str) -> list[floa
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def results(tmp_path_factory):
     made = page_results(tmp_path_factory.mktemp("found"), robot=True)
     errors = made.table("leg_errors.csv")
     sand = errors["medium"] == "yuma"
@@ -74,7 +70,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 
 @pytest.fixture(scope="module")
-def said(results: Results) -> dict[str, list[str]]:
+def said(results):
     """Sentences by the section that they lead to."""
     found: dict[str, list[str]] = {}
     for text, section in sentences(make_page(results)):
@@ -82,13 +78,13 @@ def said(results: Results) -> dict[str, list[str]]:
     return found
 
 
-def test_every_section_that_is_named_once_has_its_sentence(said: dict[str, list[str]]) -> None:
+def test_every_section_that_is_named_once_has_its_sentence(said):
     assert {name: len(texts) for name, texts in said.items()} == {
         "legs": 1, "robot": 1, "maps": 1, "sands": 1,
     } | ({"coefficients": 1} if "coefficients" in said else {})  # fmt: skip
 
 
-def test_errors_of_legs(results: Results, said: dict[str, list[str]]) -> None:
+def test_errors_of_legs(results, said):
     errors = results.table("leg_errors.csv")
     own = errors[errors["medium"].isin(results.laboratory) & (errors["profile"] == "table")]
     own = own[own["peak_error_percent"].notna()]
@@ -99,13 +95,13 @@ def test_errors_of_legs(results: Results, said: dict[str, list[str]]) -> None:
     assert found[9:] == [len(results.laboratory), 33, near, len(own)]
 
 
-def test_errors_in_sands(results: Results, said: dict[str, list[str]]) -> None:
+def test_errors_in_sands(results, said):
     wanted = worst(results.table("leg_errors.csv"), ["yuma"], "generic")
     assert numbers(said["sands"][0]) == pytest.approx(wanted, abs=0.5)
     assert said["sands"][0].endswith("(Yuma sand).")
 
 
-def test_speeds_of_the_robot(results: Results, said: dict[str, list[str]]) -> None:
+def test_speeds_of_the_robot(results, said):
     errors = results.table("robot/errors.csv")
     own = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
     within = [int((own["error_percent"].abs() <= percent).sum()) for percent in (20, 35)]
@@ -116,7 +112,7 @@ def test_speeds_of_the_robot(results: Results, said: dict[str, list[str]]) -> No
     )  # fmt: skip
 
 
-def test_softest_and_hardest_medium(results: Results, said: dict[str, list[str]]) -> None:
+def test_softest_and_hardest_medium(results, said):
     found: dict[str, tuple[Any, ...]] = {}
     for one in results:
         table = one.alpha
@@ -130,7 +126,7 @@ def test_softest_and_hardest_medium(results: Results, said: dict[str, list[str]]
     assert numbers(text) == pytest.approx(wanted, abs=0.0005)
 
 
-def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path: Path) -> None:
+def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path):
     results = sand_results(tmp_path)
     predicted = results.table("predicted.csv").assign(profile="map")
     write(results, "predicted.csv", predicted)
@@ -144,7 +140,7 @@ def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path: Path) -> None:
     assert numbers(text) == pytest.approx(wanted, abs=0.05)
 
 
-def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path: Path) -> None:
+def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     results = page_results(tmp_path)
     checks = pd.DataFrame(
         [{"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
@@ -167,10 +163,8 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path: Path) -> N
     assert ">doubtful</a>" in page
 
 
-def test_figures_are_previewed_with_captions_and_links(tmp_path: Path) -> None:
+def test_figures_are_previewed_with_captions_and_links(tmp_path):
     from matplotlib.figure import Figure
-
-    from rftfit.figures.style import content
 
     results = page_results(tmp_path)
     png = content(Figure(figsize=(7.2, 3), dpi=300), "png")
@@ -193,7 +187,7 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path: Path) -> None:
     assert page.index('id="figure-alpha_maps_poppy_LP"') > page.index('<section id="maps"')
 
 
-def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path: Path) -> None:
+def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     results = page_results(tmp_path)
     page = estimated_maps(results)
     titles = [axes.get_title(loc="left") or axes.get_title() for axes in page.axes]

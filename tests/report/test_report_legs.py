@@ -1,14 +1,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
-from memory import Memory, memory, of_runs
+from memory import memory, of_runs
 from text_boxes import text_faults
 from turning import sweep
 
@@ -34,17 +36,13 @@ from rftfit.figures.style import content, save
 from rftfit.model.fourier import TERMS
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-    from pathlib import Path
-
-    from matplotlib.figure import Figure
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 
 MEDIA = ["poppy_LP", "glass3mm_CP"]
 SANDS = ["yuma", "palms29"]
@@ -52,12 +50,12 @@ SAND_ZETAS = {"yuma": 0.61, "palms29": 0.78}
 STATED_CM = {"yuma": 2.0, "palms29": 3.0}
 
 
-def nine(medium: str) -> FloatArray:
+def nine(medium):
     published = reference.coefficients(medium)
     return np.array([published.get(term, 0.0) for term in TERMS])
 
 
-def curve(medium: str, leg: str, name: str, profile: Profile) -> pd.DataFrame:
+def curve(medium, leg, name, profile):
     forces = sweep(profile, model_leg(leg))
     names = {"medium": medium, "leg": leg, "profile": name, "reason": ""}
     table = pd.DataFrame({"theta_deg": THETA_DEG}).assign(**names)
@@ -69,7 +67,7 @@ def curve(medium: str, leg: str, name: str, profile: Profile) -> pd.DataFrame:
 
 
 @cache
-def _predicted() -> pd.DataFrame:
+def _predicted():
     parts = []
     for medium in MEDIA + SANDS:
         zeta = SAND_ZETAS.get(medium)
@@ -86,22 +84,22 @@ def _predicted() -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def predicted() -> pd.DataFrame:
+def predicted():
     return _predicted().copy()
 
 
-def measured() -> pd.DataFrame:
+def measured():
     both = pd.concat([reference.load("fig_s5"), reference.load("fig_s12")], ignore_index=True)
     both = both[both["medium"].isin(MEDIA + SANDS)]
     return both.assign(run_id=both["medium"] + "_" + both["leg"]).reset_index(drop=True)
 
 
-def penetration() -> pd.DataFrame:
+def penetration():
     zetas = {medium: reference.coefficients(medium)["zeta"] for medium in MEDIA}
     return pd.DataFrame([{"method": "lsq", "medium": m, "zeta": z} for m, z in zetas.items()])
 
 
-def sand_tables() -> tuple[pd.DataFrame, pd.DataFrame]:
+def sand_tables():
     samples = reference.load("fig_s11")
     samples = samples[samples["medium"].isin(SANDS)]
     end = samples["medium"].map(STATED_CM)
@@ -122,7 +120,7 @@ def sand_tables() -> tuple[pd.DataFrame, pd.DataFrame]:
     return samples.assign(**dict.fromkeys(empty, 0.0)), pd.DataFrame(rows)
 
 
-def errors() -> pd.DataFrame:
+def errors():
     truth = measured()
     rows = []
     for (medium, leg, profile), part in predicted().groupby(["medium", "leg", "profile"]):
@@ -136,7 +134,7 @@ def errors() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def leg_shape_table() -> pd.DataFrame:
+def leg_shape_table():
     """Errors that tell their place: 10 for a leg, 1 for an arc, 0.1 for a hip, negative ahead."""
     rows = [
         (medium, leg, "table", 150 + 15 * arc if bent else 0, 15 * arc if bent else 0, 2 + hip, hip, lead,
@@ -150,9 +148,7 @@ def leg_shape_table() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=SENSITIVITY_COLUMNS)
 
 
-def results(
-    media: Iterable[str] = MEDIA, legs: dict[str, Leg] | None = None, **tables: pd.DataFrame
-) -> Memory:
+def results(media=MEDIA, legs=None, **tables):
     """Results of these media, with tables of one's own in place of the usual ones."""
     usual = {"predicted": predicted, "legs/{medium}": measured, "penetration": penetration,
              "leg_errors": errors, "leg_sensitivity": leg_shape_table}  # fmt: skip
@@ -163,7 +159,7 @@ def results(
     return memory({f"{name}.csv": table for name, table in own.items()}, media, **settings)
 
 
-def pushed(samples: pd.DataFrame, sands: pd.DataFrame) -> Memory:
+def pushed(samples, sands):
     """Results of penetration tests."""
     fits = (
         samples[["run_id", "medium"]]
@@ -189,20 +185,20 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 @cache
-def drawn(name: str) -> Figure:
+def drawn(name):
     return FIGURES[name]()
 
 
-def words(figure: Figure) -> list[str]:
+def words(figure):
     return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
 
 
-def panels(figure: Figure) -> list[str]:
+def panels(figure):
     """Text of each axes, its ticks left out."""
     return ["\n".join(t.get_text() for t in axes.texts) for axes in figure.axes]
 
 
-def test_the_order_of_rows_does_not_matter(tmp_path: Path) -> None:
+def test_the_order_of_rows_does_not_matter(tmp_path):
     ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
     one = save(legs(results(), "poppy_LP"), tmp_path / "one")
     other = save(legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other")
@@ -210,7 +206,7 @@ def test_the_order_of_rows_does_not_matter(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_every_axis_label_has_a_unit(name: str) -> None:
+def test_every_axis_label_has_a_unit(name):
     figure = drawn(name)
     found = {axes.get_xlabel() for axes in figure.axes} | {a.get_ylabel() for a in figure.axes}
     found.discard("")
@@ -219,13 +215,13 @@ def test_every_axis_label_has_a_unit(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_no_text_leaves_the_figure_or_touches_another(name: str) -> None:
+def test_no_text_leaves_the_figure_or_touches_another(name):
     figure = drawn(name)
     content(figure, "svg")
     assert text_faults(figure) == []
 
 
-def test_the_curves_drawn_are_those_of_the_tables() -> None:
+def test_the_curves_drawn_are_those_of_the_tables():
     figure = legs(results(), "poppy_LP")
     seen = measured().query("medium == 'poppy_LP' and leg == 'c_leg'")
     ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'table'")
@@ -235,7 +231,7 @@ def test_the_curves_drawn_are_those_of_the_tables() -> None:
     np.testing.assert_array_equal(lines[1], ours["force_z_N"])
 
 
-def test_the_depth_only_model_has_an_inset_of_its_own() -> None:
+def test_the_depth_only_model_has_an_inset_of_its_own():
     figure = legs(results(), "poppy_LP")
     rows = predicted().query(
         "medium == 'poppy_LP' and leg == 'reversed_c_leg' and profile == 'depth_only'"
@@ -249,7 +245,7 @@ def test_the_depth_only_model_has_an_inset_of_its_own() -> None:
     assert figure.axes[7].get_ylim()[1] < highest
 
 
-def test_each_push_into_a_sand_has_its_own_fit() -> None:
+def test_each_push_into_a_sand_has_its_own_fit():
     samples, sands = sand_tables()
     medium = SANDS[0]
     again = samples[samples["medium"] == medium].assign(run_id="again")
@@ -265,20 +261,20 @@ def test_each_push_into_a_sand_has_its_own_fit() -> None:
     assert any("2 tests, stated" in text for text in words(figure))
 
 
-def test_media_stand_in_the_order_of_the_campaign() -> None:
+def test_media_stand_in_the_order_of_the_campaign():
     labels = [label.get_text() for label in peak_errors(results()).axes[0].get_yticklabels()]
     titles = results().campaign.titles
     assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]
 
 
-def test_depth_only_forces_of_all_media_are_dotted() -> None:
+def test_depth_only_forces_of_all_media_are_dotted():
     figure = legs_depth_only(results())
     ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'depth_only'")
     line = next(one for one in figure.axes[0].lines if one.is_dashed())
     np.testing.assert_array_equal(line.get_ydata(), ours["force_z_N"])
 
 
-def test_a_leg_that_is_not_measured_is_told_in_its_panels() -> None:
+def test_a_leg_that_is_not_measured_is_told_in_its_panels():
     without = results(measured=measured().query("leg != 'flat_leg'"))
     for figure, count in (
         (legs(without, "poppy_LP"), 2),
@@ -288,7 +284,7 @@ def test_a_leg_that_is_not_measured_is_told_in_its_panels() -> None:
         assert sum("not measured" in text for text in panels(figure)) == count
 
 
-def test_a_prediction_without_numbers_is_told_with_its_reason() -> None:
+def test_a_prediction_without_numbers_is_told_with_its_reason():
     table = predicted()
     bad = (table["leg"] == "c_leg") & (table["profile"] == "table")
     table.loc[bad, [name for name in table if str(name).startswith("force")]] = np.nan
@@ -299,14 +295,14 @@ def test_a_prediction_without_numbers_is_told_with_its_reason() -> None:
         assert "no prediction (cell (30, 45) is missing)" in told
 
 
-def test_a_medium_without_any_data_has_a_row_that_says_so() -> None:
+def test_a_medium_without_any_data_has_a_row_that_says_so():
     figure = legs_by_medium(results(["poppy_LP", "poppy_CP"]))
     empty = [text for text in panels(figure) if "not measured" in text and "no prediction" in text]
     assert len(empty) == len(reference.LEGS)
     assert "poppy seeds, close" in words(figure)
 
 
-def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients() -> None:
+def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients():
     figure = forces_over_zeta(results())
     expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
     np.testing.assert_allclose(
@@ -314,7 +310,7 @@ def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients() -> N
     )
 
 
-def test_a_medium_without_zeta_is_named_in_the_panels() -> None:
+def test_a_medium_without_zeta_is_named_in_the_panels():
     table = penetration().assign(reason="no fit")
     table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
     figure = forces_over_zeta(results(penetration=table))
@@ -323,7 +319,7 @@ def test_a_medium_without_zeta_is_named_in_the_panels() -> None:
     assert "glass3mm_CP: no fit" in words(figure)
 
 
-def test_penetration_marks_the_detected_end_and_says_what_is_missing() -> None:
+def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     samples, sands = sand_tables()
     figure = draw_penetration(pushed(samples, sands))
     ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
@@ -340,7 +336,7 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing() -> None:
     assert panels(figure) == ["no fit over the detected window", "no stress in this test"]
 
 
-def test_peak_errors_are_ratios_and_missing_ones_are_told() -> None:
+def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table = errors()
     numbers = [name for name in table if str(name).startswith("peak")]
     first = (table["medium"] == "poppy_LP") & (table["leg"] == "c_leg")
@@ -363,7 +359,7 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told() -> None:
     )
 
 
-def test_shapes_of_legs_are_ratios_with_a_bar_of_the_hip() -> None:
+def test_shapes_of_legs_are_ratios_with_a_bar_of_the_hip():
     figure = leg_shapes(results())
     # lift above thrust, column by column
     axes = figure.axes[4]
@@ -378,7 +374,7 @@ def test_shapes_of_legs_are_ratios_with_a_bar_of_the_hip() -> None:
     assert any("no leg was measured" in text for text in words(nothing))
 
 
-def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge() -> None:
+def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     table = errors().query("medium == 'yuma' and leg == 'flat_leg'")
     figure = peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
@@ -387,14 +383,14 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge() -> None:
     np.testing.assert_allclose(end * table["peak_measured_N"], table["peak_predicted_hi_N"])
 
 
-def test_gaps_and_new_runs_break_the_line() -> None:
+def test_gaps_and_new_runs_break_the_line():
     theta = [-3.0, -2.0, 4.0, 5.0, -3.0, -2.0]
     rows = pd.DataFrame({"theta_deg": theta, "force_z_N": np.arange(6.0)})
     force = leg_panels.broken(rows, "force_z_N")[1]
     np.testing.assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
 
 
-def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config: Config) -> None:
+def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
     for leg in (one for one in paper_config.intruders.values() if isinstance(one, Leg)):
         line = leg_line(leg, -60.0)
         np.testing.assert_allclose(line[0], [0, 2], atol=0.02)
@@ -402,7 +398,7 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config: Config
         np.testing.assert_allclose(line[-1], tip, atol=0.03)
 
 
-def test_legs_are_those_of_the_config() -> None:
+def test_legs_are_those_of_the_config():
     own = Leg(shape="leg", curvature_times_R=0.5, max_length_cm=6, width_cm=2, thickness_cm=0.5,
               hip_height_cm=1)  # fmt: skip
     one = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
@@ -413,7 +409,7 @@ def test_legs_are_those_of_the_config() -> None:
 
 
 @pytest.mark.parametrize("draw", [legs_by_medium, legs_depth_only])
-def test_the_measured_peak_is_that_of_the_tables(draw: Callable[[Memory], Figure]) -> None:
+def test_the_measured_peak_is_that_of_the_tables(draw):
     noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
     noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)
     own = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
@@ -434,11 +430,11 @@ def test_the_measured_peak_is_that_of_the_tables(draw: Callable[[Memory], Figure
         (0.29, 0.3, "0.290 to 0.300"),
     ],
 )
-def test_an_interval_has_a_width(low: float, high: float, told: str) -> None:
+def test_an_interval_has_a_width(low, high, told):
     assert span(low, high) == told
 
 
-def test_captions_tell_the_peak_errors() -> None:
+def test_captions_tell_the_peak_errors():
     behind = errors().assign(peak_error_percent=-4.5, peak_errors="hip 90 %, arc 10 %")
     found = results(leg_errors=behind)
     told = next(one for one in figures() if one.name == "legs").caption_of(found, "poppy_LP")

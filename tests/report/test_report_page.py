@@ -8,7 +8,7 @@ import re
 import time
 from functools import partial
 from html.parser import HTMLParser
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -37,11 +37,8 @@ from rftfit.page.methods import paragraphs, settings_digest
 from rftfit.page.outcome import gravest_doubt, outcome_of_runs, rows_by_reason
 from rftfit.page.page import page as make_page
 from rftfit.page.reversal import FLAT, REVERSED, reversals
+from rftfit.page.workbooks import workbooks
 from rftfit.results import Results
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
@@ -55,7 +52,7 @@ class Reader(HTMLParser):
     A table is a list of rows, a row a list of cells, each with its small print after a bar.
     """
 
-    def __init__(self, page: str) -> None:
+    def __init__(self, page):
         super().__init__()
         self.open: list[str] = []
         self.tags: list[tuple[str, dict[str, str | None]]] = []
@@ -66,7 +63,7 @@ class Reader(HTMLParser):
         self.feed(page)
         self.close()
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         given = dict(attrs)
         self.tags.append((tag, given))
         if tag == "section":
@@ -83,10 +80,10 @@ class Reader(HTMLParser):
         elif tag == "small":
             self.tables[self.section][-1][-1][-1] += "|"
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if self.open and self.open[-1] == "script":
             self.scripts.append(data)
             return
@@ -94,41 +91,41 @@ class Reader(HTMLParser):
         if {"td", "th"} & set(self.open):
             self.tables[self.section][-1][-1][-1] += data
 
-    def rows(self, section: str, table: int = 0) -> dict[str, list[str]]:
+    def rows(self, section, table=0):
         """Rows of a table by their first cell."""
         return {row[0]: row[1:] for row in self.tables[section][table]}
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def results(tmp_path_factory):
     return page_results(tmp_path_factory.mktemp("campaign"), robot=True)
 
 
 @pytest.fixture(scope="module")
-def page(results: Results) -> str:
+def page(results):
     return make_page(results)
 
 
 @pytest.fixture(scope="module")
-def read(page: str) -> Reader:
+def read(page):
     return Reader(page)
 
 
-def live(page: str) -> dict[str, Any]:
+def live(page):
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
     assert found is not None
     data: dict[str, Any] = json.loads(found[1])
     return data
 
 
-def test_page_is_well_formed_and_small(page: str, read: Reader) -> None:
+def test_page_is_well_formed_and_small(page, read):
     assert read.open == []
     assert len(page.encode()) < 10_000_000
     ids = [given["id"] for _, given in read.tags if "id" in given]
     assert len(ids) == len(set(ids))
 
 
-def test_page_needs_no_network(read: Reader) -> None:
+def test_page_needs_no_network(read):
     for tag, given in read.tags:
         assert tag not in {"iframe", "object"}
         for name in ("src", "href"):
@@ -139,7 +136,7 @@ def test_page_needs_no_network(read: Reader) -> None:
     assert "unsafe" not in policy
 
 
-def test_every_section_is_there_in_order_with_a_link_and_a_heading(read: Reader) -> None:
+def test_every_section_is_there_in_order_with_a_link_and_a_heading(read):
     assert [given["id"] for tag, given in read.tags if tag == "section"] == SECTIONS
     links = [given["href"] for tag, given in read.tags if tag == "a"][1 : len(SECTIONS) + 1]
     assert links == [f"#{name}" for name in SECTIONS]
@@ -148,14 +145,14 @@ def test_every_section_is_there_in_order_with_a_link_and_a_heading(read: Reader)
     assert set(labelled) <= ids
 
 
-def test_every_input_has_a_label(page: str) -> None:
+def test_every_input_has_a_label(page):
     controls = re.findall(r"<(?:select|input)\b", page.split("<script", maxsplit=1)[0])
     inside = re.findall(r"<label\b.*?</label>", page, re.DOTALL)
     assert len(controls) == len(inside) == 14
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
 
 
-def test_every_row_of_a_table_is_as_wide_as_its_heading(read: Reader) -> None:
+def test_every_row_of_a_table_is_as_wide_as_its_heading(read):
     number = 0
     for tables in read.tables.values():
         for table in tables:
@@ -167,7 +164,7 @@ def test_every_row_of_a_table_is_as_wide_as_its_heading(read: Reader) -> None:
     assert number == 14
 
 
-def test_summary_counts_runs_and_names_the_worst_flag(results: Results, read: Reader) -> None:
+def test_summary_counts_runs_and_names_the_worst_flag(results, read):
     outcome = outcome_of_runs(results)
     assert outcome.used == {"": 1, "poppy_LP": 2, "yuma": 1}
     dropped = [(run["run_id"], run["rows"], run["reasons"]) for run in outcome.dropped]
@@ -193,14 +190,14 @@ def test_summary_counts_runs_and_names_the_worst_flag(results: Results, read: Re
     ]
 
 
-def test_rows_of_all_logs_add_up(results: Results, read: Reader) -> None:
+def test_rows_of_all_logs_add_up(results, read):
     rows = rows_by_reason(results)
     assert sum(row["rows"] for row in rows) == results.table("ledger.csv")["rows"].sum()
     shown = read.tables["dropped"][1][1:]
     assert [row[3] for row in shown] == [str(row["rows"]) for row in rows]
 
 
-def test_missing_cells_say_why(page: str) -> None:
+def test_missing_cells_say_why(page):
     cells = live(page)["alpha"][HOLED]
     assert cells["z"][2][9] is None
     assert cells["notes"]["2,9"] == "no tare: rod_p_017 is too short"
@@ -208,7 +205,7 @@ def test_missing_cells_say_why(page: str) -> None:
     assert "(-30, 45): no tare: rod_p_017 is too short" in reason
 
 
-def test_numbers_of_the_live_parts(page: str, results: Results) -> None:
+def test_numbers_of_the_live_parts(page, results):
     data = live(page)
     body = np.array(data["legs"]["c_leg"]["body"])
     np.testing.assert_array_equal(body, model_leg("c_leg").body)
@@ -224,7 +221,7 @@ def test_numbers_of_the_live_parts(page: str, results: Results) -> None:
     assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
 
 
-def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path: Path) -> None:
+def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
     own = page_results(tmp_path)
     table = own.table("alpha/poppy_LP.csv")
     name = column("x")
@@ -238,7 +235,7 @@ def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path: Path) -> 
     assert 1.05 < largest[True] / largest[False] < 1.5  # one of five has twice the alpha_x
 
 
-def test_text_of_the_user_is_escaped(tmp_path: Path) -> None:
+def test_text_of_the_user_is_escaped(tmp_path):
     page = make_page(page_results(tmp_path, nasty=True))
     assert NASTY not in page
     assert "<b>" not in page
@@ -249,7 +246,7 @@ def test_text_of_the_user_is_escaped(tmp_path: Path) -> None:
         assert NASTY in read.text[section]
 
 
-def test_reproduction_puts_first_what_is_not_the_same(read: Reader) -> None:
+def test_reproduction_puts_first_what_is_not_the_same(read):
     others, everything = (table[1:] for table in read.tables["reproduction"])
     assert [(row[0], *row[5:7]) for row in others] == [
         ("chi, mean", "differs", "measured"), ("zeta", "paper inconsistent", "text"),
@@ -261,7 +258,7 @@ def test_reproduction_puts_first_what_is_not_the_same(read: Reader) -> None:
     assert "measured: 1 differs; by construction: 1 same; text: 1 paper inconsistent." in words
 
 
-def test_reversal_is_explained_with_both_numbers(results: Results, read: Reader) -> None:
+def test_reversal_is_explained_with_both_numbers(results, read):
     loose = next(found for found in reversals(results) if found.medium == "poppy_LP")
     assert loose.above("fourier")
     assert not loose.above("table")
@@ -278,14 +275,14 @@ def test_reversal_is_explained_with_both_numbers(results: Results, read: Reader)
     assert [bool(cell.partition("|")[2]) for cell in shown[:6]] == [False] * 5 + [True]
 
 
-def test_robot_section(read: Reader) -> None:
+def test_robot_section(read):
     shares, best, conditions = (table[1:] for table in read.tables["robot"])
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]
     assert len(conditions) == 42
 
 
-def test_methods_are_built_from_this_campaign(results: Results) -> None:
+def test_methods_are_built_from_this_campaign(results):
     outcome = outcome_of_runs(results)
     text = " ".join(paragraphs(results, outcome))
     assert "4 runs" in text
@@ -303,12 +300,12 @@ def test_methods_are_built_from_this_campaign(results: Results) -> None:
 @pytest.mark.parametrize(
     "make", [partial(page_results, robot=True), sand_results, empty_grid_results]
 )
-def test_every_sentence_rests_on_records(make: Callable[[Path], Results], tmp_path: Path) -> None:
+def test_every_sentence_rests_on_records(make, tmp_path):
     """With a robot that was calibrated, and where most is absent; `Folder.run_here` asks whole campaigns."""
     assert untrue(make(tmp_path)) == []
 
 
-def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:
+def test_methods_tell_what_few_repeats_show(tmp_path):
     own = page_results(tmp_path)
     alpha = own["poppy_LP"].alpha
     alpha["spread"] = OF_CELL
@@ -318,7 +315,7 @@ def test_methods_tell_what_few_repeats_show(tmp_path: Path) -> None:
     assert "no repeat shows" not in text
 
 
-def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path: Path) -> None:
+def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
     own = page_results(tmp_path)
     table = own.table("coefficients.csv")
     off = (table["medium"] == "poppy_LP") & (table["coefficient"] == "B11")
@@ -338,7 +335,7 @@ def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path: Path) -> None:
     assert "poppy seeds, loose: stated" in " ".join(text.split())
 
 
-def test_reenacted_logs_are_called_so(page: str, tmp_path: Path) -> None:
+def test_reenacted_logs_are_called_so(page, tmp_path):
     own = sand_results(tmp_path)
     assert "Re-enacted" not in page
     assert "were measured in" in paragraphs(own, outcome_of_runs(own))[0]
@@ -351,7 +348,7 @@ def test_reenacted_logs_are_called_so(page: str, tmp_path: Path) -> None:
     assert "granular medium" in words
 
 
-def test_methods_name_the_window_that_was_used(tmp_path: Path) -> None:
+def test_methods_name_the_window_that_was_used(tmp_path):
     own = sand_results(tmp_path)
     fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
     write(own, "fits/yuma.csv", fits)
@@ -368,7 +365,7 @@ def test_methods_name_the_window_that_was_used(tmp_path: Path) -> None:
         assert words in paragraphs(results, outcome_of_runs(results))[0]
 
 
-def test_methods_of_one_medium(tmp_path: Path) -> None:
+def test_methods_of_one_medium(tmp_path):
     own = sand_results(tmp_path)
     text = paragraphs(own, outcome_of_runs(own))[0]
     assert "in 1 granular medium in a container" in text
@@ -376,7 +373,7 @@ def test_methods_of_one_medium(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("points", "words"), [(4, "as independent"), (40, "allow for the corr")])
-def test_methods_of_a_table_of_stress(tmp_path: Path, points: int, words: str) -> None:
+def test_methods_of_a_table_of_stress(tmp_path, points, words):
     own = page_results(tmp_path)
     alpha = own["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
     write(own, "alpha/poppy_LP.csv", alpha)
@@ -389,12 +386,12 @@ def test_methods_of_a_table_of_stress(tmp_path: Path, points: int, words: str) -
     assert words in text
 
 
-def test_provenance_names_versions_and_settings(results: Results, read: Reader) -> None:
+def test_provenance_names_versions_and_settings(results, read):
     assert np.__version__ in read.text["provenance"]
     assert settings_digest(results.config) in read.text["provenance"]
 
 
-def test_page_of_plates_alone_and_without_a_robot(tmp_path: Path) -> None:
+def test_page_of_plates_alone_and_without_a_robot(tmp_path):
     own = page_results(tmp_path)
     for name in ("predicted", "leg_errors", "sands", "sand_correction"):
         write(own, f"{name}.csv", pd.DataFrame())
@@ -410,7 +407,7 @@ def test_page_of_plates_alone_and_without_a_robot(tmp_path: Path) -> None:
     assert "c-leg" not in read.tables["summary"][0][0]
 
 
-def test_a_campaign_without_legs_has_no_place_for_them(tmp_path: Path) -> None:
+def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):
     own = sand_results(tmp_path)
     config = own.config
     plates = {name: one for name, one in config.intruders.items() if one.shape != "leg"}
@@ -431,9 +428,7 @@ def test_a_campaign_without_legs_has_no_place_for_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "medium"), [(sand_results, "yuma"), (empty_grid_results, "poppy_LP")]
 )
-def test_page_of_a_campaign_that_lacks_most(
-    make: Callable[[Path], Results], medium: str, tmp_path: Path
-) -> None:
+def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     results = make(tmp_path)
     page = make_page(results)
     read, data = Reader(page), live(page)
@@ -453,15 +448,14 @@ def test_page_of_a_campaign_that_lacks_most(
         )
 
 
-def test_workbooks_read_what_their_stage_declares(results: Results) -> None:
-    from rftfit.page.workbooks import workbooks
+def test_workbooks_read_what_their_stage_declares(results):
 
     names = [f"{table}/{m}.csv" for table in ("checks", "alpha") for m in results.media]
     paths = [f"results/{name}" for name in (*names, "coefficients.csv", "penetration.csv")]
     assert workbooks(results.only(paths))
 
 
-def test_same_results_same_page_in_time(results: Results, page: str) -> None:
+def test_same_results_same_page_in_time(results, page):
     begun = time.process_time()
     assert make_page(Results(results.campaign)) == page
     assert time.process_time() - begun < 5

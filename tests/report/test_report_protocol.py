@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
-from memory import Memory, memory, of_runs
+from memory import memory, of_runs
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
@@ -18,17 +16,12 @@ from rftfit.figures.protocol import Column
 from rftfit.figures.traces import by_run, thin
 from rftfit.measure import pairs
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from rftfit.figures.traces import Trace
-
-
-def words(figure: object) -> list[str]:
-    return [text.get_text() for text in figure.findobj(Text)]  # type: ignore[attr-defined]
+def words(figure):
+    return [text.get_text() for text in figure.findobj(Text)]
 
 
-def recording(kind: str) -> Trace:
+def recording(kind):
     time = np.linspace(-4, 10, 800)
     path = np.clip(time, 0, 8)
     force = {"force_z_N": path, "force_x_N": -0.5 * path}
@@ -37,7 +30,7 @@ def recording(kind: str) -> Trace:
     return {"time_s": time, "depth_cm": path, "x_cm": 4 - path, **force}
 
 
-def column(kind: str, tare: bool = True) -> Column:
+def column(kind, tare=True):
     trace, fit = chain.one_run("r", kind, 5.08, 0.35, 0.1, np.random.default_rng(2), 400)
     result = by_run(trace)["r"]
     if kind == "rotation":
@@ -51,12 +44,12 @@ def column(kind: str, tare: bool = True) -> Column:
     )  # fmt: skip
 
 
-def drawn(monkeypatch: pytest.MonkeyPatch, *columns: Column) -> Figure:
+def drawn(monkeypatch, *columns):
     monkeypatch.setattr(protocol, "columns_of", lambda *_: list(columns))
     return protocol.protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
 
 
-def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
     kinds = ["intrusion", "extraction", "horizontal", "rotation"]
     figure = drawn(monkeypatch, *(column(kind) for kind in kinds))
     text = words(figure)
@@ -71,9 +64,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch: pytest.Monk
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
 
 
-def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch):
     figure = drawn(monkeypatch, column("intrusion"), column("horizontal"))
     slanted, flat = figure.axes[2], figure.axes[5]
     # zero, then for z and x the samples and the fit
@@ -89,18 +80,18 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(
     assert across.min() == -4.0
 
 
-def test_protocol_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
 
 
-def test_clocks_that_were_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clocks_that_were_not_estimated(monkeypatch):
     monkeypatch.setattr(pairs, "load_pairs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
     assert told == "poppy_LP: no run whose clocks were estimated"
 
 
-def small(poppy: float = 0.35) -> Memory:
+def small(poppy=0.35):
     """Two media at the angles shown; glass has lost its horizontal runs."""
     rng = np.random.default_rng(4)
     traces, fits, cells = [], [], []
@@ -123,7 +114,7 @@ def small(poppy: float = 0.35) -> Memory:
     return results
 
 
-def test_linearity_draws_slopes_points_and_gaps() -> None:
+def test_linearity_draws_slopes_points_and_gaps():
     figure = linearity(small())
     text = words(figure)
     assert "depth (cm)" in text
@@ -144,13 +135,13 @@ def test_linearity_draws_slopes_points_and_gaps() -> None:
     assert ends == pytest.approx([0.35 * 6.5])
 
 
-def test_runs_of_cells_are_those_of_the_alpha_table() -> None:
+def test_runs_of_cells_are_those_of_the_alpha_table():
     alpha = small().joined("alpha/{medium}.csv")
     assert runs_of_cells(alpha, CELLS[:1]) == {"poppy_LP_0_90_0.0", "glass3mm_CP_0_90_0.0"}
     assert runs_of_cells(alpha, [(60.0, 45.0)]) == set()
 
 
-def test_thinning_leaves_no_stretch_out_at_the_end() -> None:
+def test_thinning_leaves_no_stretch_out_at_the_end():
     x = np.arange(1131.0)
     line = thin(x, np.zeros(x.size), 400)[0]
     assert np.diff(line[:, 0]).max() <= 10

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Hashable
 
 import chain_tables as chain
 import numpy as np
@@ -21,32 +21,24 @@ from rftfit.figures.style import save
 from rftfit.figures.traces import nice, problem_text, span, stress_of, thin
 from rftfit.measure.flags import FLAGS, flag_columns, remark
 
-if TYPE_CHECKING:
-    from collections.abc import Hashable
-    from pathlib import Path
-
-    from matplotlib.figure import Figure
-
 
 @pytest.fixture(scope="module")
-def medium() -> tuple[pd.DataFrame, pd.DataFrame]:
+def medium():
     return chain.runs("poppy_LP", samples=200)
 
 
-def marked(figure: Figure) -> int:
+def marked(figure):
     """Count the red frames."""
     frames = [c for c in figure.axes[0].collections if isinstance(c, PolyCollection)]
     red = [c for c in frames if np.array_equal(c.get_edgecolor(), [to_rgba(style.MARK)])]
     return sum(len(c.get_paths()) for c in red)
 
 
-def words(figure: Figure) -> list[str]:
+def words(figure):
     return [text.get_text() for text in figure.findobj(Text)]
 
 
-def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
-    medium: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     traces, fits = medium[0], medium[1].copy()
     bare, cut = remark("no-tare"), remark("motion-log-cut")
     fits = fits.assign(**flag_columns([bare]))
@@ -59,9 +51,7 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(
     assert sum(str(bare) in line for line in text) == 1
 
 
-def test_a_sheet_has_every_run_and_marks_the_bad_ones(
-    medium: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     traces, fits = medium[0], medium[1].copy()
     chain.spoil(fits, 20, "tare too short")
     cut = remark("motion-log-cut")
@@ -81,9 +71,7 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(
     assert (width, height) == pytest.approx((42.0, 29.7))
 
 
-def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
-    medium: tuple[pd.DataFrame, pd.DataFrame], tmp_path: Path
-) -> None:
+def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(medium, tmp_path):
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
@@ -94,9 +82,7 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(
         assert first.read_bytes() == second.read_bytes(), first.suffix
 
 
-def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
-    medium: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     traces, fits = medium
     some = fits["run_id"].iloc[:12]
     traces, fits = traces[traces["run_id"].isin(some)], fits[fits["run_id"].isin(some)]
@@ -111,7 +97,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(
     assert words(figure) == ["poppy_LP: no plate run to draw"]
 
 
-def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+def test_repeats_and_gaps_of_the_grid(medium):
     traces, fits = medium
     again = fits.iloc[[3]].assign(run_id="z_again")
     pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), "poppy")
@@ -121,7 +107,7 @@ def test_repeats_and_gaps_of_the_grid(medium: tuple[pd.DataFrame, pd.DataFrame])
     assert "not measured" not in words(pages[1])
 
 
-def test_horizontal_runs_stand_by_depth(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+def test_horizontal_runs_stand_by_depth(medium):
     fits = medium[1]
     depth = fits.set_index("run_id")["depth_from_cm"] + 0.02
     (page,) = lay_out(fits, depth)
@@ -134,9 +120,7 @@ def test_horizontal_runs_stand_by_depth(medium: tuple[pd.DataFrame, pd.DataFrame
     assert [page.places[run] for run in flat["run_id"]] == [(4, 6), (4, 7), (4, 8)]
 
 
-def test_a_horizontal_run_of_unknown_depth_keeps_a_place(
-    medium: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_a_horizontal_run_of_unknown_depth_keeps_a_place(medium):
     fits = medium[1]
     run = fits.loc[fits["direction"] == "horizontal", "run_id"].iloc[0]
     depth = fits.set_index("run_id")["depth_from_cm"]
@@ -146,7 +130,7 @@ def test_a_horizontal_run_of_unknown_depth_keeps_a_place(
     assert any("depth not known" in label for page in pages for label in page.column_labels)
 
 
-def test_extractions_are_turned_as_filed(medium: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+def test_extractions_are_turned_as_filed(medium):
     traces, fits = medium
     turned = stress_of(of_runs(traces, fits), "poppy_LP")
     pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
@@ -157,7 +141,7 @@ def test_extractions_are_turned_as_filed(medium: tuple[pd.DataFrame, pd.DataFram
     np.testing.assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
 
 
-def test_thinning_keeps_spikes_ends_and_gaps() -> None:
+def test_thinning_keeps_spikes_ends_and_gaps():
     x = np.linspace(0, 8, 1000)
     y = np.sin(x)
     y[333] = 50.0
@@ -173,7 +157,7 @@ def test_thinning_keeps_spikes_ends_and_gaps() -> None:
     assert thin(x, np.full(x.shape, np.nan)) == []
 
 
-def test_panel_scales_are_round_and_hold_the_trace() -> None:
+def test_panel_scales_are_round_and_hold_the_trace():
     assert [nice(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
         [1, 1, 2, 5, 10, 0.05]
     )
@@ -183,7 +167,7 @@ def test_panel_scales_are_round_and_hold_the_trace() -> None:
     assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
 
-def test_a_problem_is_told_in_few_words() -> None:
+def test_a_problem_is_told_in_few_words():
     cut = remark("motion-log-cut")
     fit: dict[Hashable, object] = {"reason": "", "alpha_z_N_per_cm3": 0.1, "alpha_x_N_per_cm3": 0.1}
     assert problem_text(fit) == ""
@@ -192,7 +176,7 @@ def test_a_problem_is_told_in_few_words() -> None:
     assert problem_text(fit | {"reason": np.nan} | flag_columns([cut])) == str(cut)
 
 
-def test_grids_of_the_alpha_table() -> None:
+def test_grids_of_the_alpha_table():
     table = chain.alpha_table("poppy_LP")
     beta, gamma, values = pivot(table.sample(frac=1, random_state=2), "alpha_z_N_per_cm3")
     assert values.shape == (7, 13)
@@ -212,7 +196,7 @@ def test_grids_of_the_alpha_table() -> None:
         np.testing.assert_allclose(row[np.isclose(fine[1], gamma[6])], values[i, 6])
 
 
-def test_alpha_that_pushes_along_the_motion_is_positive() -> None:
+def test_alpha_that_pushes_along_the_motion_is_positive():
     gamma = np.array([-90.0, 0.0, 90.0])
     alpha = np.ones((1, 3))
     # straight up, an upward push helps; straight down it opposes; sideways motion is toward -x
@@ -220,12 +204,12 @@ def test_alpha_that_pushes_along_the_motion_is_positive() -> None:
     np.testing.assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
 
 
-def test_marks_stand_out_from_the_data() -> None:
+def test_marks_stand_out_from_the_data():
     used = {*style.COMPONENT_COLOURS.values(), *style.PALE_COLOURS.values()}
     assert style.MARK not in used
 
 
-def repeats(count: int, wrong: int, each: int) -> pd.DataFrame:
+def repeats(count, wrong, each):
     """Runs beside their repeats, `each` a direction; the first of each of some directions is half as strong."""
     luck = np.random.default_rng(1)
     direction = np.arange(count) // each
@@ -249,7 +233,7 @@ def repeats(count: int, wrong: int, each: int) -> pd.DataFrame:
         (5, 0, 1, "5 runs: too few to tell how far runs differ"),
     ],
 )
-def test_runs_side_by_side(count: int, wrong: int, each: int, said: str) -> None:
+def test_runs_side_by_side(count, wrong, each, said):
     table = repeats(count, wrong, each)
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
     page = runs_side_by_side(results)
@@ -275,7 +259,7 @@ def test_runs_side_by_side(count: int, wrong: int, each: int, said: str) -> None
 
 
 @pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
-def test_without_two_runs_there_is_nothing_side_by_side(table: pd.DataFrame) -> None:
+def test_without_two_runs_there_is_nothing_side_by_side(table):
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
     assert not next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
     assert "nothing to compare" in words(runs_side_by_side(results))[0]

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
 
 import chain_tables as chain
 import numpy as np
@@ -14,23 +13,10 @@ from rftfit import reference
 from rftfit.figures.captions import half_width
 from rftfit.page.workbooks import Book, workbooks
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    import numpy.typing as npt
-    from openpyxl.worksheet.worksheet import Worksheet  # type: ignore[import-untyped]
-
-    from rftfit.results import Results
-
 MEDIA = [*reference.MEDIA, "generic"]
 
 
-def campaign(
-    folder: Path,
-    missing: Mapping[tuple[float, float], str] = chain.MISSING,
-    titles: Mapping[str, str] | None = None,
-) -> Results:
+def campaign(folder, missing=chain.MISSING, titles=None):
     """The paper's five media."""
     media = dict(paper_config().media)
     for name, title in (titles or {}).items():
@@ -44,17 +30,17 @@ def campaign(
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def results(tmp_path_factory):
     return campaign(tmp_path_factory.mktemp("campaign"))
 
 
 @pytest.fixture(scope="module")
-def books(results: Results) -> tuple[Any, Any]:
+def books(results):
     alpha, coefficients = (load_workbook(io.BytesIO(content)) for content in workbooks(results))
     return alpha, coefficients
 
 
-def block(sheet: Worksheet, head: str) -> tuple[list[object], list[object], np.ndarray]:
+def block(sheet, head):
     """Columns, rows and values of the block under `head`."""
     top = next(row for row in range(1, sheet.max_row + 1) if sheet.cell(row, 1).value == head)
     width = 2
@@ -69,17 +55,17 @@ def block(sheet: Worksheet, head: str) -> tuple[list[object], list[object], np.n
     return heads, sides, np.array(values, dtype=object)
 
 
-def same(got: npt.ArrayLike, wanted: npt.ArrayLike) -> None:
+def same(got, wanted):
     """Equal to 15 digits; a workbook holds 16."""
     np.testing.assert_allclose(np.asarray(got, float), np.asarray(wanted, float), rtol=1e-14)
 
 
-def numbers(values: np.ndarray) -> np.ndarray:
+def numbers(values):
     flat = [value if isinstance(value, int | float) else np.nan for value in values.ravel()]
     return np.array(flat, dtype=float).reshape(values.shape)
 
 
-def test_alpha_workbook_holds_the_tables(results: Results, books: tuple[Any, Any]) -> None:
+def test_alpha_workbook_holds_the_tables(results, books):
     book, _ = books
     assert book.sheetnames == ["About", *reference.MEDIA]
     about = [cell.value for (cell,) in book["About"].iter_rows(max_col=1) if cell.value]
@@ -97,7 +83,7 @@ def test_alpha_workbook_holds_the_tables(results: Results, books: tuple[Any, Any
             same(numbers(block(sheet, head)[2]), half)
 
 
-def test_sheets_can_be_read_on_screen_and_on_paper(books: tuple[Any, Any]) -> None:
+def test_sheets_can_be_read_on_screen_and_on_paper(books):
     for sheet in (sheet for book in books for sheet in book.worksheets):
         assert sheet.freeze_panes == ("A3" if sheet.title == "About" else "B3")
         assert sheet.print_title_rows == "$1:$2"
@@ -107,7 +93,7 @@ def test_sheets_can_be_read_on_screen_and_on_paper(books: tuple[Any, Any]) -> No
         assert sheet.cell(1, 1).value
 
 
-def test_missing_cells_say_so_and_why(books: tuple[Any, Any]) -> None:
+def test_missing_cells_say_so_and_why(books):
     sheet = books[0]["poppy_LP"]
     empty = [cell for row in sheet.iter_rows() for cell in row if cell.value == "no run"]
     assert len(empty) == 4 * len(chain.MISSING)
@@ -116,7 +102,7 @@ def test_missing_cells_say_so_and_why(books: tuple[Any, Any]) -> None:
     assert set(notes) == set(chain.MISSING.values())
 
 
-def test_no_text_becomes_a_formula(tmp_path: Path) -> None:
+def test_no_text_becomes_a_formula(tmp_path):
     bad = ["=1+1", "+cmd", "-2+3", "@SUM(A1)", "{=A1}"]
     titles = dict(zip(reference.MEDIA, bad, strict=True))
     results = campaign(tmp_path, {(0.0, 0.0): "=1+1", (30.0, 0.0): "http://example.org"}, titles)
@@ -127,7 +113,7 @@ def test_no_text_becomes_a_formula(tmp_path: Path) -> None:
         assert set(bad) <= {cell.value for cell in cells}
 
 
-def test_sheet_names_are_made_acceptable() -> None:
+def test_sheet_names_are_made_acceptable():
     book = Book()
     for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
         book.sheet(name)
@@ -135,9 +121,7 @@ def test_sheet_names_are_made_acceptable() -> None:
     assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2", "a_b"]
 
 
-def test_coefficient_workbook_holds_values_intervals_and_what_was_published(
-    results: Results, books: tuple[Any, Any]
-) -> None:
+def test_coefficient_workbook_holds_values_intervals_and_what_was_published(results, books):
     _, book = books
     coefficients, penetration = results.table("coefficients.csv"), results.table("penetration.csv")
     assert book.sheetnames == ["About", "lsq", "dft-index"]
@@ -168,7 +152,7 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(
             same(numbers(printed[2])[:, place], [own[term] for term in (*chain.TERMS, "zeta")])
 
 
-def test_dropped_terms_are_grey(results: Results, books: tuple[Any, Any]) -> None:
+def test_dropped_terms_are_grey(results, books):
     sheet, rows = books[1]["lsq"], results.table("coefficients.csv").query("method == 'lsq'")
     places = zip(rows["medium"], rows["coefficient"], strict=True)
     kept = dict(zip(places, rows["kept"], strict=True))
@@ -180,7 +164,7 @@ def test_dropped_terms_are_grey(results: Results, books: tuple[Any, Any]) -> Non
             assert grey == (not kept[medium, term])
 
 
-def test_campaign_without_coefficients(tmp_path: Path) -> None:
+def test_campaign_without_coefficients(tmp_path):
     results = bare_campaign(tmp_path, ("yuma",))
     write(results, "alpha/yuma.csv", chain.alpha_table("poppy_LP"))
     alpha, coefficients = (load_workbook(io.BytesIO(content)) for content in workbooks(results))
@@ -188,5 +172,5 @@ def test_campaign_without_coefficients(tmp_path: Path) -> None:
     assert coefficients.sheetnames == ["About"]
 
 
-def test_workbooks_are_the_same_bytes_in_any_folder(results: Results, tmp_path: Path) -> None:
+def test_workbooks_are_the_same_bytes_in_any_folder(results, tmp_path):
     assert workbooks(campaign(tmp_path / "an other, \u00e9")) == workbooks(results)

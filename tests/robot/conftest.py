@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 
 from rftfit import reference
 from rftfit.model.fourier import as_array
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.config import paper_robot
-
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
 
 
 @pytest.fixture(scope="session")
-def robot() -> Robot:
+def robot():
     return paper_robot()
 
 
 @pytest.fixture(scope="session")
-def table() -> TableProfile:
+def table():
     return TableProfile.published("poppy_LP")
 
 
 @pytest.fixture(scope="session")
-def nine() -> FourierProfile:
+def nine():
     return FourierProfile(as_array(reference.coefficients("poppy_LP")))
 
 
 @pytest.fixture(scope="session", params=["table", "nine terms", "depth-only"])
-def profile(request: pytest.FixtureRequest, table: TableProfile, nine: FourierProfile) -> Profile:
+def profile(request, table, nine):
     every: dict[str, Profile] = {
         "table": table,
         "nine terms": nine,

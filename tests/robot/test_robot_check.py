@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -23,7 +22,7 @@ GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
 
 
 @pytest.fixture
-def root(tmp_path: Path) -> Path:
+def root(tmp_path):
     root = tmp_path / "campaign"
     tracks = root / "raw" / "paper" / "robot" / "tracks"
     tracks.mkdir(parents=True)
@@ -36,18 +35,18 @@ def root(tmp_path: Path) -> Path:
     return root
 
 
-def edit(root: Path, **values: Any) -> None:
+def edit(root, **values):
     path = root / "config" / "config.yaml"
     data = yaml.safe_load(path.read_text("utf-8"))
     path.write_text(yaml.safe_dump(data | values), encoding="utf-8")
 
 
-def said(root: Path) -> tuple[int, str]:
+def said(root):
     result = CliRunner().invoke(app, ["check", "--config", str(root / "config" / "config.yaml")])
     return result.exit_code, " ".join(result.output.split())
 
 
-def test_a_good_robot_is_counted(root: Path) -> None:
+def test_a_good_robot_is_counted(root):
     found = check_robot(root / "config" / "config.yaml")
     assert (found.medium, len(found.trials), found.problems) == ("poppy_LP", 2, ())
     code, text = said(root)
@@ -55,7 +54,7 @@ def test_a_good_robot_is_counted(root: Path) -> None:
     assert "robot on poppy_LP: 2 trials of 1 condition" in text
 
 
-def test_every_problem_of_sheet_file_and_tracks_at_once(root: Path) -> None:
+def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     sheet = root / "raw" / "paper" / "robot" / "runs.csv"
     rows = (
         "p1,a,poppy_LP,1,2,tracks/a1.csv\n"
@@ -93,7 +92,7 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root: Path) -> None:
     assert "Traceback" not in told
 
 
-def test_a_missing_track_is_a_warning(root: Path) -> None:
+def test_a_missing_track_is_a_warning(root):
     (root / "raw" / "paper" / "robot" / "tracks" / "a2.csv").unlink()
     code, told = said(root)
     assert code == 0
@@ -102,7 +101,7 @@ def test_a_missing_track_is_a_warning(root: Path) -> None:
     assert [problem.severity for problem in found.problems] == ["warning"]
 
 
-def test_a_link_out_of_raw_is_an_error(root: Path, tmp_path: Path) -> None:
+def test_a_link_out_of_raw_is_an_error(root, tmp_path):
     (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
     track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
     track.unlink()
@@ -115,7 +114,7 @@ def test_a_link_out_of_raw_is_an_error(root: Path, tmp_path: Path) -> None:
     assert "a link leads out of it" in told
 
 
-def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root: Path) -> None:
+def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):
     (root / "raw" / "paper" / "robot" / "runs.csv").write_text("nonsense\n", encoding="utf-8")
     sheet = root / "raw" / "paper" / "runs.csv"
     assert check_robot(root / "config" / "config.yaml").problems

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,10 +13,6 @@ from PIL import Image
 
 from rftfit.cli.main import main
 from rftfit.figures.animation import gif_bytes, mp4_bytes
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 BASE = (
     "simulate",
@@ -32,12 +28,10 @@ BASE = (
 
 
 @pytest.fixture
-def call(
-    capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., tuple[int, str, str]]:
+def call(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
-    def run(*words: str) -> tuple[int, str, str]:
+    def run(*words):
         code = main(list(words))
         said = capfd.readouterr()
         assert "Traceback" not in said.out + said.err
@@ -46,9 +40,7 @@ def call(
     return run
 
 
-def test_numbers_files_and_warning(
-    call: Callable[..., tuple[int, str, str]], tmp_path: Path
-) -> None:
+def test_numbers_files_and_warning(call, tmp_path):
     code, out, err = call(*BASE, "--json", "--no-animation", "--output", "o")
     assert code == 0
     found = json.loads(out)
@@ -71,7 +63,7 @@ def test_numbers_files_and_warning(
     assert sorted(path.name for path in (tmp_path / "o").iterdir()) == ["motion.csv", "motion.png"]
 
 
-def test_animation_and_text(call: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+def test_animation_and_text(call, tmp_path):
     code, out, _ = call(*BASE)
     assert code == 0
     assert "Speed: " in out
@@ -90,7 +82,7 @@ def test_animation_and_text(call: Callable[..., tuple[int, str, str]], tmp_path:
     assert call(*BASE, "--no-animation")[0] == 0
 
 
-def test_files_of_others_stay(call: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+def test_files_of_others_stay(call, tmp_path):
     (tmp_path / "simulation").mkdir()
     (tmp_path / "simulation" / "motion.png").write_bytes(b"mine")
     code, out, err = call(*BASE, "--no-animation")
@@ -114,18 +106,14 @@ def test_files_of_others_stay(call: Callable[..., tuple[int, str, str]], tmp_pat
         (("--frequency", "1000"), "allowed: 0 to 100 Hz"),
     ],
 )
-def test_bad_words(
-    call: Callable[..., tuple[int, str, str]], words: tuple[str, ...], message: str, tmp_path: Path
-) -> None:
+def test_bad_words(call, words, message, tmp_path):
     code, _, err = call(*BASE, *words)
     assert code == 2
     assert message in " ".join(err.replace("│", " ").split())
     assert not (tmp_path / "simulation").exists()
 
 
-def test_a_robot_that_does_not_get_going(
-    call: Callable[..., tuple[int, str, str]], tmp_path: Path
-) -> None:
+def test_a_robot_that_does_not_get_going(call, tmp_path):
     robot = tmp_path / "heavy.yaml"
     text = (
         "title: anvil\nbody:\n  mass_g: 90000\n  inertia_g_cm2: 2000000\n  plates:\n"
@@ -142,13 +130,13 @@ def test_a_robot_that_does_not_get_going(
     assert f"no steady speed: {found['outcome']}" in err
 
 
-def test_sweep_needs_a_robot(call: Callable[..., tuple[int, str, str]]) -> None:
+def test_sweep_needs_a_robot(call):
     code, _, err = call("sweep", "--config", "none/config.yaml")
     assert code == 2
     assert "none/config.yaml" in err
 
 
-def test_every_kind_of_profile(call: Callable[..., tuple[int, str, str]]) -> None:
+def test_every_kind_of_profile(call):
     speeds = []
     for kind in ("table", "generic", "depth_only"):
         words = ("simulate", "--frequency", "2", "--curvature", "1", "--medium", "poppy_LP")
@@ -158,7 +146,7 @@ def test_every_kind_of_profile(call: Callable[..., tuple[int, str, str]]) -> Non
     assert len({round(speed, 3) for speed in speeds}) == 3
 
 
-def test_same_pictures_same_bytes() -> None:
+def test_same_pictures_same_bytes():
     shots = [np.full((20, 31, 3), 40 * i, dtype=np.uint8) for i in range(4)]
     assert gif_bytes(shots, 0.05) == gif_bytes(shots, 0.05)
     movie: Any
@@ -166,6 +154,6 @@ def test_same_pictures_same_bytes() -> None:
         assert (movie.n_frames, movie.info["duration"]) == (4, 50)
 
 
-def test_no_ffmpeg_no_movie(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_no_ffmpeg_no_movie(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert mp4_bytes([np.zeros((4, 4, 3), np.uint8)], 0.1) is None

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 
-from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.schema import json_schema
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot, main, paper_robot, paper_robot_path, read_robot
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 GOOD = """\
 title: small
@@ -32,19 +27,19 @@ numerics: {method: rk4, step_s: 0.0002}
 """
 
 
-def read(folder: Path, text: str) -> Robot:
+def read(folder, text):
     path = folder / "robot.yaml"
     path.write_text(text, encoding="utf-8")
     return read_robot(path)
 
 
-def wrong(folder: Path, text: str) -> list[Problem]:
+def wrong(folder, text):
     with pytest.raises(CampaignError) as caught:
         read(folder, text)
     return list(caught.value.problems)
 
 
-def test_the_papers_robot() -> None:
+def test_the_papers_robot():
     robot = paper_robot()
     assert (robot.body.mass_g, robot.body.inertia_g_cm2) == (150, 2080)
     assert (robot.legs.max_length_cm, robot.legs.width_cm) == (4.1, 1.0)
@@ -61,7 +56,7 @@ def test_the_papers_robot() -> None:
         assert mark in text
 
 
-def test_any_robot(tmp_path: Path) -> None:
+def test_any_robot(tmp_path):
     robot = read(tmp_path, GOOD)
     assert robot.numerics.method == "rk4"
     assert assemble(robot, 0.0).names == ("belly", "front", "tripod_1", "tripod_2")
@@ -71,14 +66,14 @@ def test_any_robot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mass", ["0", "-150", ".nan", ".inf", '"150"', "heavy", "[1]", "true"])
-def test_bad_mass(tmp_path: Path, mass: str) -> None:
+def test_bad_mass(tmp_path, mass):
     (found,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
     assert (found.place.line, found.place.key) == (3, "body.mass_g")
     assert found.code in ("config.wrong-type", "config.out-of-range")
     assert "mass of the whole robot, g" in found.allowed
 
 
-def test_all_problems_at_once(tmp_path: Path) -> None:
+def test_all_problems_at_once(tmp_path):
     text = GOOD.replace("inertia_g_cm2: 500", "inertia: 500")
     text = text.replace("width_cm: 0.8", "width_cm: -1").replace("{x_cm: 3,", "{x_cm: 30,")
     text = text.replace("phase_turns: 0.25", "phase_turns: 1").replace("method: rk4", "method: rk5")
@@ -111,25 +106,23 @@ def test_all_problems_at_once(tmp_path: Path) -> None:
         ("title: small", "title: small\ntitle: big", (2, "title"), "duplicate-key", "line 1"),
     ],
 )  # fmt: skip
-def test_single_problems(
-    tmp_path: Path, old: str, new: str, place: tuple[int, str], code: str, words: str
-) -> None:
+def test_single_problems(tmp_path, old, new, place, code, words):
     found, *_ = wrong(tmp_path, GOOD.replace(old, new))
     assert ((found.place.line, found.place.key), found.code) == (place, f"config.{code}")
     assert words in found.allowed
 
 
 @pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "{", "body: 3\n", "legs: {hips: 3}\n"])
-def test_no_robot_at_all(tmp_path: Path, text: str) -> None:
+def test_no_robot_at_all(tmp_path, text):
     assert wrong(tmp_path, text)
 
 
-def test_no_file(tmp_path: Path) -> None:
+def test_no_file(tmp_path):
     with pytest.raises(CampaignError, match="does not exist"):
         read_robot(tmp_path / "none.yaml")
 
 
-def test_schema_in_step(tmp_path: Path) -> None:
+def test_schema_in_step(tmp_path):
     main(tmp_path)
     written = (tmp_path / "robot.schema.json").read_text(encoding="utf-8")
     beside = paper_robot_path().with_name("robot.schema.json")

@@ -25,7 +25,7 @@ from rftfit.robot.sweep import CALIBRATED_ON
 PLACES = list(CALIBRATED_ON.values())
 
 
-def trials() -> pd.DataFrame:
+def trials():
     rows = [
         ("a", "c1", "poppy_LP", 1.0, 1.95, 20.0, "used", ""),
         ("b", "c1", "poppy_LP", 1.0, 1.96, 22.0, "used", ""),
@@ -38,7 +38,7 @@ def trials() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names)
 
 
-def test_trials_become_conditions() -> None:
+def test_trials_become_conditions():
     table: Any = measured_speeds(trials(), PLACES).set_index("condition")
     assert [*table.reset_index().columns] == MEASURED
     assert table.loc["c1", "speed_cm_per_s"] == pytest.approx(21.0)
@@ -51,7 +51,7 @@ def test_trials_become_conditions() -> None:
     assert table.loc["c3", "trials"] == 0
 
 
-def test_published_speeds_stand_in() -> None:
+def test_published_speeds_stand_in():
     table = published_speeds("poppies", PLACES)
     figure = load("fig_4c")
     assert len(table) == (figure["stride_frequency_Hz"] > 0.01).sum() == 42
@@ -61,7 +61,7 @@ def test_published_speeds_stand_in() -> None:
     assert table["speed_cm_per_s"].sum() == pytest.approx(figure["speed_cm_per_s"].sum() - 7 * 0.02)
 
 
-def simulated(factor: float, profile: str = "table") -> pd.DataFrame:
+def simulated(factor, profile="table"):
     table = published_speeds("poppy_LP")
     speed = table["speed_cm_per_s"] * factor
     return pd.DataFrame(
@@ -73,7 +73,7 @@ def simulated(factor: float, profile: str = "table") -> pd.DataFrame:
     )  # fmt: skip
 
 
-def test_errors_by_hand() -> None:
+def test_errors_by_hand():
     measured = published_speeds("poppy_LP", PLACES)
     runs = simulated(1.25)
     runs.loc[0, "speed_cm_per_s"] = math.nan
@@ -94,7 +94,7 @@ def test_errors_by_hand() -> None:
     assert share_within(errors, 35) == (40, 42)
 
 
-def test_a_condition_that_was_not_measured_is_not_counted() -> None:
+def test_a_condition_that_was_not_measured_is_not_counted():
     measured = measured_speeds(trials())
     errors = speed_errors(measured, simulated(1.0).iloc[:0].assign(profile="table"))
     assert errors.empty
@@ -108,9 +108,7 @@ def test_a_condition_that_was_not_measured_is_not_counted() -> None:
     assert "time runs backwards" in errors["reason"].iloc[2]
 
 
-def sweep(
-    top: float, frequency: float = 5.0, step: float = 0.04, noise: float = 0.0
-) -> pd.DataFrame:
+def sweep(top, frequency=5.0, step=0.04, noise=0.0):
     rng = np.random.default_rng(3)
     curvatures = np.round(np.arange(-1, 1 + step / 2, step), 2)
     rows = [
@@ -124,7 +122,7 @@ def sweep(
     return pd.DataFrame(rows, columns=names)
 
 
-def test_the_top_of_a_parabola_comes_back() -> None:
+def test_the_top_of_a_parabola_comes_back():
     found = optima(sweep(0.43), [5.0]).iloc[0]
     assert list(optima(sweep(0.43)).columns) == COLUMNS
     assert found["best_curvature_times_R"] == pytest.approx(0.43, abs=1e-6)
@@ -134,7 +132,7 @@ def test_the_top_of_a_parabola_comes_back() -> None:
     assert found["reading_hi"] - found["reading_lo"] == pytest.approx(0.04)
 
 
-def test_intervals_grow_with_scatter_and_cover() -> None:
+def test_intervals_grow_with_scatter_and_cover():
     widths = []
     for noise in (0.05, 3.0):
         found = optima(sweep(0.43, noise=noise)).iloc[0]
@@ -143,7 +141,7 @@ def test_intervals_grow_with_scatter_and_cover() -> None:
     assert widths[1] > 2 * widths[0]
 
 
-def test_a_top_at_the_end_or_on_a_coarse_grid() -> None:
+def test_a_top_at_the_end_or_on_a_coarse_grid():
     end = optima(sweep(1.4)).iloc[0]
     assert (end["best_curvature_times_R"], end["reading_hi"]) == (1.0, 1.0)
     assert end["reading_lo"] <= 0.96
@@ -153,7 +151,7 @@ def test_a_top_at_the_end_or_on_a_coarse_grid() -> None:
     assert (lo, hi) == (0.0, 1.0)
 
 
-def test_runs_that_are_not_steady_are_left_out() -> None:
+def test_runs_that_are_not_steady_are_left_out():
     table = sweep(0.43)
     fallen = table["curvature_times_R"] > 0.5
     table.loc[fallen, "outcome"] = "tipped"
@@ -165,9 +163,7 @@ def test_runs_that_are_not_steady_are_left_out() -> None:
     assert optima(few).empty
 
 
-def claims(
-    factor: float, top: float = 0.86, profile: str = "table", speed: pd.DataFrame | None = None
-) -> Any:
+def claims(factor, top=0.86, profile="table", speed=None):
     errors = speed_errors(published_speeds("poppy_LP", PLACES), simulated(factor, profile))
     runs = sweep(top)
     items = robot_claims(errors, optima(runs, [5.0]), runs if speed is None else speed)
@@ -182,7 +178,7 @@ def claims(
         (1.5, [0, 0], ["differs", "differs"]),
     ],
 )
-def test_shares_beside_the_papers(factor: float, shares: list[float], verdicts: list[str]) -> None:
+def test_shares_beside_the_papers(factor, shares, verdicts):
     table = claims(factor)
     lines = [f"robot, measured table: speeds within {p} %, % of conditions" for p in (20, 35)]
     assert list(table.loc[lines, "ours"]) == shares
@@ -192,7 +188,7 @@ def test_shares_beside_the_papers(factor: float, shares: list[float], verdicts: 
     assert set(table.loc[lines, "evidence"]) == {"measured"}
 
 
-def test_conditions_that_it_was_calibrated_on_do_not_count() -> None:
+def test_conditions_that_it_was_calibrated_on_do_not_count():
     measured, runs = published_speeds("poppy_LP", PLACES), simulated(1.1)
     calibrated = (measured["calibrated"] == "yes").to_numpy()
     runs.loc[calibrated, "speed_cm_per_s"] *= 2
@@ -200,7 +196,7 @@ def test_conditions_that_it_was_calibrated_on_do_not_count() -> None:
     assert next(one.ours for one in items if "within 20 %" in one.item) == 100
 
 
-def test_a_statement_without_a_number_is_not_judged() -> None:
+def test_a_statement_without_a_number_is_not_judged():
     table = claims(1.5, profile="generic")
     line = table.loc["robot, scaled generic: speeds within 35 %, % of conditions"]
     assert (line["paper"], line["ours"], line["verdict"]) == (
@@ -210,7 +206,7 @@ def test_a_statement_without_a_number_is_not_judged() -> None:
     )
 
 
-def test_depth_only_is_expected_to_fail_and_says_why() -> None:
+def test_depth_only_is_expected_to_fail_and_says_why():
     table = claims(2.0, profile="depth_only")
     line = table.loc["robot, depth-only: largest error of speed, %"]
     assert (line["paper"], line["ours"]) == (150, pytest.approx(100))
@@ -219,7 +215,7 @@ def test_depth_only_is_expected_to_fail_and_says_why() -> None:
     assert claims(2.5, profile="depth_only").loc[line.name, "verdict"] == "same"
 
 
-def test_turning_over_and_phases_are_counted() -> None:
+def test_turning_over_and_phases_are_counted():
     runs = sweep(0.86)
     runs["speed_cm_per_s"] += 0.3 * runs["phase_turns"]
     deep = runs.assign(profile="depth_only")
@@ -236,7 +232,7 @@ def test_turning_over_and_phases_are_counted() -> None:
     assert claims(1.0, speed=one).loc[phases, "verdict"] == "not judged"
 
 
-def test_best_curvature_beside_the_papers() -> None:
+def test_best_curvature_beside_the_papers():
     near, far = claims(1.0, 0.84), claims(1.0, 0.4)
     name = "robot: best curvature R'/r at 5 Hz"
     assert near.loc[name, "verdict"] == "same"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -31,16 +29,10 @@ from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON, MOTION
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from matplotlib.figure import Figure
-    from memory import Memory
-
 PROFILES = ("table", "generic", "depth_only")
 
 
-def speeds() -> pd.DataFrame:
+def speeds():
     rows = [
         (
             profile,
@@ -60,7 +52,7 @@ def speeds() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names)
 
 
-def compared() -> pd.DataFrame:
+def compared():
     measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
     parts = []
     for profile in PROFILES:
@@ -76,7 +68,7 @@ def compared() -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def runs() -> dict[str, pd.DataFrame]:
+def runs():
     """Motion and mid-stance of the runs of Fig. 4B, coarse in time."""
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
     every = [simulate(robot, profile, f, k, samples_per_stride=50) for k, f in MOTION]
@@ -87,11 +79,11 @@ def runs() -> dict[str, pd.DataFrame]:
 
 
 @pytest.fixture
-def motion(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
+def motion(runs):
     return runs["motion"]
 
 
-def strides(speed: float = 26.0) -> pd.DataFrame:
+def strides(speed=26.0):
     """Mean strides of two trials of the c-leg, whose surge begins at different moments."""
     at = np.arange(50) / 50
     parts = [
@@ -102,23 +94,23 @@ def strides(speed: float = 26.0) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def swept(runs: pd.DataFrame, errors: pd.DataFrame, best: pd.DataFrame | None = None) -> Memory:
+def swept(runs, errors, best=None):
     """Results of a sweep."""
     tables = {"robot/speed.csv": runs, "robot/errors.csv": errors}
     return memory(tables if best is None else tables | {"robot/optimum.csv": best})
 
 
-def xy(line: Any) -> Any:
+def xy(line):
     return np.array(line.get_data(), dtype=float)
 
 
-def inside(figure: Figure) -> list[str]:
+def inside(figure):
     """Faults of the texts of a figure."""
     content(figure, "svg")
     return text_faults(figure)
 
 
-def test_speeds_are_those_of_the_tables() -> None:
+def test_speeds_are_those_of_the_tables():
     errors, runs = compared(), speeds()
     one, grid = speed(swept(runs, errors), "robot"), profiles(swept(runs, errors), "robot")
     assert (len(one.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
@@ -147,7 +139,7 @@ def test_speeds_are_those_of_the_tables() -> None:
         np.testing.assert_allclose(xy(curve)[:, 0], 0)
 
 
-def test_speed_against_curvature_is_read_off_speed_against_frequency() -> None:
+def test_speed_against_curvature_is_read_off_speed_against_frequency():
     frequencies, values = np.array([1.0, 2.0, 4.0]), np.array([10.0, 30.0, 50.0])
     assert read_at(frequencies, values, 0.5) == 5.0
     assert read_at(frequencies, values, 1.25) == 15.0
@@ -163,7 +155,7 @@ def test_speed_against_curvature_is_read_off_speed_against_frequency() -> None:
     assert len(xy(points).T) == 7
 
 
-def test_a_robot_upside_down_is_marked() -> None:
+def test_a_robot_upside_down_is_marked():
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
     runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
@@ -174,7 +166,7 @@ def test_a_robot_upside_down_is_marked() -> None:
     assert not any(xy(line).size for line in page.axes[1].lines if line.get_marker() == "x")
 
 
-def test_speeds_without_a_measurement() -> None:
+def test_speeds_without_a_measurement():
     figure = profiles(swept(speeds(), compared().iloc[:0]), "robot")
     assert inside(figure) == []
     assert len(figure.axes) == 6
@@ -184,7 +176,7 @@ def test_speeds_without_a_measurement() -> None:
     assert "no simulated speed" in told.get_text()
 
 
-def test_curvatures_look_different() -> None:
+def test_curvatures_look_different():
     looks = curvature_looks([-1, -0.92, -0.6, 0, 0.6, 0.92, 1])
     assert len(set(looks.values())) == 7
     assert len({colour for colour, _ in looks.values()}) == 7
@@ -192,7 +184,7 @@ def test_curvatures_look_different() -> None:
     assert red > blue
 
 
-def test_optimum_is_drawn_where_it_is() -> None:
+def test_optimum_is_drawn_where_it_is():
     runs = speeds()
     best = optima(runs)
     figure = curvature(swept(runs, compared(), best), "robot")
@@ -207,7 +199,7 @@ def test_optimum_is_drawn_where_it_is() -> None:
     assert grid.max() == pytest.approx(runs[runs["profile"] == "table"]["speed_cm_per_s"].max())
 
 
-def test_a_sweep_without_a_steady_run_says_why() -> None:
+def test_a_sweep_without_a_steady_run_says_why():
     runs = speeds()
     lost = runs["profile"] == "table"
     runs.loc[lost, "speed_cm_per_s"] = np.nan
@@ -219,7 +211,7 @@ def test_a_sweep_without_a_steady_run_says_why() -> None:
     assert inside(speed(swept(runs, compared().iloc[:0]), "robot")) == []
 
 
-def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
+def test_motion_over_two_strides(motion):
     figure = draw_motion(motion, strides())
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 5
@@ -235,7 +227,7 @@ def test_motion_over_two_strides(motion: pd.DataFrame) -> None:
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 
 
-def test_forces_are_means_over_ten_milliseconds(motion: pd.DataFrame) -> None:
+def test_forces_are_means_over_ten_milliseconds(motion):
     first = motion[motion["curvature_times_R"] == 1.0].reset_index(drop=True)
     fine = first.assign(time_s=np.arange(len(first)) / 1000, force_z_belly_N=0.0)
     fine.loc[50, "force_z_belly_N"] = 11.0
@@ -245,13 +237,13 @@ def test_forces_are_means_over_ten_milliseconds(motion: pd.DataFrame) -> None:
     assert belly.sum() == pytest.approx(11)
 
 
-def test_tripods_take_turns(motion: pd.DataFrame) -> None:
+def test_tripods_take_turns(motion):
     first = motion[motion["curvature_times_R"] == 1.0]
     one, two = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
     np.testing.assert_allclose(np.roll(one, 25)[25:75], two[25:75], atol=0.02 * one.max())
 
 
-def test_reaction_of_both_tripods(motion: pd.DataFrame) -> None:
+def test_reaction_of_both_tripods(motion):
     figure = robot_reaction(memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 2
@@ -261,7 +253,7 @@ def test_reaction_of_both_tripods(motion: pd.DataFrame) -> None:
     assert dashes[:2] == ["-", "--"]
 
 
-def test_stance_shows_the_forces_of_one_tripod(runs: dict[str, pd.DataFrame]) -> None:
+def test_stance_shows_the_forces_of_one_tripod(runs):
     table = runs["stances"]
     figure = robot_stance(memory({"robot/stances.csv": table}))
     assert inside(figure) == []
@@ -279,7 +271,7 @@ def test_stance_shows_the_forces_of_one_tripod(runs: dict[str, pd.DataFrame]) ->
     assert own.loc[~deep, ["force_z_N", "force_x_N"]].abs().to_numpy().max() == 0
 
 
-def test_each_sweep_has_its_figures_and_captions() -> None:
+def test_each_sweep_has_its_figures_and_captions():
     errors, runs = compared(), speeds().assign(warning="")
     runs.loc[:2, "outcome"] = "tipped"
     results = memory({"robot_full/errors.csv": errors, "robot_full/speed.csv": runs})
@@ -301,7 +293,7 @@ def test_each_sweep_has_its_figures_and_captions() -> None:
     ]
 
 
-def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
+def test_captions_of_motion_and_curvature(motion):
     best = optima(speeds())
     tables = {
         "robot/motion.csv": motion.assign(profile="map"), "robot/optimum.csv": best,
@@ -323,7 +315,7 @@ def test_captions_of_motion_and_curvature(motion: pd.DataFrame) -> None:
     assert f"5.0 Hz: fastest at R'/r {top['best_curvature_times_R']:.2f} (read within" in told
 
 
-def test_same_figure_same_bytes(tmp_path: Path) -> None:
+def test_same_figure_same_bytes(tmp_path):
     for name in "ab":
         save(speed(swept(speeds(), compared()), "robot"), tmp_path / name)
     for ending in ("png", "pdf", "svg"):

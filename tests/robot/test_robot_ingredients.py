@@ -14,7 +14,7 @@ MEDIUM = "poppy_LP"
 BELLY = "table, nine terms in alpha_z at (0, 0) alone"
 
 
-def test_each_profile_changes_what_it_says() -> None:
+def test_each_profile_changes_what_it_says():
     found = ingredients(MEDIUM)
     rng = np.random.default_rng(4)
     beta, gamma = rng.uniform(-1.5, 1.5, 200), rng.uniform(-1.5, 1.5, 200)
@@ -32,7 +32,7 @@ def test_each_profile_changes_what_it_says() -> None:
     np.testing.assert_allclose(nine.alpha(*nodes), own.alpha(*nodes), atol=1e-3)
 
 
-def test_the_lift_of_the_level_belly_alone_makes_reversed_legs_too_fast() -> None:
+def test_the_lift_of_the_level_belly_alone_makes_reversed_legs_too_fast():
     measured = published_speeds(MEDIUM)
     fast = measured[(measured["curvature_times_R"] < -0.9) & (measured["frequency_Hz"] > 4.8)]
     assert len(fast) == 2

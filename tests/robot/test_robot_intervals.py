@@ -33,12 +33,12 @@ FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
 
 
-def nine_draws(spread: float, count: int = 8) -> FourierProfile:
+def nine_draws(spread, count=8):
     noise = np.random.default_rng(5).standard_normal((count, 9))
     return FourierProfile(NINE.coefficients * (1 + spread * noise))
 
 
-def test_half_width_is_students() -> None:
+def test_half_width_is_students():
     # about the profile's own number, whose place is known: one degree of freedom a draw
     values = 7.0 + np.array([0.3, -0.1, 0.2, -0.4])
     root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
@@ -47,14 +47,14 @@ def test_half_width_is_students() -> None:
     assert (found.draws, found.why) == (4, ())
 
 
-def test_no_width_where_a_draw_has_no_speed() -> None:
+def test_no_width_where_a_draw_has_no_speed():
     found = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
     assert math.isnan(found.half)
     assert found.why == (remark("draws-lost", lost=1, draws=3),)
     assert codes_of(half_width(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
-def test_draws_of_every_kind_of_profile() -> None:
+def test_draws_of_every_kind_of_profile():
     noise = np.random.default_rng(1).normal(1, 0.02, (3, 2, 7, 13))
     grid = alpha_grid("poppy_LP")
     table = TableProfile(grid[0] * noise[:, 0], grid[1] * noise[:, 1])
@@ -68,7 +68,7 @@ def test_draws_of_every_kind_of_profile() -> None:
             assert draw.pack is not None
 
 
-def test_widths_grow_with_the_errors_of_alpha() -> None:
+def test_widths_grow_with_the_errors_of_alpha():
     robot = paper_robot()
     small, large = (
         speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)
@@ -79,7 +79,7 @@ def test_widths_grow_with_the_errors_of_alpha() -> None:
     assert all(0.001 < width.half < 2 for width in large)
 
 
-def test_widths_hold_what_another_arc_does() -> None:
+def test_widths_hold_what_another_arc_does():
     robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
     exact, small, large = (
         speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0].half
@@ -94,7 +94,7 @@ def test_widths_hold_what_another_arc_does() -> None:
     assert 0.99 < bent(Condition(5.0, 1.0), 0.01).curvature_times_R < 1
 
 
-def test_the_coarser_step_changes_no_width() -> None:
+def test_the_coarser_step_changes_no_width():
     robot, draws = paper_robot(), each_draw(nine_draws(0.01, 4), 4)
     fine = speeds_of(robot, [NINE, *draws], FAST)
     coarse = speeds_of(coarser(robot), [NINE, *draws], FAST)
@@ -104,14 +104,14 @@ def test_the_coarser_step_changes_no_width() -> None:
     np.testing.assert_allclose(spread[1], spread[0], rtol=0.02)
 
 
-def test_no_interval_of_a_best_curvature_at_the_end() -> None:
+def test_no_interval_of_a_best_curvature_at_the_end():
     # on nine terms the c-leg itself is the fastest
     found = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
     assert math.isnan(found.half)
     assert codes_of(found.why) == "best-at-end"
 
 
-def test_table_of_widths() -> None:
+def test_table_of_widths():
     measured = pd.DataFrame(
         {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -17,23 +16,17 @@ from rftfit.model.profiles import TableProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
-
 RANDOM = np.random.default_rng(4)
 
 
-def random_state(height_cm: float) -> np.ndarray:
+def random_state(height_cm):
     spread = np.array([5.0, 1.0, 0.5, 50.0, 30.0, 5.0])
     return np.asarray(RANDOM.normal(size=6) * spread + np.array([0, height_cm, 0, 0, 0, 0]))
 
 
 @pytest.mark.parametrize("curvature", [1.0, 0.3, 0.0, -1.0])
 @pytest.mark.parametrize("height_cm", [4.0, 2.0, 0.0, -8.0])
-def test_one_step_is_the_twins(
-    robot: Robot, profile: Profile, curvature: float, height_cm: float
-) -> None:
+def test_one_step_is_the_twins(robot, profile, curvature, height_cm):
     parts = assemble(robot, curvature)
     for _ in range(6):
         state, turn = random_state(height_cm), RANDOM.uniform(-10, 10)
@@ -45,7 +38,7 @@ def test_one_step_is_the_twins(
 
 
 @pytest.mark.parametrize("rk4", [False, True])
-def test_many_steps_are_the_twins(robot: Robot, profile: Profile, rk4: bool) -> None:
+def test_many_steps_are_the_twins(robot, profile, rk4):
     parts = assemble(robot, 1.0)
     state = np.array([0.0, 3.2, 0.05, 10.0, -5.0, 0.3])
     ours = step(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)
@@ -54,7 +47,7 @@ def test_many_steps_are_the_twins(robot: Robot, profile: Profile, rk4: bool) -> 
 
 
 @pytest.mark.parametrize("count", [1, 31, 32, 33, 100])
-def test_any_number_of_elements(robot: Robot, table: TableProfile, count: int) -> None:
+def test_any_number_of_elements(robot, table, count):
     numerics = robot.numerics.model_copy(update={"elements": count})
     parts = assemble(robot.model_copy(update={"numerics": numerics}), 0.7)
     assert parts.bodies.shape == (5, count, 5)
@@ -64,7 +57,7 @@ def test_any_number_of_elements(robot: Robot, table: TableProfile, count: int) -
     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
-def test_samples_are_the_twins(robot: Robot, profile: Profile) -> None:
+def test_samples_are_the_twins(robot, profile):
     parts = assemble(robot, 1.0)
     state, rate, step_s = np.array([0.0, 2.0, 0.1, 10.0, -5.0, 0.3]), 12.0, 1e-3
     samples = np.empty((5, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
@@ -92,7 +85,7 @@ def test_samples_are_the_twins(robot: Robot, profile: Profile) -> None:
         np.testing.assert_allclose(row[8] * rate, drive, atol=1e-9)
 
 
-def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot: Robot) -> None:
+def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot):
     alpha_z, alpha_x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
     alpha_z[3, 12] = math.nan  # a flat plate straight down
     holed = TableProfile(alpha_z, alpha_x, name="holed")
@@ -107,13 +100,13 @@ def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot: Robot) -> No
     assert "(0, 90)" in run.reason
 
 
-def test_constants_are_those_of_the_profiles() -> None:
+def test_constants_are_those_of_the_profiles():
     # the compiler's cache watches the kernel's own file only, so that it has to repeat them
     assert (kernel._FOURIER, kernel._TABLE) == (profiles.FOURIER, profiles.TABLE)
     assert (kernel._NEGLIGIBLE, kernel._STILL) == (profiles.NEGLIGIBLE, profiles.STILL)
 
 
-def test_compiled_code_needs_no_other_file() -> None:
+def test_compiled_code_needs_no_other_file():
     # all that is compiled stands in one file: what it calls is either in it, or of numba's world
     tree = ast.parse(Path(kernel.__file__).read_text(encoding="utf-8"))
     found = [
@@ -125,7 +118,7 @@ def test_compiled_code_needs_no_other_file() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them
-def test_any_phases_and_hips(robot: Robot, profile: Profile, turn: float) -> None:
+def test_any_phases_and_hips(robot, profile, turn):
     """Phases that are no half turns, hips at heights of their own, groups of one, two and three."""
     hips = [
         hip.model_copy(update={"phase_turns": phase, "z_cm": z, "x_cm": x})

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from rftfit.campaign.problems import Place
+from rftfit.cli.simulate import sweep
 from rftfit.errors import InputError, RftfitError
 from rftfit.robot.speeds import speed_errors
 from rftfit.robot.tracks import read_trials
 from rftfit.workflow import robot as stage
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-
-def test_a_column_that_stands_twice(tmp_path: Path) -> None:
+def test_a_column_that_stands_twice(tmp_path):
     path = tmp_path / "runs.csv"
     path.write_text(
         "run_id,condition,medium,curvature_times_R,track,track\na,c,sand,1,a.csv,b.csv\n"
@@ -29,7 +27,7 @@ def test_a_column_that_stands_twice(tmp_path: Path) -> None:
     assert problems[0].place == Place("runs.csv", 1, "track")
 
 
-def test_a_robot_that_moves_back() -> None:
+def test_a_robot_that_moves_back():
     measured = pd.DataFrame(
         {"condition": ["c"], "medium": ["sand"], "curvature_times_R": [1.0], "frequency_Hz": [2.0],
          "speed_cm_per_s": [-1.0], "speed_sd_cm_per_s": [0.1], "trials": [3], "calibrated": [False],
@@ -45,9 +43,7 @@ def test_a_robot_that_moves_back() -> None:
     assert np.isnan(row["error_percent"])
 
 
-def test_rows_of_a_track_that_do_not_add_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     trial: Any = SimpleNamespace(
         run_id="a", condition="c", medium="sand", curvature_times_R=1.0, frequency_Hz=2.0,
         track="a.csv",
@@ -61,10 +57,8 @@ def test_rows_of_a_track_that_do_not_add_up(
         stage._measure(trial, tmp_path, 2)
 
 
-def test_a_sweep_on_a_medium_without_runs(tmp_path: Path) -> None:
+def test_a_sweep_on_a_medium_without_runs(tmp_path):
     from light_campaign import LABORATORY, make_campaign
-
-    from rftfit.cli.simulate import sweep
 
     media = {"a": LABORATORY}
     make_campaign(tmp_path / "none", media, {})

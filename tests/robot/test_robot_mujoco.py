@@ -7,7 +7,7 @@ hinges, places and velocities of all bodies and the steps in time are MuJoCo's, 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,10 +17,6 @@ from rftfit.model.outlines import arc, polyline
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate, start_state
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
-
 mujoco: Any = pytest.importorskip("mujoco", reason="the package mujoco is not installed")
 
 STEP_S = 2e-4  # not the program's
@@ -29,7 +25,7 @@ STRIDES = {1.0: 3, 2.0: 4, 3.5: 7, 5.0: 9}
 FLYWHEEL_KG_M2 = 1e6
 
 
-def model_of(robot: Robot) -> Any:
+def model_of(robot):
     legs = "".join(
         f'<body name="leg{index}" pos="{hip.x_cm / 100} 0 {hip.z_cm / 100}">'
         f'<joint name="hinge{index}" type="hinge" axis="0 1 0" armature="{FLYWHEEL_KG_M2}"/>'
@@ -53,7 +49,7 @@ def model_of(robot: Robot) -> Any:
 class Independent:
     """A run of the robot in MuJoCo."""
 
-    def __init__(self, robot: Robot, profile: Profile, frequency: float, curvature: float) -> None:
+    def __init__(self, robot, profile, frequency, curvature):
         self.model = model_of(robot)
         self.data = mujoco.MjData(self.model)
         self.pack = profile.pack
@@ -68,7 +64,7 @@ class Independent:
         self.data.qpos[3:] = [2 * math.pi * hip.phase_turns for hip in robot.legs.hips]
         self.data.qvel[3:] = self.rate
 
-    def pose(self, owner: int) -> np.ndarray:
+    def pose(self, owner):
         velocity, turn = np.zeros(6), self.data.xmat[owner]
         mujoco.mj_objectVelocity(
             self.model, self.data, mujoco.mjtObj.mjOBJ_XBODY, owner, velocity, 0
@@ -78,7 +74,7 @@ class Independent:
         angle = math.atan2(turn[2], turn[0])
         return np.array([[x, z, angle, 100 * velocity[3], 100 * velocity[5], velocity[1]]])
 
-    def step(self) -> None:
+    def step(self):
         model, data = self.model, self.data
         mujoco.mj_step1(model, data)
         data.qfrc_applied[:] = 0.0
@@ -93,7 +89,7 @@ class Independent:
                 )  # fmt: skip
         mujoco.mj_step2(model, data)
 
-    def stride_speeds(self, z_cm: float, strides: int) -> np.ndarray:
+    def stride_speeds(self, z_cm, strides):
         self.data.qpos[1] = z_cm / 100
         steps = round(2 * math.pi / self.rate / STEP_S)
         places = [0.0]
@@ -108,9 +104,7 @@ class Independent:
 @pytest.mark.parametrize(
     ("frequency", "curvature"), [(1.0, 0.0), (2.0, -1.0), (3.5, 1.0), (5.0, 1.0), (5.0, -1.0)]
 )
-def test_mean_speed_agrees(
-    robot: Robot, table: Profile, frequency: float, curvature: float
-) -> None:
+def test_mean_speed_agrees(robot, table, frequency, curvature):
     ours = simulate(robot, table, frequency, curvature)
     assert ours.outcome == "steady"
     start = start_state(robot, assemble(robot, curvature), 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,28 +14,22 @@ from rftfit.page.robot import robot_data, robot_tables
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.page.cells import Table
-    from rftfit.results import Results
-
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
     results = bare_campaign(folder, ("poppy_LP",), robot=True)
     write_robot(results)
     return results
 
 
-def cells(table: Table) -> list[list[str]]:
+def cells(table):
     """What a table shows, with its small print."""
     shown = [[column.cell(row) for column in table.columns] for row in table.rows]
     return [["|".join(filter(None, (one.text, *one.notes))) for one in row] for row in shown]
 
 
-def test_tables_say_what_the_errors_say(results: Results) -> None:
+def test_tables_say_what_the_errors_say(results):
     found = robot_tables(results)
     assert found is not None
     near, far = cells(found["shares"])
@@ -50,7 +43,7 @@ def test_tables_say_what_the_errors_say(results: Results) -> None:
     assert [row[1:4] for row in cells(found["best"])] == [["5.0", "0.40", "74.8"]] * 2
 
 
-def test_numbers_for_the_script(results: Results) -> None:
+def test_numbers_for_the_script(results):
     data = robot_data(results)
     assert data is not None
     json.dumps(data, allow_nan=False)
@@ -61,12 +54,12 @@ def test_numbers_for_the_script(results: Results) -> None:
     assert len(data["measured"]["frequency_Hz"]) == 42
 
 
-def test_nothing_without_a_robot(tmp_path: Path) -> None:
+def test_nothing_without_a_robot(tmp_path):
     results = bare_campaign(tmp_path, ("poppy_LP",))
     assert (robot_tables(results), robot_data(results)) == (None, None)
 
 
-def test_damaged_pictures_are_named(tmp_path: Path) -> None:
+def test_damaged_pictures_are_named(tmp_path):
     results = bare_campaign(tmp_path, ("poppy_LP",), robot=True)
     write_robot(results)
     (tmp_path / "results" / "robot" / "frames.json").write_text("{", encoding="utf-8")
@@ -74,7 +67,7 @@ def test_damaged_pictures_are_named(tmp_path: Path) -> None:
         robot_data(results)
 
 
-def test_pictures_are_those_of_the_run() -> None:
+def test_pictures_are_those_of_the_run():
     frames = frames_of(paper_robot(), TableProfile.published("poppy_LP"))
     assert len(frames["runs"]) == len(CURVATURES) * len(FREQUENCIES_HZ)
     weight = 150 * 980.665 / 1e5

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,11 +13,8 @@ from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics
 from rftfit.robot.run import fallen, highest_point, irregular, settled
 
-if TYPE_CHECKING:
-    from rftfit.robot.config import Robot
 
-
-def test_areas_and_lengths_are_those_of_the_robot(robot: Robot) -> None:
+def test_areas_and_lengths_are_those_of_the_robot(robot):
     parts = assemble(robot, 1.0)
     assert parts.names == ("belly", "front", "rear", "tripod_1", "tripod_2")
     assert (len(parts.group), parts.bodies.shape[1]) == (9, 30)
@@ -38,7 +34,7 @@ def test_areas_and_lengths_are_those_of_the_robot(robot: Robot) -> None:
     np.testing.assert_allclose([front[:, 1].mean(), rear[:, 1].mean()], 0.5, atol=1e-12)
 
 
-def test_tripods_are_three_hips_half_a_turn_apart(robot: Robot) -> None:
+def test_tripods_are_three_hips_half_a_turn_apart(robot):
     parts = assemble(robot, 1.0)
     np.testing.assert_array_equal(parts.group, [0, 1, 2, 3, 3, 3, 4, 4, 4])
     # half a turn is the mirror image through the hip
@@ -49,7 +45,7 @@ def test_tripods_are_three_hips_half_a_turn_apart(robot: Robot) -> None:
     np.testing.assert_array_equal(parts.hips[:3], 0)
 
 
-def test_a_newton_moves_150_grams_by_its_weight(robot: Robot) -> None:
+def test_a_newton_moves_150_grams_by_its_weight(robot):
     per_newton, per_newton_cm, gravity = assemble(robot, 1.0).inertia
     # 1 N on 0.150 kg is 6.667 m/s^2; 1 N cm on 2080 g cm^2 = 2.08e-4 kg m^2 is 48.08 rad/s^2
     assert per_newton == pytest.approx(100 * 1 / 0.150)
@@ -58,19 +54,19 @@ def test_a_newton_moves_150_grams_by_its_weight(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("curvature", [-1.0, -0.4, 0.0, 0.5, 1.0])
-def test_reach_of_a_leg_is_its_tip(robot: Robot, curvature: float) -> None:
+def test_reach_of_a_leg_is_its_tip(robot, curvature):
     # the tip is 2R' = 4.1 cm away; a curved leg's last element counts with its length
     reach, longest = assemble(robot, curvature).reach_cm, math.pi * 2.05 / 30
     assert 4.1 - 1e-9 <= reach <= 4.1 + (longest if curvature else 1e-9)
 
 
-def test_a_robot_without_legs_reaches_nowhere(robot: Robot) -> None:
+def test_a_robot_without_legs_reaches_nowhere(robot):
     parts = assemble(robot, 0.0)
     still = dataclasses.replace(parts, hips=parts.hips * [1, 1, 0])
     assert still.reach_cm == 0
 
 
-def test_highest_point_turns_with_the_body(robot: Robot) -> None:
+def test_highest_point_turns_with_the_body(robot):
     parts = assemble(robot, 1.0)
     level = np.array([7.0, 1.0, 0.0, 0.0, 0.0, 0.0])
     assert highest_point(parts, level) == pytest.approx(1 + 2)
@@ -89,7 +85,7 @@ def test_highest_point_turns_with_the_body(robot: Robot) -> None:
     assert highest_point(parts, level) == pytest.approx(1 + 1)
 
 
-def test_fallen_is_past_its_limit_and_names_the_stride(robot: Robot) -> None:
+def test_fallen_is_past_its_limit_and_names_the_stride(robot):
     parts, numerics = assemble(robot, 1.0), robot.numerics
     ends = np.zeros((4, 6))
     for pitch_deg, outcome in ((90.0, None), (90.5, "tipped"), (-90.0, None), (-90.5, "tipped")):
@@ -109,7 +105,7 @@ def test_fallen_is_past_its_limit_and_names_the_stride(robot: Robot) -> None:
     assert (unknown.outcome, codes_of(unknown.why)) == ("not steady", "force-unknown")
 
 
-def test_settled_compares_speeds_per_second() -> None:
+def test_settled_compares_speeds_per_second():
     numerics = Numerics(settled_share=0.01, settled_cm_per_s=0.5)
     ends = np.zeros((7, 6))
     # strides of 0.5 s, two to a stretch of 1 s: 100 cm/s, then 101.0 cm/s is within 1 %
@@ -136,9 +132,7 @@ def test_settled_compares_speeds_per_second() -> None:
 
 @pytest.mark.parametrize(("column", "limit"), [(1, 0.05), (2, math.radians(1.0))])
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_settled_looks_at_height_and_pitch_of_both_ends(
-    column: int, limit: float, sign: int
-) -> None:
+def test_settled_looks_at_height_and_pitch_of_both_ends(column, limit, sign):
     ends = np.zeros((7, 6))
     ends[:, 0] = 10.0 * np.arange(7)
     for size, expected in ((0.99, True), (1.01, False)):
@@ -155,7 +149,7 @@ def test_settled_looks_at_height_and_pitch_of_both_ends(
     assert settled(ends, 2, 1.0, Numerics())
 
 
-def test_irregular_compares_the_last_two_thirds() -> None:
+def test_irregular_compares_the_last_two_thirds():
     numerics = Numerics(steady_share=0.05, settled_cm_per_s=0.05)
     for last, outcome in ((104.9, "steady"), (105.6, "not steady"), (95.3, "steady"),
                           (95.1, "not steady")):  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,15 +14,11 @@ from rftfit.robot.body import NEWTON_IN_G_CM_PER_S2, assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.run import RobotRun
-
 G = 980.665
 ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
 
 
-def with_plate(width_cm: float = 4.0, length_cm: float = 6.0) -> Robot:
+def with_plate(width_cm=4.0, length_cm=6.0):
     """A single level plate as the body; its one leg is too short to touch anything."""
     plate = {"from_cm": [-length_cm / 2, 0.0], "to_cm": [length_cm / 2, 0.0], "width_cm": width_cm}
     return Robot.model_validate(
@@ -39,7 +34,7 @@ def with_plate(width_cm: float = 4.0, length_cm: float = 6.0) -> Robot:
     )
 
 
-def test_free_flight(robot: Robot, table: Profile) -> None:
+def test_free_flight(robot, table):
     # thrown high with turning legs: no force but weight, whatever the legs do
     parts = assemble(robot, 1.0)
     state = np.array([0.0, 500.0, 0.1, 30.0, 100.0, 2.0])
@@ -56,20 +51,18 @@ def test_free_flight(robot: Robot, table: Profile) -> None:
         np.testing.assert_allclose(energy[1], energy[0], rtol=1e-12 if rk4 else 1e-4)
 
 
-def together(forces: dict[str, np.ndarray]) -> np.ndarray:
+def together(forces):
     return np.asarray(np.sum(list(forces.values()), axis=0))
 
 
-def each_step(robot: Robot, profile: Profile, curvature: float, frequency: float) -> RobotRun:
+def each_step(robot, profile, curvature, frequency):
     """Three strides by semi-implicit Euler, a sample before every step."""
     steps = round(1 / frequency / robot.numerics.step_s)
     return simulate(robot, profile, frequency, curvature, samples_per_stride=steps, strides=3)
 
 
 @pytest.mark.parametrize(("curvature", "frequency"), [(1.0, 2.0), (0.0, 4.0), (-1.0, 1.0)])
-def test_momentum_and_energy_with_sand(
-    robot: Robot, profile: Profile, curvature: float, frequency: float
-) -> None:
+def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     s = each_step(robot, profile, curvature, frequency).series
     assert s is not None
     mass, inertia = robot.body.mass_g, robot.body.inertia_g_cm2
@@ -100,7 +93,7 @@ def test_momentum_and_energy_with_sand(
     np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
 
 
-def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> None:
+def test_granular_work_is_energy_less_drive(robot, table):
     # power of the granular force, element by element, from the twin
     s = each_step(robot, table, 1.0, 2.0).series
     assert s is not None
@@ -131,7 +124,7 @@ def test_granular_work_is_energy_less_drive(robot: Robot, table: Profile) -> Non
 
 
 @pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])
-def test_dropped_plate_comes_to_rest(table: Profile, drop_cm: float) -> None:
+def test_dropped_plate_comes_to_rest(table, drop_cm):
     # weight times fall = half of alpha times area times depth squared
     robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
     alpha, area = float(table.alpha(0.0, math.pi / 2)[0]), 24.0
@@ -153,7 +146,7 @@ def test_dropped_plate_comes_to_rest(table: Profile, drop_cm: float) -> None:
     np.testing.assert_allclose(creeps[0] / creeps[1], 2, atol=0.4)
 
 
-def test_plate_let_down_slowly_floats_at_its_depth(table: Profile) -> None:
+def test_plate_let_down_slowly_floats_at_its_depth(table):
     # at the depth where alpha |z| A is the weight, a plate that sinks slowly goes no faster
     robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
     depth = weight_N / (float(table.alpha(0.0, math.pi / 2)[0]) * 24.0)
@@ -164,7 +157,7 @@ def test_plate_let_down_slowly_floats_at_its_depth(table: Profile) -> None:
     assert step(table, assemble(robot, 0.0), higher, 0.0, 0.0, 1e-6, 1)[4] < state[4]
 
 
-def mirrored(robot: Robot) -> Robot:
+def mirrored(robot):
     data = robot.model_dump()
     for plate in data["body"]["plates"].values():
         for end in ("from_cm", "to_cm"):
@@ -175,7 +168,7 @@ def mirrored(robot: Robot) -> Robot:
 
 
 @pytest.mark.parametrize("curvature", [1.0, 0.0, -0.6])
-def test_mirror_image(robot: Robot, profile: Profile, curvature: float) -> None:
+def test_mirror_image(robot, profile, curvature):
     # reversed legs that turn the other way, on the mirrored body, do the mirror image of the run
     data = robot.model_dump()
     data["legs"]["hips"][0]["x_cm"] = 4.0  # a robot that is not its own mirror image
@@ -192,13 +185,13 @@ def test_mirror_image(robot: Robot, profile: Profile, curvature: float) -> None:
     np.testing.assert_allclose(one.series.pitch_deg[early], -two.series.pitch_deg[early], atol=1e-3)
 
 
-def test_order_of_the_methods(robot: Robot, nine: FourierProfile) -> None:
+def test_order_of_the_methods(robot, nine):
     # wholly in the sand and always moving on, the forces are smooth
     parts = assemble(robot, 0.5)
     state = np.array([0.0, -20.0, 0.0, 400.0, -150.0, 3.0])
     weak = FourierProfile(nine.coefficients / 30)
 
-    def end(steps: int, rk4: bool) -> np.ndarray:
+    def end(steps, rk4):
         return step(weak, parts, state, 0.0, 6.0, 0.016 / steps, steps, rk4=rk4)
 
     best = end(4096, True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -23,16 +22,13 @@ from rftfit.robot.run import (
     start_state,
 )
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import Profile, TableProfile
 
-
-def changed(robot: Robot, **numerics: object) -> Robot:
+def changed(robot, **numerics):
     settings = robot.numerics.model_dump() | numerics
     return robot.model_copy(update={"numerics": Numerics.model_validate(settings)})
 
 
-def test_it_begins_touching_the_surface(robot: Robot) -> None:
+def test_it_begins_touching_the_surface(robot):
     for curvature in (1.0, 0.0, -0.4):
         for phase in (0.0, 0.21, 0.5):
             for drop in (0.0, 2.0):
@@ -46,7 +42,7 @@ def test_it_begins_touching_the_surface(robot: Robot) -> None:
                 np.testing.assert_allclose(lowest, drop, atol=1e-12)
 
 
-def test_steady_run(robot: Robot, table: TableProfile) -> None:
+def test_steady_run(robot, table):
     run = simulate(robot, table, 2.0, 1.0)
     assert (run.outcome, run.reason, run.warning) == ("steady", "", "")
     assert run.strides == len(run.stride_speeds_cm_per_s) >= 3
@@ -61,7 +57,7 @@ def test_steady_run(robot: Robot, table: TableProfile) -> None:
     assert run.series is None
 
 
-def test_standing_still(robot: Robot, table: TableProfile) -> None:
+def test_standing_still(robot, table):
     run = simulate(robot, table, 0.0, 1.0)
     assert run.outcome == "steady"
     assert abs(run.speed_cm_per_s) < 0.2
@@ -69,9 +65,7 @@ def test_standing_still(robot: Robot, table: TableProfile) -> None:
 
 
 @pytest.mark.parametrize(("frequency", "warned"), [(3.8, False), (3.95, True), (-5.0, True)])
-def test_fast_legs_are_warned_about(
-    robot: Robot, nine: FourierProfile, frequency: float, warned: bool
-) -> None:
+def test_fast_legs_are_warned_about(robot, nine, frequency, warned):
     # 2 pi f 4.1 cm passes 1 m/s at 3.88 Hz
     run = simulate(robot, nine, frequency, 0.0, strides=1)
     assert bool(run.warning) == warned
@@ -79,7 +73,7 @@ def test_fast_legs_are_warned_about(
         assert f"{2 * math.pi * abs(frequency) * 4.1:.0f} cm/s" in run.warning
 
 
-def test_tipped(robot: Robot, nine: FourierProfile) -> None:
+def test_tipped(robot, nine):
     # a short body high above close hips: the drive turns it over
     data = robot.model_dump()
     for plate in data["body"]["plates"].values():
@@ -94,7 +88,7 @@ def test_tipped(robot: Robot, nine: FourierProfile) -> None:
     assert run.averaged == 0
 
 
-def test_buried(robot: Robot, nine: FourierProfile) -> None:
+def test_buried(robot, nine):
     # a medium that does not bear it
     run = simulate(robot, FourierProfile(nine.coefficients / 100), 1.0, 1.0)
     assert run.outcome == "buried"
@@ -102,7 +96,7 @@ def test_buried(robot: Robot, nine: FourierProfile) -> None:
     assert math.isnan(run.speed_cm_per_s)
 
 
-def test_what_settled_means() -> None:
+def test_what_settled_means():
     numerics = Numerics()
     even = np.zeros((8, 6))
     even[:, 0] = 10.0 * np.arange(8)
@@ -115,7 +109,7 @@ def test_what_settled_means() -> None:
             assert settled(moved, 2, 1.0, numerics) == expected, (column, change)
 
 
-def test_irregular_runs() -> None:
+def test_irregular_runs():
     numerics = Numerics()
     bouncing = np.tile([20.0, 30.0, 25.0], 8)
     verdict = irregular(bouncing, numerics)
@@ -127,7 +121,7 @@ def test_irregular_runs() -> None:
     assert irregular(np.ones(2), numerics).outcome == "not steady"
 
 
-def test_fallen(robot: Robot) -> None:
+def test_fallen(robot):
     parts, numerics = assemble(robot, 1.0), robot.numerics
     ends = np.zeros((2, 6))
     ends[:, 1] = 3.0
@@ -151,13 +145,13 @@ def test_fallen(robot: Robot) -> None:
         ((1.0, 0.0, math.inf), ["phase", "inf"]),
     ],
 )
-def test_conditions_out_of_range(condition: tuple[float, ...], words: list[str]) -> None:
+def test_conditions_out_of_range(condition, words):
     with pytest.raises(ValueError, match="found") as caught:
         Condition(*condition)
     assert all(word in str(caught.value) for word in words)
 
 
-def test_series(robot: Robot, table: TableProfile) -> None:
+def test_series(robot, table):
     run = simulate(robot, table, 2.0, 1.0, 1 / 6, samples_per_stride=50)
     s = run.series
     assert s is not None
@@ -185,7 +179,7 @@ def test_series(robot: Robot, table: TableProfile) -> None:
     np.testing.assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
 
 
-def test_elements_over_time(robot: Robot, table: TableProfile) -> None:
+def test_elements_over_time(robot, table):
     run = simulate(robot, table, 2.0, 1.0, samples_per_stride=20, strides=2)
     assert run.series is not None
     groups = element_series(robot, table, run, every=4)
@@ -213,7 +207,7 @@ def test_elements_over_time(robot: Robot, table: TableProfile) -> None:
         element_series(robot, table, simulate(robot, table, 2.0, 1.0, strides=1))
 
 
-def test_speed_converges_with_the_step(robot: Robot, table: Profile) -> None:
+def test_speed_converges_with_the_step(robot, table):
     conditions = [Condition(2.0, 1.0), Condition(4.0, 0.0)]
     report = step_convergence(robot, table, conditions, (4e-4, 1e-4), finest_s=5e-5)
     assert (report["outcome"] == "steady").all()
@@ -223,6 +217,6 @@ def test_speed_converges_with_the_step(robot: Robot, table: Profile) -> None:
     assert report["difference_percent"].abs().max() < 2
 
 
-def test_stack_of_draws_is_refused(robot: Robot, nine: FourierProfile) -> None:
+def test_stack_of_draws_is_refused(robot, nine):
     with pytest.raises(ValueError, match="stack of draws"):
         simulate(robot, FourierProfile(np.stack([nine.coefficients] * 2)), 2.0, 1.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,7 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.model.profiles import FourierProfile, TableProfile
-from rftfit.results import Results, open_results
+from rftfit.results import open_results
 from rftfit.robot import PROFILES
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
@@ -41,9 +40,6 @@ from rftfit.workflow.robot import (
 )
 from rftfit.workflow.state import States, read_states
 
-if TYPE_CHECKING:
-    from rftfit.robot.run import RobotRun
-
 PROJECT = Path(__file__).parents[2]
 SHEET = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
@@ -52,7 +48,7 @@ SHEET = (
 
 
 @pytest.fixture(scope="module")
-def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made_once(tmp_path_factory):
     root = tmp_path_factory.mktemp("robot é")
     (root / "config").mkdir()
     shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
@@ -66,11 +62,11 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def root(made_once: Path, tmp_path: Path) -> Path:
+def root(made_once, tmp_path):
     return Path(shutil.copytree(made_once, tmp_path / "campaign é"))
 
 
-def measured(root: Path) -> tuple[Any, Any, Any]:
+def measured(root):
     """Tables of tracks, of speeds and of where the rows went, as they are in the files."""
     assert run_rules(root / "config" / "config.yaml", "robot_measured") == 1
     results = open_results(root)
@@ -79,7 +75,7 @@ def measured(root: Path) -> tuple[Any, Any, Any]:
     return trials, speeds, ledger
 
 
-def test_from_tracks_to_the_published_speeds(root: Path) -> None:
+def test_from_tracks_to_the_published_speeds(root):
     trials, speeds, ledger = measured(root)
     figure = reference.load("fig_4c")
     figure = figure[figure["stride_frequency_Hz"] > 0.01]
@@ -96,7 +92,7 @@ def test_from_tracks_to_the_published_speeds(root: Path) -> None:
     assert ledger["rows"].sum() == lines
 
 
-def test_a_reenacted_track_has_no_mean_stride(root: Path) -> None:
+def test_a_reenacted_track_has_no_mean_stride(root):
     """The lab makes up how the robot surges within a stride: nobody measured it."""
     for reenacted in (False, True):
         if reenacted:
@@ -105,13 +101,13 @@ def test_a_reenacted_track_has_no_mean_stride(root: Path) -> None:
         assert open_results(root).table("robot/strides.csv").empty == reenacted
 
 
-def test_same_seed_same_tracks(root: Path) -> None:
+def test_same_seed_same_tracks(root):
     config = load_campaign(root / "config" / "config.yaml").config
     assert track_files(config, 1) == track_files(config, 1)
     assert len({trial.run_id for trial in plan_trials(config, 1)}) == 42 * TRIALS
 
 
-def test_bad_tracks_are_refused_and_accounted_for(root: Path) -> None:
+def test_bad_tracks_are_refused_and_accounted_for(root):
     folder = root / "raw" / "paper" / "robot" / "tracks"
     names = [f"robot_kp100_3_{letter}" for letter in "abc"]
     texts = [(folder / f"{name}.csv").read_text("utf-8").splitlines() for name in names]
@@ -140,7 +136,7 @@ def test_bad_tracks_are_refused_and_accounted_for(root: Path) -> None:
     assert names[0] in speeds.loc["kp100_3", "reason"]
 
 
-def edit(root: Path, **robot: object) -> None:
+def edit(root, **robot):
     path = root / "config" / "config.yaml"
     data = yaml.safe_load(path.read_text("utf-8"))
     data["robot"] = robot or None
@@ -149,7 +145,7 @@ def edit(root: Path, **robot: object) -> None:
     path.write_text(yaml.safe_dump(data), encoding="utf-8")
 
 
-def test_without_tracks_the_figure_stands_in(root: Path) -> None:
+def test_without_tracks_the_figure_stands_in(root):
     edit(root, medium="poppy_LP")
     trials, speeds, ledger = measured(root)
     assert (len(trials), len(speeds), len(ledger)) == (0, 42, 0)
@@ -159,7 +155,7 @@ def test_without_tracks_the_figure_stands_in(root: Path) -> None:
     assert measured(root)[1].empty
 
 
-def test_a_campaign_without_a_robot(root: Path) -> None:
+def test_a_campaign_without_a_robot(root):
     edit(root)
     config = root / "config" / "config.yaml"
     states = read_states(config)[0]
@@ -169,7 +165,7 @@ def test_a_campaign_without_a_robot(root: Path) -> None:
         robot_measured(open_results(root))
 
 
-def test_what_the_workflow_reads(root: Path) -> None:
+def test_what_the_workflow_reads(root):
     states = read_states(root / "config" / "config.yaml")[0]
     assert states.campaign.robot_medium == "poppy_LP"
     assert len(states.robot_files) == 1 + 42 * TRIALS
@@ -190,14 +186,14 @@ def test_what_the_workflow_reads(root: Path) -> None:
         ({"medium": "poppy_LP", "fil": "x"}, "did you mean 'file'"),
     ],
 )
-def test_bad_sections_of_the_config(root: Path, robot: dict[str, str], words: str) -> None:
+def test_bad_sections_of_the_config(root, robot, words):
     edit(root, **robot)
     with pytest.raises(CampaignError) as caught:
         load_campaign(root / "config" / "config.yaml")
     assert words in str(caught.value)
 
 
-def test_an_own_robot_is_not_calibrated(root: Path) -> None:
+def test_an_own_robot_is_not_calibrated(root):
     text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
     (root / "config" / "mine.yaml").write_text(text.replace("mass_g: 150", "mass_g: 160"), "utf-8")
     edit(root, medium="poppy_LP", file="config/mine.yaml")
@@ -214,14 +210,14 @@ FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
 
 
 @pytest.fixture(scope="module")
-def straight() -> tuple[FourierProfile, list[RobotRun]]:
+def straight():
     values = np.array([reference.coefficients("poppy_LP")[t] for t in
                        ("A00", "A10", "B11", "B01", "Bm1", "C11", "C01", "Cm1", "D10")])  # fmt: skip
     profile = FourierProfile(values)
     return profile, run_all(paper_robot(), profile, FEW, 1)
 
 
-def test_conditions_of_the_sweeps() -> None:
+def test_conditions_of_the_sweeps():
     table = pd.DataFrame(
         {"curvature_times_R": [0.6, 1.0, 0.0], "frequency_Hz": [2.01, 5.0, np.nan]}
     )
@@ -233,9 +229,7 @@ def test_conditions_of_the_sweeps() -> None:
     assert any((c.curvature_times_R, c.frequency_Hz) == (0.6, 2.01) for c in reduced)
 
 
-def with_alpha(
-    root: Path, values: tuple[np.ndarray, np.ndarray] | None = None, **fourier: object
-) -> Results:
+def with_alpha(root, values=None, **fourier):
     """The campaign with an alpha table of its medium: the paper's, or another."""
     if fourier:
         path = root / "config" / "config.yaml"
@@ -247,9 +241,7 @@ def with_alpha(
     return open_results(root)
 
 
-def test_tables(
-    root: Path, straight: tuple[FourierProfile, list[RobotRun]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tables(root, straight, monkeypatch):
     results = with_alpha(root)
     seen = pd.DataFrame(
         {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
@@ -279,7 +271,7 @@ def test_tables(
 # --- profiles ------------------------------------------------------------------------------------------
 
 
-def test_profiles_from_the_tables(root: Path) -> None:
+def test_profiles_from_the_tables(root):
     results = with_alpha(root)
     beta, gamma = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
     np.testing.assert_allclose(
@@ -296,9 +288,7 @@ def test_profiles_from_the_tables(root: Path) -> None:
         robot_profile(results, "tabel")
 
 
-def test_the_map_is_run_on_where_the_table_has_holes(
-    root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_map_is_run_on_where_the_table_has_holes(root, monkeypatch):
     z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
     assert "map" not in profiles_of(with_alpha(root, (z, x)))
     z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
@@ -312,9 +302,7 @@ def test_the_map_is_run_on_where_the_table_has_holes(
     assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
 
 
-def test_its_pictures_are_of_the_profile_that_it_runs_on(
-    root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_its_pictures_are_of_the_profile_that_it_runs_on(root, monkeypatch):
     z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
     z[1:6:2, 4:9] = x[1:6:2, 4:9] = np.nan
     for name in ("simulate", "tail_of", "stance_of"):
@@ -325,7 +313,7 @@ def test_its_pictures_are_of_the_profile_that_it_runs_on(
     assert json.loads(frames) == {"reason": "", "medium": "poppy_LP", "profile": "map"}
 
 
-def test_a_missing_fit_is_a_reason_not_a_number(root: Path) -> None:
+def test_a_missing_fit_is_a_reason_not_a_number(root):
     z, x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
     z[2, 3] = x[2, 3] = np.nan
     lost = robot_profile(with_alpha(root, (z, x), method="dft-index"), "generic")
@@ -333,16 +321,14 @@ def test_a_missing_fit_is_a_reason_not_a_number(root: Path) -> None:
     assert "1 of 91 cells have no alpha" in lost.reason
 
 
-def test_a_dropped_term_is_not_in_the_profile(root: Path) -> None:
+def test_a_dropped_term_is_not_in_the_profile(root):
     less = robot_profile(with_alpha(root, threshold=0.9), "fourier")
     full = robot_profile(with_alpha(root, threshold=0.0), "fourier")
     assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
     assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
 
-def test_jobs_can_be_started_by_name(
-    root: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_jobs_can_be_started_by_name(root, capsys, monkeypatch):
     monkeypatch.chdir(root)
     (job,) = [
         one for one in planned_jobs(root / "config" / "config.yaml") if one.rule == "robot_measured"

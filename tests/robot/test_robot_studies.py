@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import calibrate
 import numpy as np
@@ -16,14 +15,10 @@ from rftfit import reference
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import CALIBRATED_ON
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import FourierProfile, TableProfile
-    from rftfit.robot.config import Robot
-
 SPEEDS = measured(reference.load("fig_4c"))
 
 
-def test_targets_are_measurements() -> None:
+def test_targets_are_measurements():
     assert SPEEDS == (26.69, 21.92, 16.04)
     assert [round(frequency) for _, frequency in CALIBRATED_ON.values()] == [2, 2, 2]
     table = reference.load("fig_4c")
@@ -31,7 +26,7 @@ def test_targets_are_measurements() -> None:
         measured(table[table["curvature_times_Rprime"] != 0])
 
 
-def test_calibrated_values_stand_in_the_file(robot: Robot, table: TableProfile) -> None:
+def test_calibrated_values_stand_in_the_file(robot, table):
     # nowhere on the grid is there a better neighbour; the whole search is
     # `python studies/calibrate.py`
     here = layout_of(robot)
@@ -45,14 +40,12 @@ def test_calibrated_values_stand_in_the_file(robot: Robot, table: TableProfile) 
             assert fit(robot, table, near, SPEEDS).misfit > best.misfit, near
 
 
-def test_layout_that_cannot_be(robot: Robot) -> None:
+def test_layout_that_cannot_be(robot):
     with pytest.raises(ValueError, match="outside the body"):
         laid_out(robot, Layout(7.0, 0.25, -1.0))
 
 
-def test_main_says_the_best(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_main_says_the_best(monkeypatch, capsys):
     monkeypatch.setattr(
         calibrate, "GRID",
         {"hip_spacing_cm": (5.5,), "hip_height_cm": (1.0, 0.25), "belly_z_cm": (-1.0,)},
@@ -65,7 +58,7 @@ def test_main_says_the_best(
 
 
 @pytest.mark.parametrize("name", PERTURBATIONS)
-def test_changes(robot: Robot, name: str) -> None:
+def test_changes(robot, name):
     other = changed(robot, {name: 0.2})
     assert other != robot
     back = changed(other, {name: -0.2})
@@ -80,7 +73,7 @@ def test_changes(robot: Robot, name: str) -> None:
         np.testing.assert_allclose(hips[0], hips[1], atol=1e-12)
 
 
-def test_what_the_changes_mean(robot: Robot) -> None:
+def test_what_the_changes_mean(robot):
     apart = changed(robot, {"hips_apart_cm": 0.5})
     assert [hip.x_cm for hip in apart.legs.hips] == [6.0, 0.0, -6.0, 6.0, 0.0, -6.0]
     belly = changed(robot, {"belly_up_cm": 0.25}).body.plates
@@ -95,7 +88,7 @@ def test_what_the_changes_mean(robot: Robot) -> None:
         changed(robot, {"plates_wider_cm": -2.0})
 
 
-def test_sensitivity(robot: Robot, nine: FourierProfile) -> None:
+def test_sensitivity(robot, nine):
     assert set(CHANGES_CM) == set(PERTURBATIONS)
     changes: dict[str, tuple[float, ...]] = {"belly_up_cm": (-0.5,), "hips_up_cm": (-0.5,)}
     table = sensitivity(robot, nine, [Condition(4.0, 1.0)], changes)

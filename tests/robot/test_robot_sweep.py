@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from rftfit.robot.run import Condition
+from rftfit.robot.run import Condition, RobotRun
 from rftfit.robot.sweep import (
     PHASES_TURNS,
     RUN_COLUMNS,
@@ -20,13 +19,8 @@ from rftfit.robot.sweep import (
     speed_table,
 )
 
-if TYPE_CHECKING:
-    from rftfit.model.profiles import FourierProfile
-    from rftfit.robot.config import Robot
-    from rftfit.robot.run import RobotRun
 
-
-def test_the_papers_sweep() -> None:
+def test_the_papers_sweep():
     every = paper_conditions()
     assert len(every) == len(set(every)) == 51 * 26 * 3
     curvatures = sorted({c.curvature_times_R for c in every})
@@ -37,7 +31,7 @@ def test_the_papers_sweep() -> None:
 
 
 @pytest.mark.parametrize("every", [2, 3, 4, 7])
-def test_reduced_sweep_is_part_of_the_whole(every: int) -> None:
+def test_reduced_sweep_is_part_of_the_whole(every):
     some = paper_conditions(every)
     assert set(some) <= set(paper_conditions())
     assert {0.0, 1.0, -1.0} <= {c.curvature_times_R for c in some}
@@ -53,7 +47,7 @@ CONDITIONS = [
 ]
 
 
-def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> None:
+def test_runs_do_not_depend_on_threads(robot, nine):
     told: list[RobotRun] = []
     two = run_all(robot, nine, CONDITIONS, threads=2, on_done=told.append)
     one = run_all(robot, nine, CONDITIONS, threads=1)
@@ -62,10 +56,10 @@ def test_runs_do_not_depend_on_threads(robot: Robot, nine: FourierProfile) -> No
     assert [run.speed_cm_per_s for run in two] == [run.speed_cm_per_s for run in one]
 
 
-def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> None:
+def test_interrupting_keeps_what_is_done(robot, nine):
     done: list[RobotRun] = []
 
-    def stop(run: RobotRun) -> None:
+    def stop(run):
         done.append(run)
         if len(done) == 3:
             raise KeyboardInterrupt
@@ -75,7 +69,7 @@ def test_interrupting_keeps_what_is_done(robot: Robot, nine: FourierProfile) -> 
     assert len(done) == 3
 
 
-def test_tables(robot: Robot, nine: FourierProfile) -> None:
+def test_tables(robot, nine):
     table = speed_table(map(row_of, run_all(robot, nine, CONDITIONS)))
     assert tuple(table.columns) == RUN_COLUMNS
     assert (table["outcome"] == "steady").all()
@@ -100,7 +94,7 @@ def test_tables(robot: Robot, nine: FourierProfile) -> None:
     assert math.isnan(speeds[3])
 
 
-def test_best_curvature() -> None:
+def test_best_curvature():
     curvature = np.linspace(-1, 1, 51)
     place, speed = best_curvature(curvature, 70 - 30 * (curvature - 0.61) ** 2)
     np.testing.assert_allclose([place, speed], [0.61, 70])

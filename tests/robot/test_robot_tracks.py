@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,20 +18,8 @@ from rftfit.robot.tracks import (
     stride_frequency,
 )
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-    from rftfit.campaign.problems import Problem
-
-
-def running(
-    frequency: float = 2.0,
-    speed: float = 25.0,
-    strides: float = 6.4,
-    uneven: float = 0.03,
-    noise: float = 0.02,
-    rate: float = 100.0,
-) -> Track:
+def running(frequency=2.0, speed=25.0, strides=6.4, uneven=0.03, noise=0.02, rate=100.0):
     """A robot whose body bobs twice a stride and surges."""
     rng = np.random.default_rng(5)
     time = np.arange(int(strides / frequency * rate)) / rate
@@ -42,7 +29,7 @@ def running(
     return Track(time, x, z, time.size)
 
 
-def written(folder: Path, rows: list[str], header: str = "time_s,x_cm,z_cm") -> Path:
+def written(folder, rows, header="time_s,x_cm,z_cm"):
     path = folder / "track.csv"
     path.write_text("# a comment\n" + "\n".join([header, *rows]) + "\n", encoding="utf-8")
     return path
@@ -50,7 +37,7 @@ def written(folder: Path, rows: list[str], header: str = "time_s,x_cm,z_cm") -> 
 
 @pytest.mark.parametrize("frequency", [0.343, 1.2, 2.0, 4.9])
 @pytest.mark.parametrize("strides", [3.2, 5.3, 11.7])
-def test_frequency_and_speed_come_back(frequency: float, strides: float) -> None:
+def test_frequency_and_speed_come_back(frequency, strides):
     found = pace(running(frequency, strides=strides))
     assert found.frequency_from == "track"
     assert found.frequency_Hz == pytest.approx(frequency, rel=0.01)
@@ -59,29 +46,29 @@ def test_frequency_and_speed_come_back(frequency: float, strides: float) -> None
     assert found.flags == ()
 
 
-def test_a_given_frequency_is_taken() -> None:
+def test_a_given_frequency_is_taken():
     found = pace(running(2.0), frequency_Hz=1.9)
     assert (found.frequency_Hz, found.frequency_from) == (1.9, "sheet")
 
 
-def test_speed_does_not_hang_on_where_a_stride_is_cut() -> None:
+def test_speed_does_not_hang_on_where_a_stride_is_cut():
     speeds = [pace(running(2.0, strides=3.1 + part / 8)).speed_cm_per_s for part in range(8)]
     assert np.ptp(speeds) < 0.3
 
 
-def test_outliers_do_not_change_the_frequency() -> None:
+def test_outliers_do_not_change_the_frequency():
     track = running(2.0)
     track.z_cm[::37] += 30.0
     assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
 
 
-def test_x_serves_where_z_is_still() -> None:
+def test_x_serves_where_z_is_still():
     track = running(2.0)
     track.z_cm[:] = 2.0
     assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
 
 
-def test_an_uneven_gait_is_doubted() -> None:
+def test_an_uneven_gait_is_doubted():
     frequency, doubt = stride_frequency(running(2.0, uneven=0.5))
     assert frequency == pytest.approx(1.0, rel=0.02)
     assert doubt is not None
@@ -89,7 +76,7 @@ def test_an_uneven_gait_is_doubted() -> None:
     assert (doubt.values["bob"], doubt.values["stride"]) == pytest.approx((2.0, 1.0), rel=0.02)
 
 
-def test_a_robot_that_speeds_up_is_flagged() -> None:
+def test_a_robot_that_speeds_up_is_flagged():
     track = running(2.0)
     track.x_cm[:] += 6.0 * track.time_s**2
     assert codes_of(pace(track).flags) == "speed-changes"
@@ -103,12 +90,12 @@ def test_a_robot_that_speeds_up_is_flagged() -> None:
         (running(2.0, strides=0.1), 2.0, "usable rows; a track has at least 30"),
     ],
 )
-def test_too_short(track: Track, frequency: float, words: str) -> None:
+def test_too_short(track, frequency, words):
     with pytest.raises(TrackError, match=words):
         pace(track, frequency)
 
 
-def test_noise_has_no_stride() -> None:
+def test_noise_has_no_stride():
     rng = np.random.default_rng(1)
     time = np.arange(400) / 100
     still = Track(time, rng.normal(0, 1, 400), rng.normal(0, 1, 400), 400)
@@ -116,12 +103,12 @@ def test_noise_has_no_stride() -> None:
         pace(still)
 
 
-def cut(track: Track, start_s: float, length_s: float) -> Track:
+def cut(track, start_s, length_s):
     keep = (track.time_s < start_s) | (track.time_s >= start_s + length_s)
     return Track(track.time_s[keep], track.x_cm[keep], track.z_cm[keep], track.rows)
 
 
-def test_gaps() -> None:
+def test_gaps():
     small = pace(cut(running(2.0), 1.0, 0.1))
     assert small.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
     assert [*map(str, small.flags)] == ["1 gap, the longest 0.11 s"]
@@ -129,7 +116,7 @@ def test_gaps() -> None:
         pace(cut(running(2.0), 1.0, 0.3))
 
 
-def test_units_of_the_header(tmp_path: Path) -> None:
+def test_units_of_the_header(tmp_path):
     rows = [f"{10 * i};{i};{2 * i}" for i in range(3)]
     track = read_track(written(tmp_path, rows, "Time [ms];X (mm);z_in"))
     np.testing.assert_allclose(track.time_s, [0, 0.01, 0.02])
@@ -137,7 +124,7 @@ def test_units_of_the_header(tmp_path: Path) -> None:
     np.testing.assert_allclose(track.z_cm, [0, 5.08, 10.16])
 
 
-def test_every_row_is_accounted_for(tmp_path: Path) -> None:
+def test_every_row_is_accounted_for(tmp_path):
     rows = ["0,0,1", "0.1,nan,1", "0.2,,1", "0.3,1,x", "0.4,2,1", "0.5,3", ",3,1", "0.7,4,1"]
     track = read_track(written(tmp_path, rows))
     assert track.rows == 8
@@ -155,7 +142,7 @@ def test_every_row_is_accounted_for(tmp_path: Path) -> None:
         ([], "no rows yet"),
     ],
 )
-def test_bad_rows_are_refused(tmp_path: Path, rows: list[str], words: str) -> None:
+def test_bad_rows_are_refused(tmp_path, rows, words):
     with pytest.raises(TrackError, match=words) as caught:
         read_track(written(tmp_path, rows))
     assert caught.value.rows == len(rows)
@@ -174,12 +161,12 @@ def test_bad_rows_are_refused(tmp_path: Path, rows: list[str], words: str) -> No
         ("time_s,x_cm,x_mm,z_cm", "column x_mm: .*each column once"),
     ],
 )
-def test_bad_headers_are_refused(tmp_path: Path, header: str, words: str) -> None:
+def test_bad_headers_are_refused(tmp_path, header, words):
     with pytest.raises(TrackError, match=words):
         read_track(written(tmp_path, ["0,0,0,0"], header))
 
 
-def test_files_that_are_none(tmp_path: Path) -> None:
+def test_files_that_are_none(tmp_path):
     for name, data in (("empty.csv", b""), ("binary.csv", b"\xff\xfe\x00\x01")):
         path = tmp_path / name
         path.write_bytes(data)
@@ -193,14 +180,14 @@ HEADER = ",".join(column.name for column in COLUMNS)
 GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
 
 
-def sheet(tmp_path: Path, *rows: str, header: str = HEADER) -> tuple[list[str], list[Problem]]:
+def sheet(tmp_path, *rows, header=HEADER):
     path = tmp_path / "runs.csv"
     path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
     trials, problems = read_trials(path, "runs.csv", "poppy_LP", {"plate_1"})
     return [trial.run_id for trial in trials], problems
 
 
-def test_a_good_sheet(tmp_path: Path) -> None:
+def test_a_good_sheet(tmp_path):
     names, problems = sheet(tmp_path, GOOD, "a2,c1,poppy_LP,1.0,2.5,a2.csv,again")
     assert (names, problems) == (["a1", "a2"], [])
     trials, _ = read_trials(tmp_path / "runs.csv", "runs.csv", "poppy_LP")
@@ -208,7 +195,7 @@ def test_a_good_sheet(tmp_path: Path) -> None:
     assert trials[1].frequency_Hz == 2.5
 
 
-def test_all_faults_of_a_sheet_at_once(tmp_path: Path) -> None:
+def test_all_faults_of_a_sheet_at_once(tmp_path):
     names, problems = sheet(
         tmp_path,
         GOOD,
@@ -241,7 +228,7 @@ def test_all_faults_of_a_sheet_at_once(tmp_path: Path) -> None:
     assert problems[2].nearest == "poppy_LP"
 
 
-def test_columns_of_a_sheet(tmp_path: Path) -> None:
+def test_columns_of_a_sheet(tmp_path):
     _, problems = sheet(
         tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
     )

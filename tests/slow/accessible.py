@@ -23,7 +23,7 @@ ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.st
   .map((one) => [one.id, one.impact, one.help, one.nodes.map((node) => node.html.slice(0, 120))])))"""
 
 
-def main(pages: list[Path]) -> int:
+def main(pages):
     """Print every finding; the exit status says whether there is one."""
     program = chromium.find()
     if program is None:

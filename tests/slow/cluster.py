@@ -30,7 +30,7 @@ LOST = "n2"
 PATIENCE_S = 3600
 
 
-def site_profile(folder: Path) -> Path:
+def site_profile(folder):
     """Write the project's profile with this site's lines, as a user would."""
     text = (PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
     assert ONE_CORE[0] in text
@@ -39,7 +39,7 @@ def site_profile(folder: Path) -> Path:
     return folder
 
 
-def rftfit(folder: Folder, log: Path, *words: str) -> subprocess.Popen[bytes]:
+def rftfit(folder, log, *words):
     """Start a command in a campaign's folder."""
     with log.open("wb") as out:
         return subprocess.Popen(
@@ -48,7 +48,7 @@ def rftfit(folder: Folder, log: Path, *words: str) -> subprocess.Popen[bytes]:
         )  # fmt: skip
 
 
-def finish(child: subprocess.Popen[bytes], log: Path) -> None:
+def finish(child, log):
     """Wait for a command; stop with its words where it fails."""
     try:
         status = child.wait(timeout=PATIENCE_S)
@@ -60,7 +60,7 @@ def finish(child: subprocess.Popen[bytes], log: Path) -> None:
         sys.exit(f"exit status {status}:\n{log.read_text(errors='replace')[-3000:]}")
 
 
-def lose_a_node(host: SlurmHost, child: subprocess.Popen[bytes], after: int) -> list[str]:
+def lose_a_node(host, child, after):
     """Wait until some jobs are done and one runs on a node, then end that node."""
     try:
         while child.poll() is None:
@@ -77,19 +77,19 @@ def lose_a_node(host: SlurmHost, child: subprocess.Popen[bytes], after: int) -> 
     return []
 
 
-def differences(one: Folder, other: Folder) -> list[str]:
+def differences(one, other):
     """Results that are not the same in both."""
     mine, theirs = one.digests(), other.digests()
     return sorted(name for name in mine | theirs if mine.get(name) != theirs.get(name))
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sweep", action="store_true", help="the robot's full sweep too")
     parser.add_argument("--keep", type=Path, help="work in this new folder and keep it")
     chosen = parser.parse_args()
 
-    def interrupt(*_: object) -> None:
+    def interrupt(*_):
         raise KeyboardInterrupt
 
     for name in (signal.SIGTERM, signal.SIGHUP):
@@ -105,7 +105,7 @@ def main() -> None:
     sys.exit(0 if same else 1)
 
 
-def compare(root: Path, *, sweep: bool) -> bool:
+def compare(root, *, sweep):
     """Run everything and print a row for each; True where all bytes are the same."""
     root.mkdir(exist_ok=True)
     first = make_campaign(root / "campaign", MEDIA)
@@ -116,7 +116,7 @@ def compare(root: Path, *, sweep: bool) -> bool:
     same = True
     print(f"{'what':52s} {'jobs':>5s} {'wall, s':>8s}  same bytes", flush=True)
 
-    def row(what: str, jobs: str, since: float, against: Folder | None) -> None:
+    def row(what, jobs, since, against):
         nonlocal same
         found = differences(first, against) if against else []
         verdict = "" if against is None else "NO" if found else f"yes, {len(first.digests())} files"

@@ -14,7 +14,7 @@ from curved_depths import forces_held
 CAMPAIGNS, SEED, POWERS = 400, 1, (1.1, 1.3)
 
 
-def main() -> None:
+def main():
     """Print both tables; fail where a coverage or a width is not as promised."""
     campaigns, good = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS, True
     for power in POWERS:

@@ -34,7 +34,7 @@ _HEAD = "| disk | exit status | said | complete files left | half-written | then
 class Trials:
     """One campaign, its undisturbed run, and the disks."""
 
-    def __init__(self, place: Path) -> None:
+    def __init__(self, place):
         self.place, self.faults = place, list[str]()
         self.folder = make_campaign(place / "campaign", ("yuma",))
         if run(self.folder, place / "said.txt"):
@@ -42,7 +42,7 @@ class Trials:
         self.results = self.folder.root / "results"
         self.whole = self.folder.digests()
 
-    def row(self, name: str, disk: Path, *cure: str) -> None:
+    def row(self, name, disk, *cure):
         """Run on a disk that refuses, then on one that does not."""
         code = run(self.folder, self.place / "said.txt")
         said = (self.place / "said.txt").read_text(encoding="utf-8")
@@ -69,7 +69,7 @@ class Trials:
         )
         self.faults += [f"{name}: {fault}" for fault in faults]
 
-    def command(self, words: str, disk: Path) -> None:
+    def command(self, words, disk):
         """One command that writes onto a full disk."""
         done = subprocess.run(
             [sys.executable, "-m", "rftfit.cli.main", *words.format(disk).split()],
@@ -84,7 +84,7 @@ class Trials:
         self.faults += [] if good else [words]
 
 
-def main() -> None:
+def main():
     """Run it, print two tables."""
     if why_not():
         print(f"skipped: {why_not()}")

@@ -14,15 +14,11 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from campaigns import Folder, make_campaign
+from campaigns import make_campaign
 from kills import KINDS, STAGE, fresh, kill, look, run, seconds_until_quiet, start, state
-
-if TYPE_CHECKING:
-    import subprocess
 
 SMALL, WHOLE = ("yuma",), ("poppy_LP", "yuma")
 _QUIET_S = 15.0
@@ -32,7 +28,7 @@ _TRIES = 5
 class Trial:
     """One campaign, its undisturbed run, and the kills."""
 
-    def __init__(self, folder: Folder, place: Path, seed: int) -> None:
+    def __init__(self, folder, place, seed):
         self.folder, self.place = folder, place
         self.random = random.Random(seed)
         self.faults: list[str] = []
@@ -43,7 +39,7 @@ class Trial:
             sys.exit((place / "undisturbed.txt").read_text(encoding="utf-8"))
         self.whole = folder.digests()
 
-    def row(self, number: int, kind: str) -> str:
+    def row(self, number, kind):
         """Kill once, look, go on; a row of the table."""
         at, stages, child = self._killed(number, kind)
         faults = []
@@ -71,7 +67,7 @@ class Trial:
             f"{len(self.whole)} | {left.rests} | {ended} | {lock} | {'; '.join(faults) or 'same bytes'} |"
         )
 
-    def _killed(self, number: int, kind: str) -> tuple[float, list[str], subprocess.Popen[bytes]]:
+    def _killed(self, number, kind):
         for _ in range(_TRIES):
             fresh(self.folder)
             at = self.random.uniform(0.02, 0.98) * self.seconds
@@ -85,10 +81,10 @@ class Trial:
             self.seconds = min(self.seconds, time.monotonic() - began)
         sys.exit("the run was over before it could be killed, again and again")
 
-    def _said(self, number: int) -> str:
+    def _said(self, number):
         return (self.place / f"killed{number}.txt").read_text(encoding="utf-8")
 
-    def _resume(self, number: int, faults: list[str]) -> str:
+    def _resume(self, number, faults):
         """Run again; how the lock was dealt with."""
         output = self.place / f"resumed{number}.txt"
         code, lock = run(self.folder, output), "none"
@@ -107,7 +103,7 @@ class Trial:
         return lock
 
 
-def main() -> None:
+def main():
     """Run it, print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=20)

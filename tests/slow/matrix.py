@@ -21,13 +21,13 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "helpers"))
-from other_labs import CASES, Case, judge, make
+from other_labs import CASES, judge, make
 
 CELLS_WITHIN = 0.9
 """Part of all numbers whose 95 % intervals must hold the truth."""
 
 
-def run(case: Case, folder: Path, held: list[bool]) -> tuple[str, list[str]]:
+def run(case, folder, held):
     """Make and run one campaign."""
     make(folder, case)
     began = time.perf_counter()
@@ -41,7 +41,7 @@ def run(case: Case, folder: Path, held: list[bool]) -> tuple[str, list[str]]:
     return f"{seconds:5.0f} s, {told}", wrong
 
 
-def main() -> int:
+def main():
     """Run the cases; exit status 1 if one is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="cases whose name holds this")

@@ -23,7 +23,7 @@ from campaigns import Folder
 from mutations import MEASURED, bases, mutated
 
 
-def main() -> None:
+def main():
     """Try campaigns, print how many went which way."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=2013, help="of the first campaign")

@@ -19,10 +19,10 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "helpers"))
 from agreement import compare
-from real_logs import REAL_LOGS, RealLog, campaign_around, judge
+from real_logs import REAL_LOGS, campaign_around, judge
 
 
-def run(log: RealLog, root: Path) -> tuple[str, list[str]]:
+def run(log, root):
     """Make and run one campaign: what came out, and what is wrong with it."""
     folder = campaign_around(log, root)
     began = time.perf_counter()
@@ -36,7 +36,7 @@ def run(log: RealLog, root: Path) -> tuple[str, list[str]]:
     return told, wrong if outcome == log.outcome else [f"{outcome}, not {log.outcome}", *wrong]
 
 
-def main() -> int:
+def main():
     """Run the campaigns; exit status 1 if one is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="logs whose name holds this")

@@ -23,11 +23,13 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "helpers"), str(HERE.parents[1] / "benchmarks")]
+
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -37,7 +39,6 @@ from disturbed import LEVELS, campaigns_of
 from mistakes import (
     EQUAL,
     MISTAKES,
-    Judged,
     copied,
     dead,
     enacted,
@@ -55,12 +56,7 @@ from rftfit.lab.disturb import REAL_LAB, sizes_of
 from rftfit.lab.plan import directions_of
 from rftfit.reference import MEDIA
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from mutations import Written
-
-    Row = dict[str, str]
+Row = dict[str, str]
 
 ORDINARY = ("surface=0.5", "surface-session=0.5", "spread-percent=5", "patches=3", "pink=0.05")
 """Errors of a lab without a fault; bias, drift and noise are in every re-enactment."""
@@ -84,11 +80,11 @@ class Kind(NamedTuple):
     least: dict[float, int] = {}  # noqa: RUF012
 
 
-def _dead(made: Written, luck: np.random.Generator, share: float) -> list[str]:
+def _dead(made, luck, share):
     return dead(made, luck, "xz"[luck.integers(2)], share, ("random", "stretch")[luck.integers(2)])
 
 
-def _step(made: Written, luck: np.random.Generator, mm: float) -> list[str]:
+def _step(made, luck, mm):
     return surface(made, luck, mm, 0.5, "stretch")
 
 
@@ -120,7 +116,7 @@ class Job(NamedTuple):
     seed: int
 
 
-def jobs_of(kinds: Sequence[str], campaigns: int | None) -> list[Job]:
+def jobs_of(kinds, campaigns):
     """List all rows of some kinds, or the first campaigns of each size; those of one seed stand together."""
     jobs = [
         Job(name, size, seed)
@@ -131,14 +127,14 @@ def jobs_of(kinds: Sequence[str], campaigns: int | None) -> list[Job]:
     return sorted(jobs, key=lambda job: job.seed)
 
 
-def rows_of(job: Job) -> list[Row]:
+def rows_of(job):
     """Simulate one campaign, or a block of campaigns for their coverage."""
     if job.kind == NARROW:
         return [narrowed(job)]
     return covered(job) if job.kind == COVERAGE else [checked(job)]
 
 
-def checked(job: Job) -> Row:
+def checked(job):
     """Make a mistake in the files of a campaign, and check it."""
     kind = KINDS[job.kind]
     luck = np.random.default_rng([job.seed, [*KINDS].index(job.kind), round(100 * abs(job.size))])
@@ -160,18 +156,18 @@ def checked(job: Job) -> Row:
 FEW_THRICE, PAPER_ONCE = Case("few", "paper"), Case("paper", "paper")
 
 
-def bed_of(seed: int) -> str:
+def bed_of(seed):
     """Return the medium that a campaign is made in."""
     return BEDS[seed // 2 % len(BEDS)]
 
 
-def is_stated(seed: int) -> bool:
+def is_stated(seed):
     """Whether the sizes of its errors are stated."""
     return seed % 2 == 1
 
 
 @lru_cache(maxsize=1)
-def without_fault(seed: int, case: Case) -> Written:
+def without_fault(seed, case):
     """Re-enact a campaign in which nothing is wrong; those of one seed with other mistakes are the same."""
     bed, luck = bed_of(seed), np.random.default_rng(seed)
     directions: list[tuple[float, float]] | None = [*FEW] if case == FEW_THRICE else None
@@ -190,7 +186,7 @@ def without_fault(seed: int, case: Case) -> Written:
     return made
 
 
-def covered(job: Job) -> list[Row]:
+def covered(job):
     """Intervals of a block of campaigns in memory: a row for what is stated, by level the share that hold."""
     sizes, seed = sizes_of([REAL_LAB]), 1000 * job.seed
     found = campaigns_of(sizes, COVERAGE_OF_ONE_ROW, int(job.size), seed).reset_index()
@@ -203,14 +199,14 @@ def covered(job: Job) -> list[Row]:
 
 
 @lru_cache(maxsize=1)
-def thrice(seed: int) -> tuple[Written, Judged]:
+def thrice(seed):
     """Re-enact and judge 20 directions made three times each, as the demonstration does; errors stated as 0 or left out."""
     medium = ("poppy_CP", "glass0.3mm_LP")[seed // 2 % 2]
     made = enacted(medium, seed, stated() if is_stated(seed) else None, [*FEW], 3)
     return made, judged(made)
 
 
-def narrowed(job: Job) -> Row:
+def narrowed(job):
     """Make a mistake of the list: how many cells are narrower with it, and how many of these in silence."""
     (base, sound), name = thrice(job.seed), [*MISTAKES][int(job.size)]
     found = judged(with_mistake(base, name, job.seed)[0])
@@ -223,7 +219,7 @@ def narrowed(job: Job) -> Row:
     )  # fmt: skip
 
 
-def _row(job: Job, **cells: str) -> Row:
+def _row(job, **cells):
     return {"kind": job.kind, "size": f"{job.size:g}", "seed": str(job.seed)} | cells
 
 
@@ -236,7 +232,7 @@ FILES = {COVERAGE: "coverage.csv", NARROW: "narrow.csv"}
 class Rows:
     """The rows that were made, in the files of a folder."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
         self.made: dict[Job, list[Row]] = {}
         for name in ("reliability.csv", *FILES.values()):
@@ -246,7 +242,7 @@ class Rows:
                         job = Job(row["kind"], float(row["size"]), int(row["seed"]))
                         self.made.setdefault(job, []).append(row)
 
-    def add(self, job: Job, rows: list[Row]) -> None:
+    def add(self, job, rows):
         """Append the rows of a job."""
         path = self.folder / FILES.get(job.kind, "reliability.csv")
         new = not path.is_file()
@@ -258,7 +254,7 @@ class Rows:
         self.made[job] = rows
 
 
-def simulated(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[Row]]]:
+def simulated(jobs, processes):
     """Do jobs, in their order."""
     if processes == 1:
         yield from ((job, rows_of(job)) for job in jobs)
@@ -270,7 +266,7 @@ def simulated(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, list[R
 # --- What they say.
 
 
-def report(rows: Rows, kinds: Sequence[str]) -> bool:
+def report(rows, kinds):
     """Print what the rows of some kinds say; whether that is as good as it must be."""
     good = True
     for name in kinds:
@@ -292,7 +288,7 @@ def report(rows: Rows, kinds: Sequence[str]) -> bool:
     return good
 
 
-def _narrow(table: pd.DataFrame) -> bool:
+def _narrow(table):
     counts = table.assign(**{name: table[name].astype(int) for name in ("narrower", "silently")})
     rows = [
         {"mistake": mistake, "narrower": own["narrower"].max(), "share left": pd.to_numeric(own["least"]).min(),
@@ -306,7 +302,7 @@ def _narrow(table: pd.DataFrame) -> bool:
     return not (copied_too.any() or counts["silently"].any())
 
 
-def _false_alarms(table: pd.DataFrame) -> bool:
+def _false_alarms(table):
     wrong = [
         bool({*row["failed"].split()} - RIGHT.get(str(row["bed"]), set()))
         for row in table.to_dict("records")
@@ -322,7 +318,7 @@ def _false_alarms(table: pd.DataFrame) -> bool:
     return len(doubted) <= FALSE_ALARMS * len(table)
 
 
-def _power(table: pd.DataFrame, kind: Kind) -> bool:
+def _power(table, kind):
     said = table["failed"] + " " + table["flags"]
     told = [not {*kind.told}.isdisjoint(one.split()) for one in said]
     size = table["size"].astype(float)
@@ -338,7 +334,7 @@ def _power(table: pd.DataFrame, kind: Kind) -> bool:
     return good
 
 
-def same(rows: Rows, jobs: Sequence[Job], share: float, seed: int, processes: int) -> bool:
+def same(rows, jobs, share, seed, processes):
     """Make a share of the rows again; whether they come out as they are kept."""
     there = [job for job in jobs if job in rows.made]
     luck = np.random.default_rng(seed)
@@ -355,7 +351,7 @@ def same(rows: Rows, jobs: Sequence[Job], share: float, seed: int, processes: in
     return not other
 
 
-def main() -> int:
+def main():
     """Make the rows that are missing and report, or compare; 1 where it is not as it must be."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kinds", nargs="+", choices=[*KINDS], default=[*KINDS])

@@ -40,7 +40,7 @@ class Circumstances:
     environment: dict[str, str] = field(default_factory=dict)
 
 
-def circumstances(locales: Path) -> list[Circumstances]:
+def circumstances(locales):
     """All of them; the first is what the others are compared with."""
     made = {"LOCPATH": str(locales)}
     return [
@@ -61,7 +61,7 @@ def circumstances(locales: Path) -> list[Circumstances]:
     ]  # fmt: skip
 
 
-def make_locale(place: Path, name: str) -> bool:
+def make_locale(place, name):
     """Make a locale where this system does not have it; whether it is there now."""
     language, _, encoding = name.partition(".")
     words = ["localedef", "-i", language, "-f", encoding, str(place / name)]
@@ -70,12 +70,12 @@ def make_locale(place: Path, name: str) -> bool:
     return subprocess.run(words, capture_output=True, check=False).returncode == 0
 
 
-def missing(one: Circumstances, locales: Path) -> str:
+def missing(one, locales):
     name = one.environment.get("LC_ALL", "C")
     return "" if name == "C" or make_locale(locales, name) else f"skipped: no locale {name} here"
 
 
-def arrange(one: Circumstances, source: Folder, place: Path) -> Folder:
+def arrange(one, source, place):
     """A copy of the campaign, as the circumstances want it."""
     root = place / one.folder
     shutil.copytree(source.root, root)
@@ -87,7 +87,7 @@ def arrange(one: Circumstances, source: Folder, place: Path) -> Folder:
     return Folder(root)
 
 
-def main() -> None:
+def main():
     """Run it, print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--whole", action="store_true", help="with legs, sand and robot")

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
-from rigroom import WHOLE, Lab, Results, Room
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
+from rigroom import WHOLE, Lab, Room
 
 
 @pytest.fixture
-def room(tmp_path: Path) -> Room:
+def room(tmp_path):
     return Room(tmp_path)
 
 
 @pytest.fixture(scope="session")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+def lab(tmp_path_factory):
     made = Lab(tmp_path_factory.mktemp("lab"))
     yield made
     made.unlock()
 
 
 @pytest.fixture(scope="session")
-def results(lab: Lab) -> Results:
+def results(lab):
     """Of the laboratory medium."""
     return lab.results[WHOLE[0]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -32,28 +32,22 @@ from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.flags import flagged_with, flags_of
 from rftfit.measure.laws import other_laws
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
-    from mutations import Written
-
 MEDIUM = "poppy_CP"
 LUCK = np.random.default_rng(1)
 
 
 @pytest.fixture(scope="module")
-def good() -> Written:
+def good():
     """Plates of one medium in 20 directions, without a mistake."""
     return enacted(MEDIUM, 2013, stated(), FEW)
 
 
 @pytest.fixture
-def lab(good: Written) -> Written:
+def lab(good):
     return copied(good)
 
 
-def put(made: Written, settings: Mapping[str, Any]) -> None:
+def put(made, settings):
     for path, value in settings.items():
         *above, last = path.split(".")
         place = made.config
@@ -62,30 +56,30 @@ def put(made: Written, settings: Mapping[str, Any]) -> None:
         place[last] = value
 
 
-def axes(**own: str) -> dict[str, Any]:
+def axes(**own):
     return {"transducer.axes": {"x": "-F2", "y": "+F1", "z": "-F3"} | own}
 
 
-def size(*expected: float) -> dict[str, Any]:
+def size(*expected):
     return {f"media.{MEDIUM}.expected_alpha": [*expected]}
 
 
-def frozen(made: Written, _: Any) -> None:
-    def how(log: np.ndarray) -> None:
+def frozen(made, _):
+    def how(log):
         half = log.shape[1] // 2
         log[CHANNELS["z"], half:] = log[CHANNELS["z"], half]
 
     of_logs(made, made.rows, how)
 
 
-def all_in_pounds(made: Written, _: Any) -> None:
-    def how(log: np.ndarray) -> None:
+def all_in_pounds(made, _):
+    def how(log):
         log[2:] /= POUND_N
 
     of_logs(made, made.rows, how)
 
 
-def test_a_campaign_without_a_mistake_fails_no_check(lab: Written) -> None:
+def test_a_campaign_without_a_mistake_fails_no_check(lab):
     table, alpha, _ = judged(lab)
     assert set(table["verdict"]) == {"passed", "not checked"}
     unchecked = table[table["verdict"] == "not checked"]
@@ -114,9 +108,9 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab: Written) -> None:
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_with_what_mends_it(
-    lab: Written, settings: Mapping[str, Any], mistake: Callable[..., Any] | None, check: str,
-    effect: str, said: str,
-) -> None:  # fmt: skip
+    lab, settings, mistake, check,
+    effect, said,
+):  # fmt: skip
     put(lab, settings)
     if mistake is not None:
         mistake(lab, LUCK)
@@ -128,10 +122,10 @@ def test_a_mistake_is_named_with_what_mends_it(
     assert alpha["checks"].str.startswith(effect).all()
 
 
-def test_channels_that_end_below_their_range(lab: Written) -> None:
+def test_channels_that_end_below_their_range(lab):
     cut_runs = set()
 
-    def cut(log: np.ndarray, run: str) -> None:
+    def cut(log, run):
         if np.abs(log[2:]).max() > 4:
             cut_runs.add(run)
         log[2:] = log[2:].clip(-4, 4)
@@ -149,7 +143,7 @@ def test_channels_that_end_below_their_range(lab: Written) -> None:
     assert list(flagged_with(alpha, "channel-clipped")) == list(hit)
 
 
-def test_stress_that_is_no_line() -> None:
+def test_stress_that_is_no_line():
     """Curvature moves the found surface too; where the strokes tell the two apart, it is named."""
     noise = np.random.default_rng(1)
     depth = np.linspace(2, 8, 600)
@@ -164,7 +158,7 @@ def test_stress_that_is_no_line() -> None:
         assert _check_linearity(table).verdict == verdict
 
 
-def test_copies_of_a_log_are_no_repeats(lab: Written) -> None:
+def test_copies_of_a_log_are_no_repeats(lab):
     copies(lab, LUCK, count=6)
     table, alpha, _ = judged(lab)
     found = table.set_index("check").loc["same_logs"]
@@ -175,7 +169,7 @@ def test_copies_of_a_log_are_no_repeats(lab: Written) -> None:
     assert [one.code for one in flags_of({**cell})] == ["same-readings"]
 
 
-def test_an_accepted_medium_is_used_and_says_why(lab: Written) -> None:
+def test_an_accepted_medium_is_used_and_says_why(lab):
     why = "the mount was re-seated; see the notebook"
     put(lab, {"transducer.turn_deg": 0.0, f"media.{MEDIUM}.accept": {"symmetry": why}})
     table, alpha, _ = judged(lab)
@@ -184,7 +178,7 @@ def test_an_accepted_medium_is_used_and_says_why(lab: Written) -> None:
     assert (alpha["checks"] == f"accepted: fails symmetry: {why}").all()
 
 
-def test_diagnose_reads_the_logs_and_writes_nothing(lab: Written, tmp_path: Path) -> None:
+def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
     for name, settings in (("good", {}), ("bad", axes(z="+F3"))):
         put(lab, settings)
         lab.write(tmp_path / name)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
@@ -11,16 +9,11 @@ from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.workflow.measure import check_logs
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 TWICE = "2 runs have the readings of others: {} and {}"
 
 
-def stress(
-    name: str, beta: float, gamma: float, depths: int = 8, seed: int = 0, digits: int = 3
-) -> list[str]:
+def stress(name, beta, gamma, depths=8, seed=0, digits=3):
     noise = np.random.default_rng(seed).normal(0, 0.01, (depths, 2))
     rows = []
     for depth, (z, x) in enumerate(noise, start=1):
@@ -40,9 +33,7 @@ def stress(
         (["a,0,90,0.3,0", "b,0,90,0.3,0"], "not checked", "a table of alpha, or of few depths"),
     ],
 )  # fmt: skip
-def test_a_run_that_stands_twice_in_a_table(
-    tmp_path: Path, rows: list[str], verdict: str, found: str
-) -> None:
+def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, found):
     holds = "stress" if rows[0].count(",") == STRESS.count(",") else "alpha"
     head = (
         STRESS

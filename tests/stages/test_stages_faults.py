@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
-from rigroom import Results, Room, one, paper, planned
+from rigroom import Room, one, paper, planned
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
@@ -19,9 +18,6 @@ from rftfit.lab.rig import FAULTS
 from rftfit.measure.checks import _axes, _Cells, check_axes
 from rftfit.measure.flags import about, flags_of
 from rftfit.measure.ledger import check, join
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 RUN = "poppy_LP_bp30_g45_in"
 PULL = "poppy_LP_bp30_g45_ex"
@@ -52,7 +48,7 @@ FLAGGED: dict[str, tuple[str, dict[str, float]]] = {
 }
 
 
-def broken(room: Room, fault: str, run: str = RUN, beside: str = OTHER) -> Results:
+def broken(room, fault, run=RUN, beside=OTHER):
     changed = planned()[run].tare_run if fault == "missing_tare" else run
     room.add(run, beside, **{changed: (fault,)})
     results = room.chain()
@@ -63,18 +59,18 @@ def broken(room: Room, fault: str, run: str = RUN, beside: str = OTHER) -> Resul
     return results
 
 
-def no_number(row: pd.Series) -> bool:
+def no_number(row):
     return all(
         math.isnan(row[f"alpha_{c}{q}_N_per_cm3"]) for c in "zx" for q in ("", "_se", "_lo", "_hi")
     )
 
 
-def test_every_fault_is_tested_here() -> None:
+def test_every_fault_is_tested_here():
     assert REFUSED.keys() | FLAGGED.keys() | {"wrong_medium_tare"} == set(FAULTS)
 
 
 @pytest.mark.parametrize("fault", REFUSED)
-def test_fault_that_forbids_a_number(room: Room, fault: str) -> None:
+def test_fault_that_forbids_a_number(room, fault):
     results = broken(room, fault)
     fit = results.fit(RUN)
     assert fit["reason_code"] == REFUSED[fault]
@@ -93,7 +89,7 @@ def test_fault_that_forbids_a_number(room: Room, fault: str) -> None:
 
 
 @pytest.mark.parametrize("fault", FLAGGED)
-def test_fault_that_is_flagged(room: Room, fault: str) -> None:
+def test_fault_that_is_flagged(room, fault):
     results = broken(room, fault)
     fit = results.fit(RUN)
     codes, numbers = FLAGGED[fault]
@@ -108,7 +104,7 @@ def test_fault_that_is_flagged(room: Room, fault: str) -> None:
 
 
 @pytest.mark.parametrize(("axis", "verdict"), [("-F3", "passed"), ("+F3", "failed")])
-def test_a_sign_of_the_mount_that_is_wrong(room: Room, axis: str, verdict: str) -> None:
+def test_a_sign_of_the_mount_that_is_wrong(room, axis, verdict):
     """A force log cannot tell it; a medium that seems to pull a plate down can."""
     room.add(OTHER)
     assert 'z: "-F3"' in room.config
@@ -123,7 +119,7 @@ def test_a_sign_of_the_mount_that_is_wrong(room: Room, axis: str, verdict: str) 
 
 @pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
 @pytest.mark.parametrize("run", [PULL, LEVEL])
-def test_no_row_is_lost_and_no_number_is_silent(room: Room, fault: str, run: str) -> None:
+def test_no_row_is_lost_and_no_number_is_silent(room, fault, run):
     fit = broken(room, fault, run).fit(run)
     assert fit["reason"] or fit["flags"]
     assert no_number(fit) == bool(fit["reason"])
@@ -138,7 +134,7 @@ def test_no_row_is_lost_and_no_number_is_silent(room: Room, fault: str, run: str
     "fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches", "missing_tare"})
 )
 @pytest.mark.parametrize("run", [RUN, PULL, LEVEL])
-def test_fault_in_the_tare(room: Room, fault: str, run: str) -> None:
+def test_fault_in_the_tare(room, fault, run):
     """A tare that is short or has a hole gives no number; one that is whole gives the right one."""
     rod = planned()[run].tare_run
     room.add(run, **{rod: (fault,)})
@@ -164,7 +160,7 @@ def test_fault_in_the_tare(room: Room, fault: str, run: str) -> None:
 
 @pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
 @pytest.mark.parametrize("target", [LEG, "air_c_leg"])
-def test_fault_of_a_leg(room: Room, fault: str, target: str) -> None:
+def test_fault_of_a_leg(room, fault, target):
     room.add(LEG, **{target: (fault,)})
     results = room.chain()
     results.check_ledger(room.counted)
@@ -191,7 +187,7 @@ def test_fault_of_a_leg(room: Room, fault: str, target: str) -> None:
         assert both["theta_deg"].diff().max() > 5
 
 
-def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path: Path) -> None:
+def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path):
     (tmp_path / "config").mkdir()
     config = tmp_path / "config" / "config.yaml"
     config.write_text(Room(tmp_path).config, encoding="utf-8")
@@ -206,7 +202,7 @@ def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path: Pat
     assert re.search(r"row \d+", text)
 
 
-def test_tare_shorter_than_the_run(room: Room) -> None:
+def test_tare_shorter_than_the_run(room):
     """The rod's logs end, both of them and at a row's end, before the plate's path does."""
     room.add(RUN)
     for kind in ("force", "motion"):
@@ -223,7 +219,7 @@ def test_tare_shorter_than_the_run(room: Room) -> None:
     assert 3 < tare["valid_to"] < 6
 
 
-def test_motion_log_cut_short_is_flagged(room: Room) -> None:
+def test_motion_log_cut_short_is_flagged(room):
     room.add(RUN)
     room.change(
         f"poppy_LP/{RUN}_motion.csv",
@@ -257,9 +253,7 @@ ROD = f"{RUN}_rod"
         ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
     ],
 )
-def test_sheet_and_logs_that_do_not_belong_together(
-    room: Room, cells: dict[str, dict[str, str]], logs: dict[str, str], code: str
-) -> None:
+def test_sheet_and_logs_that_do_not_belong_together(room, cells, logs, code):
     run = LEVEL if LEVEL in cells else RUN
     room.add(run, OTHER)
     for name, changed in cells.items():
@@ -271,7 +265,7 @@ def test_sheet_and_logs_that_do_not_belong_together(
     assert no_number(results.fit(run))
 
 
-def test_two_faults_in_one_log(room: Room) -> None:
+def test_two_faults_in_one_log(room):
     room.add(RUN, **{RUN: ("nan_cells", "duplicated_rows", "truncated")})
     results = room.chain()
     results.check_ledger(room.counted)
@@ -280,7 +274,7 @@ def test_two_faults_in_one_log(room: Room) -> None:
     assert len(codes) == len({*codes})
 
 
-def test_two_faulty_runs(room: Room) -> None:
+def test_two_faulty_runs(room):
     room.add(RUN, PULL, OTHER, **{RUN: ("empty",), PULL: ("saturated",)})
     results = room.chain()
     results.check_ledger(room.counted)
@@ -288,7 +282,7 @@ def test_two_faulty_runs(room: Room) -> None:
 
 
 @pytest.mark.parametrize("fault", ["missing_log", "empty", "never_touches"])
-def test_medium_of_which_nothing_can_be_used(room: Room, fault: str) -> None:
+def test_medium_of_which_nothing_can_be_used(room, fault):
     room.add(RUN, LEG, **{
         name: ("missing_log" if "leg" in name and fault == "never_touches" else fault,)
         for name in (RUN, f"{RUN}_rod", LEG, "air_c_leg")
@@ -301,7 +295,7 @@ def test_medium_of_which_nothing_can_be_used(room: Room, fault: str) -> None:
     assert (results.alpha["reason"] != "").all()
 
 
-def test_no_number_rests_on_a_sentence(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_number_rests_on_a_sentence(room, monkeypatch):
     room.add(RUN, PULL, LEVEL, OTHER, LEG, **{RUN: ("nan_cells", "gap"), PULL: ("saturated",)})
     words = {"flags", "reason", "note"}
     said = room.chain()
@@ -316,7 +310,7 @@ def test_no_number_rests_on_a_sentence(room: Room, monkeypatch: pytest.MonkeyPat
     assert coded.fit(RUN)["flags"] == "; ".join(coded.fit(RUN)["flag_codes"].split())
 
 
-def test_excluded_run(room: Room) -> None:
+def test_excluded_run(room):
     room.add(RUN, OTHER)
     room.set(RUN, excluded="yes", reason="bed was not level")
     room.set(f"{RUN}_rod", excluded="yes", reason="bed was not level")
@@ -329,7 +323,7 @@ def test_excluded_run(room: Room) -> None:
     assert {fate for fate, _ in results.fates(FORCE)} == {"dropped"}
 
 
-def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room: Room) -> None:
+def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
     results = room.add(RUN).chain()
     book = results.book.copy()
     check(book, results.runs)
@@ -340,7 +334,7 @@ def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room: Room) -> No
         check(results.book.drop(index=0), results.runs)
 
 
-def test_air_run_that_serves_two_media_is_counted_once(room: Room) -> None:
+def test_air_run_that_serves_two_media_is_counted_once(room):
     room.add(LEG, "poppy_CP_c_leg")
     one, two = room.chain("poppy_LP"), room.chain("poppy_CP")
     book = join([one.book, two.book])
@@ -348,13 +342,13 @@ def test_air_run_that_serves_two_media_is_counted_once(room: Room) -> None:
     check(book, pd.concat([one.runs, two.runs]))
 
 
-def test_logs_on_one_clock(room: Room) -> None:
+def test_logs_on_one_clock(room):
     """Without the sync line the clocks are taken as one: then the surface pause is off, and told."""
     room.add(OTHER)
     synced = room.chain().run(OTHER)["clock_offset_s"]
     for run in (OTHER, f"{OTHER}_rod"):
 
-        def shift(text: str, by: float = room.chain().run(run)["clock_offset_s"]) -> str:
+        def shift(text, by=room.chain().run(run)["clock_offset_s"]):
             lines = [line.split(",", 1) for line in text.splitlines()]
             return "".join(
                 ",".join(parts) + "\n" if parts[0].startswith(("#", "time"))
@@ -371,7 +365,7 @@ def test_logs_on_one_clock(room: Room) -> None:
     assert results.fit(OTHER)["alpha_z_N_per_cm3"] == pytest.approx(0.3505, abs=0.005)
 
 
-def test_force_log_that_ends_before_the_stroke(room: Room) -> None:
+def test_force_log_that_ends_before_the_stroke(room):
     """The approach is there, so the clocks agree; of the stroke itself there is no sample."""
     room.add(RUN)
     room.change(FORCE, lambda text: "".join(text.splitlines(keepends=True)[: 3 + 500]))
@@ -380,10 +374,10 @@ def test_force_log_that_ends_before_the_stroke(room: Room) -> None:
     assert results.fit(RUN)["reason_code"] == "no-force-in-stroke"
 
 
-def test_rod_that_is_saturated_all_along_is_no_tare(room: Room) -> None:
+def test_rod_that_is_saturated_all_along_is_no_tare(room):
     room.add(RUN)
 
-    def saturate(text: str) -> str:
+    def saturate(text):
         lines = text.splitlines()
         rows = [line.split(",") for line in lines[3:]]
         for row in rows[480:]:
@@ -397,10 +391,10 @@ def test_rod_that_is_saturated_all_along_is_no_tare(room: Room) -> None:
     assert no_number(results.fit(RUN))
 
 
-def test_zero_that_drifts_within_a_leg_run_is_flagged(room: Room) -> None:
+def test_zero_that_drifts_within_a_leg_run_is_flagged(room):
     room.add(LEG)
 
-    def drift(text: str) -> str:
+    def drift(text):
         lines = text.splitlines()
         rows = [line.split(",") for line in lines[3:]]
         for place, row in enumerate(rows):
@@ -417,11 +411,11 @@ def test_zero_that_drifts_within_a_leg_run_is_flagged(room: Room) -> None:
     assert abs(off).max() < 0.05
 
 
-def test_gap_in_the_motion_log(room: Room) -> None:
+def test_gap_in_the_motion_log(room):
     """Force samples between two arm samples a second apart have no known place."""
     room.add(RUN)
 
-    def hole(text: str) -> str:
+    def hole(text):
         lines = text.splitlines(keepends=True)
         return "".join(lines[:400] + lines[450:])
 

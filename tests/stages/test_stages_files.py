@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 import shutil
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from jobs import planned_jobs, run_rules
 from result_tables import read_result
-from rigroom import Results, Room, digests, planned
+from rigroom import Room, digests, planned
 
 from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
@@ -24,9 +24,6 @@ from rftfit.workflow.measure import ledger, legs, slopes
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 RUNS = (
     "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
     "poppy_LP_bp30_g00_h254", "poppy_LP_bp30_g00_h508", "poppy_LP_bp30_g00_h762", "poppy_LP_c_leg",
@@ -35,7 +32,7 @@ STAGES = ("ingest", "tare", "slopes", "checks", "legs", "ledger")
 LEDGERS = ("ingest", "tare", "slopes", "legs")
 
 
-def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
+def through_files(room, out, config):
     """Run the stages of the measurement in the campaign's folder; a copy of what they wrote."""
     results = config.parents[1] / "results"
     shutil.rmtree(results, ignore_errors=True)
@@ -50,7 +47,7 @@ def through_files(room: Room, out: Path, config: Path) -> dict[str, Path]:
     return files
 
 
-def close(one: pd.DataFrame, other: pd.DataFrame) -> None:
+def close(one, other):
     """Equal but for the six digits of a csv."""
     assert list(one.columns) == list(other.columns)
     for name in one.columns:
@@ -64,18 +61,18 @@ def close(one: pd.DataFrame, other: pd.DataFrame) -> None:
             assert texts[0] == texts[1], name
 
 
-def same_numbers(one: Results, other: Results) -> None:
+def same_numbers(one, other):
     for name in ("fits", "alpha", "curves", "tares", "book"):
         pd.testing.assert_frame_equal(getattr(one, name), getattr(other, name), check_exact=True)
 
 
 @pytest.fixture
-def some(room: Room) -> Room:
+def some(room):
     return room.add(*RUNS)
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> Results:
+def plain(tmp_path_factory):
     """What the functions give of these runs."""
     return Room(tmp_path_factory.mktemp("plain")).add(*RUNS).chain()
 
@@ -90,7 +87,7 @@ class Made:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     room = Room(folder).add(*RUNS)
     config, out = room.write(), folder / "out"
@@ -100,7 +97,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     return Made(config, out, files)
 
 
-def test_files_hold_what_the_functions_give(plain: Results, made: Made) -> None:
+def test_files_hold_what_the_functions_give(plain, made):
     p = made.files
     close(read_result(p["fits"]), plain.fits)
     close(read_result(p["alpha"]), plain.alpha)
@@ -114,9 +111,7 @@ def test_files_hold_what_the_functions_give(plain: Results, made: Made) -> None:
         assert good[run] == points
 
 
-def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(
-    some: Room, made: Made, tmp_path: Path
-) -> None:
+def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(some, made, tmp_path):
     some.folder = tmp_path / "Übung 3, sable « fin »"
     shuffled = np.random.default_rng(4).permutation(len(some.runs))
     config = some.write(order=lambda rows: [rows[i] for i in shuffled])
@@ -125,7 +120,7 @@ def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(
 
 
 @pytest.mark.parametrize("dress", ["crlf", "bom", "cr", "comments", "quiet"])
-def test_dress_of_the_logs_does_not_matter(some: Room, plain: Results, dress: str) -> None:
+def test_dress_of_the_logs_does_not_matter(some, plain, dress):
     for name, content in some.logs.items():
         assert content is not None
         some.logs[name] = {
@@ -140,7 +135,7 @@ def test_dress_of_the_logs_does_not_matter(some: Room, plain: Results, dress: st
     dressed.check_ledger(some.counted)
 
 
-def test_units_of_the_rig_do_not_matter(some: Room, plain: Results) -> None:
+def test_units_of_the_rig_do_not_matter(some, plain):
     """The same numbers from a rig that writes mN and metres, within what its files round."""
     for name, content in list(some.logs.items()):
         assert content is not None
@@ -164,7 +159,7 @@ def test_units_of_the_rig_do_not_matter(some: Room, plain: Results) -> None:
             np.testing.assert_allclose(other.fits[name], plain.fits[name], atol=2e-5)
 
 
-def test_mounting_of_the_sensor_does_not_matter(some: Room, plain: Results) -> None:
+def test_mounting_of_the_sensor_does_not_matter(some, plain):
     """Channels swapped and turned about in logs and config alike."""
     for name, content in list(some.logs.items()):
         if name.endswith("_force.csv") and content is not None:
@@ -182,12 +177,12 @@ def test_mounting_of_the_sensor_does_not_matter(some: Room, plain: Results) -> N
         np.testing.assert_allclose(other.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
 
 
-def test_surface_of_the_sheet_counts(some: Room, plain: Results) -> None:
+def test_surface_of_the_sheet_counts(some, plain):
     """A bed 10 mm higher, said in the sheet, is the same run; not said, it is another."""
     name = "poppy_LP_bp00_g90_in"
 
-    def higher(text: str) -> str:
-        def lift(line: str) -> str:
+    def higher(text):
+        def lift(line):
             t, x, z, angle = line.split(",")
             return f"{t},{x},{float(z) + 10:.2f},{angle}"
 
@@ -208,7 +203,7 @@ def test_surface_of_the_sheet_counts(some: Room, plain: Results) -> None:
     assert some.chain().fit(name)["alpha_z_N_per_cm3"] > 0.36
 
 
-def test_clearance_and_depths_of_the_config_count(some: Room, plain: Results) -> None:
+def test_clearance_and_depths_of_the_config_count(some, plain):
     wide = plain.fit("poppy_LP_bp00_g90_in")
     some.config = some.config.replace("wall_clearance_cm: 6", "wall_clearance_cm: 8")
     narrow = some.chain().fit("poppy_LP_bp00_g90_in")
@@ -217,7 +212,7 @@ def test_clearance_and_depths_of_the_config_count(some: Room, plain: Results) ->
     assert narrow["n_points"] < wide["n_points"]
 
 
-def test_extraction_is_filed_under_its_mirror_image(plain: Results) -> None:
+def test_extraction_is_filed_under_its_mirror_image(plain):
     fit = plain.fit("poppy_LP_bp30_g45_ex")
     assert (fit["beta_deg"], fit["gamma_deg"]) == (-30, -45)
     alpha_z, alpha_x = (alpha[2, 3] for alpha in reference.alpha_grid("poppy_LP"))
@@ -227,7 +222,7 @@ def test_extraction_is_filed_under_its_mirror_image(plain: Results) -> None:
     assert plain.cell(-30, -45)["run_ids"] == "poppy_LP_bp30_g45_ex"
 
 
-def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: Path) -> None:
+def test_one_run_of_each_kind_of_error_reaches_the_files(room, tmp_path):
     """Nothing usable at all: the stages still write their tables, empty or with reasons."""
     room.add("poppy_LP_bp30_g45_in", "poppy_LP_c_leg")
     for name in list(room.logs):
@@ -241,7 +236,7 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room: Room, tmp_path: P
     assert len(read_result(p["legs"])) == 0
 
 
-def renamed(room: Room, old: str, new: str) -> None:
+def renamed(room, old, new):
     room.set(old, run_id=new)
     for run in room.runs:
         if run.tare_run == old:
@@ -249,9 +244,7 @@ def renamed(room: Room, old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize("names", [("001", "NA"), ("nan", "1e3")])
-def test_names_that_look_like_numbers(
-    some: Room, plain: Results, tmp_path: Path, names: tuple[str, str]
-) -> None:
+def test_names_that_look_like_numbers(some, plain, tmp_path, names):
     """A run called 001 or NA is that run in every file that a later stage reads."""
     run, rod = "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_in_rod"
     renamed(some, run, names[0])
@@ -265,7 +258,7 @@ def test_names_that_look_like_numbers(
     assert float(row.iloc[0]["alpha_z_N_per_cm3"]) == pytest.approx(expected, rel=1e-5)
 
 
-def test_names_that_are_all_numbers(some: Room, plain: Results, tmp_path: Path) -> None:
+def test_names_that_are_all_numbers(some, plain, tmp_path):
     names = {run.run_id: f"{place:03d}" for place, run in enumerate(some.runs, 1)}
     for run in some.runs:
         some.set(run.run_id, run_id=names[run.run_id], tare_run=names.get(run.tare_run, ""))
@@ -277,7 +270,7 @@ def test_names_that_are_all_numbers(some: Room, plain: Results, tmp_path: Path) 
         assert found["alpha_z_N_per_cm3"] == pytest.approx(row["alpha_z_N_per_cm3"], rel=1e-5)
 
 
-def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) -> None:
+def test_air_run_that_no_leg_names_is_in_the_ledger(some, tmp_path):
     some.runs.append(planned()["air_flat_leg"])
     some.logs |= {
         file: content
@@ -292,7 +285,7 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some: Room, tmp_path: Path) 
     assert (rows["reason_code"] == "unclaimed").all()
 
 
-def test_run_that_is_in_no_ledger_stops_the_workflow(made: Made) -> None:
+def test_run_that_is_in_no_ledger_stops_the_workflow(made):
     results = open_results(made.config)
     for stage in LEDGERS:
         name = f"ledger/{stage}/poppy_LP.csv"
@@ -302,7 +295,7 @@ def test_run_that_is_in_no_ledger_stops_the_workflow(made: Made) -> None:
         ledger(results)
 
 
-def test_disk_that_refuses(some: Room) -> None:
+def test_disk_that_refuses(some):
     config = some.write()
     states = read_states(config)[0]
     job = next(one for one in planned_jobs(config) if one.rule == "ingest")
@@ -316,7 +309,7 @@ def test_disk_that_refuses(some: Room) -> None:
         run_rules(config, "legs")
 
 
-def test_a_stage_reads_what_it_declares_and_nothing_else(made: Made) -> None:
+def test_a_stage_reads_what_it_declares_and_nothing_else(made):
     (job,) = [one for one in planned_jobs(made.config) if one.rule == "legs"]
     results = open_results(made.config).only(job.reads)
     assert len(legs(results, "poppy_LP")[0]) > 0
@@ -324,7 +317,7 @@ def test_a_stage_reads_what_it_declares_and_nothing_else(made: Made) -> None:
         slopes(results, "poppy_LP")
 
 
-def test_what_a_stage_did_not_write_is_not_read(some: Room, tmp_path: Path) -> None:
+def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
     """An edit or one flipped bit of an intermediate is refused by name, and made again by its stage."""
     config = some.write()
     files = through_files(some, tmp_path / "out", config)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 import yaml
 from foreign_logs import netft
 from jobs import run_rules
-from rigroom import Results, Room, chain
+from rigroom import Room, chain
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
@@ -18,9 +17,6 @@ from rftfit.cli.main import main
 from rftfit.measure.flags import flags_of
 from rftfit.results import open_results
 from rftfit.workflow.state import log_names, read_states
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 RUN = "poppy_LP_bp30_g45_in"
 SECTIONS = """
@@ -41,12 +37,12 @@ motion_log:
 """
 
 
-def table(content: bytes) -> np.ndarray:
+def table(content):
     lines = [line for line in content.decode().splitlines() if line and not line.startswith("#")]
     return np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
 
 
-def as_instron(content: bytes) -> bytes:
+def as_instron(content):
     lines = ["Zeit;Sync;Kx;Ky;Kz", "(ms);();(mN);(mN);(mN)"]
     for time, line, *forces in table(content).tolist():
         x, y, z = (1e3 * force for force in forces)
@@ -54,14 +50,14 @@ def as_instron(content: bytes) -> bytes:
     return ("\r\n".join(lines) + "\r\n").encode("cp1252")
 
 
-def as_blanks(content: bytes) -> bytes:
+def as_blanks(content):
     lines = ["made by the arm"]
     for number, (time, x, z, _) in enumerate(table(content).tolist()):
         lines.append(f"  {number}\t{time:.9f}  {x / 1e3:.9f} {z / 1e3:.9f}")
     return ("\n".join(lines) + "\n").encode()
 
 
-def room_of(folder: Path) -> Room:
+def room_of(folder):
     room = Room(folder).add(RUN)
     config = yaml.safe_load(room.config)
     config.pop("robot", None)  # its own runs are not in this room
@@ -69,7 +65,7 @@ def room_of(folder: Path) -> Room:
     return room
 
 
-def converted(room: Room) -> Room:
+def converted(room):
     for name, content in list(room.logs.items()):
         assert content is not None
         room.logs[name] = as_instron(content) if "force" in name else as_blanks(content)
@@ -78,18 +74,18 @@ def converted(room: Room) -> Room:
 
 
 @pytest.fixture
-def rig(tmp_path: Path) -> Results:
+def rig(tmp_path):
     (tmp_path / "rig").mkdir()
     return room_of(tmp_path / "rig").chain()
 
 
 @pytest.fixture
-def other(tmp_path: Path) -> Room:
+def other(tmp_path):
     (tmp_path / "other").mkdir()
     return converted(room_of(tmp_path / "other"))
 
 
-def test_the_same_traces(rig: Results, other: Room) -> None:
+def test_the_same_traces(rig, other):
     got = other.chain()
     assert got.run(RUN)["status"] == "read", got.run(RUN)["reason"]
     for name in ("time_s", "x_cm", "depth_cm", "force_z_N", "force_x_N"):
@@ -101,11 +97,11 @@ def test_the_same_traces(rig: Results, other: Room) -> None:
     )
 
 
-def test_every_row_is_accounted_for(other: Room) -> None:
+def test_every_row_is_accounted_for(other):
     """With rows cut out, damaged and cut short."""
     force = next(name for name in other.logs if "force" in name and RUN in name)
 
-    def damage(text: str) -> str:
+    def damage(text):
         lines = text.split("\n")
         lines[100] = lines[100].replace(";", ",")
         lines[200] = "x" + lines[200]
@@ -113,7 +109,7 @@ def test_every_row_is_accounted_for(other: Room) -> None:
 
     other.change(force, damage)
     got = other.chain()
-    rows = len(other.logs[force].splitlines()) - 2  # type: ignore[union-attr]
+    rows = len(other.logs[force].splitlines()) - 2
     fates = got.fates(f"{force}")
     assert sum(fates.values()) == rows
     codes = {"wrong-cells", "not-numbers", "cut-rows"}
@@ -135,7 +131,7 @@ def test_every_row_is_accounted_for(other: Room) -> None:
         ("z: {column: 4, unit: m}\n", "\n", "no column for z, angle; name it under motion_log.columns"),
     ],
 )  # fmt: skip
-def test_what_is_refused(other: Room, old: str, new: str, said: str) -> None:
+def test_what_is_refused(other, old, new, said):
     assert old in other.config
     other.config = other.config.replace(old, new)
     got = other.chain()
@@ -155,7 +151,7 @@ def test_what_is_refused(other: Room, old: str, new: str, said: str) -> None:
         ("  text: {", "  dialect: rig\n  text: {", "goes with the dialect delimited, found rig"),
     ],
 )
-def test_config_is_checked(other: Room, old: str, new: str, said: str) -> None:
+def test_config_is_checked(other, old, new, said):
     assert old in other.config
     other.config = other.config.replace(old, new)
     with pytest.raises(CampaignError) as caught:
@@ -163,7 +159,7 @@ def test_config_is_checked(other: Room, old: str, new: str, said: str) -> None:
     assert said in str(caught.value)
 
 
-def test_lost_packets_reach_the_ledger(tmp_path: Path) -> None:
+def test_lost_packets_reach_the_ledger(tmp_path):
     """As samples that no line of the file is, with the time of the others unchanged."""
     room = room_of(tmp_path)
     force = next(name for name in room.logs if "force" in name and RUN in name)
@@ -190,7 +186,7 @@ def test_lost_packets_reach_the_ledger(tmp_path: Path) -> None:
         assert steps.max() == pytest.approx(0.41)
 
 
-def as_netft(content: bytes, lost: range) -> bytes:
+def as_netft(content, lost):
     values = table(content)
     made = netft(1)
     lines = [
@@ -201,7 +197,7 @@ def as_netft(content: bytes, lost: range) -> bytes:
     return made.header + "".join(lines).encode()
 
 
-def from_zero(content: bytes) -> bytes:
+def from_zero(content):
     """The motion log on a clock that starts with the force log's first row."""
     values = table(content)
     lines = ["time_s,x_mm,z_mm,angle_deg"]
@@ -222,7 +218,7 @@ MOTION = {
 NAMES = ["t", "load F1", "load F2", "load F3", "pos x", "pos z"]
 
 
-def on_one_clock(room: Room, rig: Results) -> dict[str, np.ndarray]:
+def on_one_clock(room, rig):
     """Force and position of each run, together at the times of the force log."""
     found = {}
     for run in room.runs:
@@ -234,7 +230,7 @@ def on_one_clock(room: Room, rig: Results) -> dict[str, np.ndarray]:
     return found
 
 
-def one_file_a_run(room: Room, config: dict[str, object], ending: str) -> list[str]:
+def one_file_a_run(room, config, ending):
     """Name one file for each run twice; the files are still to be made."""
     room.logs.clear()
     for run in room.runs:
@@ -246,13 +242,13 @@ def one_file_a_run(room: Room, config: dict[str, object], ending: str) -> list[s
     return [f"one/{run.run_id}.{ending}" for run in room.runs]
 
 
-def as_table(values: np.ndarray) -> bytes:
+def as_table(values):
     lines = [";".join(NAMES), *(";".join(f"{cell:.7f}" for cell in row) for row in values.tolist())]
     return ("\n".join(lines) + "\n").encode()
 
 
 @pytest.fixture
-def single(rig: Results, tmp_path: Path) -> Room:
+def single(rig, tmp_path):
     """The same runs as tables of a testing machine, force and motion in each."""
     (tmp_path / "single").mkdir()
     room = room_of(tmp_path / "single")
@@ -266,13 +262,11 @@ def single(rig: Results, tmp_path: Path) -> Room:
     return room
 
 
-def runs_of(room: Room) -> list[str]:
+def runs_of(room):
     return [run.run_id for run in room.runs]
 
 
-def test_force_and_motion_in_one_file(
-    single: Room, rig: Results, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_force_and_motion_in_one_file(single, rig, capfd):
     """From `check` to alpha, with every line counted once."""
     path = single.write()
     assert main(["check", "--config", str(path)]) == 0
@@ -295,8 +289,8 @@ def test_force_and_motion_in_one_file(
     assert [proposed[key]["columns"] for key in ("force_log", "motion_log")] == [FORCE, MOTION]
 
 
-def test_damage_to_one_file_is_told_apart(single: Room) -> None:
-    def damage(text: str) -> str:
+def test_damage_to_one_file_is_told_apart(single):
+    def damage(text):
         lines = text.split("\n")
         for row, column in ((100, 1), (200, 5), (201, 5), (300, 2)):
             cells = lines[row].split(";")
@@ -325,7 +319,7 @@ def test_damage_to_one_file_is_told_apart(single: Room) -> None:
     ("fault", "status"),
     [("excluded", "excluded: too wet"), ("column", "column: found 'load F4'"), ("gone", "missing")],
 )
-def test_a_refused_run_of_one_file_is_counted_once(single: Room, fault: str, status: str) -> None:
+def test_a_refused_run_of_one_file_is_counted_once(single, fault, status):
     if fault == "excluded":
         single.set(RUN, excluded="yes", reason="too wet")
     elif fault == "column":
@@ -337,7 +331,7 @@ def test_a_refused_run_of_one_file_is_counted_once(single: Room, fault: str, sta
     got.check_ledger(single.counted, runs_of(single))
 
 
-def test_force_columns_that_nobody_named(single: Room) -> None:
+def test_force_columns_that_nobody_named(single):
     config = yaml.safe_load(single.config)
     for name in ("F1", "F2", "F3"):
         del config["force_log"]["columns"][name]
@@ -347,14 +341,14 @@ def test_force_columns_that_nobody_named(single: Room) -> None:
     assert "swapped" not in reason
 
 
-def test_the_ledger_of_a_campaign_with_one_file_a_run(single: Room) -> None:
+def test_the_ledger_of_a_campaign_with_one_file_a_run(single):
     path = single.write()
     run_rules(path, "ingest", "tare", "slopes", "checks", "legs", "ledger")
     book = open_results(path).table("ledger.csv")
     assert book.groupby("file")["rows"].sum().to_dict() == single.counted
 
 
-def test_two_tables_in_one_file(rig: Results, tmp_path: Path) -> None:
+def test_two_tables_in_one_file(rig, tmp_path):
     """Groups of a TDMS file have lines of their own: those of both are counted."""
     pytest.importorskip("nptdms")
     (tmp_path / "tdms").mkdir()
@@ -382,9 +376,7 @@ def test_two_tables_in_one_file(rig: Results, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.5])
-def test_channels_that_began_apart_keep_their_own_time(
-    rig: Results, tmp_path: Path, late_s: float
-) -> None:
+def test_channels_that_began_apart_keep_their_own_time(rig, tmp_path, late_s):
     """Force recorded later than the position, in one group: the clock of each is its own."""
     pytest.importorskip("nptdms")
     (tmp_path / "tdms").mkdir()
@@ -422,7 +414,7 @@ def test_channels_that_began_apart_keep_their_own_time(
 Channels = dict[str, tuple[np.ndarray, dict[str, object]]]
 
 
-def tdms(file: Path, **groups: Channels) -> bytes:
+def tdms(file, **groups):
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(file) as writer:
@@ -433,7 +425,7 @@ def tdms(file: Path, **groups: Channels) -> bytes:
     return file.read_bytes()
 
 
-def gauges_of(room: Room) -> np.ndarray:
+def gauges_of(room):
     """Write each force log as four gauges in mV; return the loads that each gauge stands for, N."""
     matrix = np.random.default_rng(3).normal(size=(3, 4))
     back = np.linalg.pinv(matrix)
@@ -448,7 +440,7 @@ def gauges_of(room: Room) -> np.ndarray:
     return matrix
 
 
-def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_path: Path) -> None:
+def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     room = room_of(tmp_path / "gauges")
     matrix = gauges_of(room)
     room.config += (
@@ -470,7 +462,7 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig: Results, tmp_pat
         load_campaign(path)
 
 
-def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
+def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
     """The sheet names the folder; what belongs to the recording is every file in it."""
     room = room_of(tmp_path)
     path = room.write()
@@ -493,7 +485,7 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path: Path) -> None:
         load_campaign(path)
 
 
-def test_level_pushes_alone_are_told_of_the_other_role(tmp_path: Path) -> None:
+def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
     room = Room(tmp_path).add("poppy_LP_bp00_g90_in")
     config = yaml.safe_load(room.config)
     config.pop("robot", None)

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
 from jobs import run_rules
 
 from rftfit.figures.plates import stress_of_runs
-from rftfit.results import Results, open_results
+from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rigroom import Room
 
 TEST = "yuma_bp00_g90_in"
 
 
-def made(room: Room, *more: str) -> Results:
+def made(room, *more):
     """Measure, and do some more stages; the results."""
     config = room.write()
     run_rules(config, "ingest", "tare", "slopes", "checks", *more)
@@ -33,7 +26,7 @@ def made(room: Room, *more: str) -> Results:
     [({"excluded": "yes", "reason": "bed was disturbed"}, "excluded"),
      ({"tare_run": ""}, "no-tared-stroke")],
 )  # fmt: skip
-def test_a_penetration_test_that_gave_nothing(room: Room, cells: dict[str, str], code: str) -> None:
+def test_a_penetration_test_that_gave_nothing(room, cells, code):
     room.add(TEST).set(TEST, **cells)
     stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
     row = made(room, *stages).table("sands.csv").iloc[0]
@@ -42,7 +35,7 @@ def test_a_penetration_test_that_gave_nothing(room: Room, cells: dict[str, str],
     assert row["reason_code"] == code
 
 
-def test_a_penetration_test_that_stays_linear_has_no_end(room: Room) -> None:
+def test_a_penetration_test_that_stays_linear_has_no_end(room):
     room.add(TEST, "palms29_bp00_g90_in")
     stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
     table = made(room, *stages).table("sands.csv").set_index(["medium", "window"])
@@ -51,12 +44,12 @@ def test_a_penetration_test_that_stays_linear_has_no_end(room: Room) -> None:
         assert "no-linear-end" not in str(table.loc[(medium, "stated"), "reason_code"])
 
 
-def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room: Room) -> None:
+def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room):
     sheet = made(room.add("poppy_LP_c_leg"), "quality").path("quality/poppy_LP.svg")
     assert "no plate run to draw" in sheet.read_text(encoding="utf-8")
 
 
-def test_a_stress_figure_without_a_run_names_the_reasons(room: Room) -> None:
+def test_a_stress_figure_without_a_run_names_the_reasons(room):
     run = "poppy_LP_bp00_g90_in"
     room.add(run).set(run, excluded="yes", reason="bed was disturbed")
     figure = stress_of_runs(made(room))
@@ -65,7 +58,7 @@ def test_a_stress_figure_without_a_run_names_the_reasons(room: Room) -> None:
     assert "bed was disturbed" in words
 
 
-def test_a_table_without_rows_joins_as_numbers(tmp_path: Path) -> None:
+def test_a_table_without_rows_joins_as_numbers(tmp_path):
     """Else theta of every other medium would become words, which no stage can join by."""
     rows = pd.DataFrame({"medium": ["m"], "theta_deg": [1.5], "force_z_N": [2.0]})
     for name, part in {"some": rows, "none": rows.iloc[:0]}.items():

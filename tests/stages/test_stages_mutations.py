@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 from agreement import compare
 from campaigns import Folder
@@ -12,13 +11,10 @@ from hypothesis import given, note, settings
 from hypothesis import strategies as st
 from mutations import MEASURED, mutated
 
-if TYPE_CHECKING:
-    import random
-
 
 @settings(max_examples=20, deadline=None)
 @given(st.randoms(use_true_random=False))
-def test_the_stages_refuse_nothing_that_check_passed(luck: random.Random) -> None:
+def test_the_stages_refuse_nothing_that_check_passed(luck):
     made = mutated(luck)
     note(", ".join(made.done))
     with TemporaryDirectory() as folder:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 from memory import Memory
 
 from rftfit.campaign.load import load_campaign
-from rftfit.figures.protocol import Column, columns_of, protocol
+from rftfit.figures.protocol import columns_of, protocol
 from rftfit.measure.fits import fit_medium
-
-if TYPE_CHECKING:
-    from rigroom import Room
 
 RUNS = (
     "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp30_g00_h508",
@@ -21,11 +16,11 @@ RUNS = (
 
 
 @pytest.fixture
-def small(room: Room) -> Room:
+def small(room):
     return room.add(*RUNS)
 
 
-def results_of(room: Room) -> Memory:
+def results_of(room):
     made = room.chain()
     campaign = load_campaign(room.folder / "config" / "config.yaml")
     _, windows, _ = fit_medium(campaign, "poppy_LP", made.runs, made.tared, made.tares)
@@ -37,11 +32,11 @@ def results_of(room: Room) -> Memory:
     return Memory(campaign, tables)
 
 
-def columns(room: Room) -> dict[str, Column]:
+def columns(room):
     return {column.kind: column for column in columns_of(results_of(room), "poppy_LP")}
 
 
-def test_one_run_of_each_kind(small: Room) -> None:
+def test_one_run_of_each_kind(small):
     found = columns(small)
     assert list(found) == ["intrusion", "extraction", "horizontal", "rotation"]
     # the deepest of the two horizontal runs, the first leg of the config
@@ -58,7 +53,7 @@ def test_one_run_of_each_kind(small: Room) -> None:
     assert abs(pushed.tare["force_z_N"]).max() < 0.1 * pushed.run["force_z_N"].max()
 
 
-def test_a_run_that_gave_no_slope_is_not_shown(small: Room) -> None:
+def test_a_run_that_gave_no_slope_is_not_shown(small):
     small.set("poppy_LP_bp30_g45_in", excluded="yes", reason="dust")
     small.set("poppy_LP_c_leg", excluded="yes", reason="dust")
     found = columns(small)
@@ -66,7 +61,7 @@ def test_a_run_that_gave_no_slope_is_not_shown(small: Room) -> None:
     assert found["rotation"].about.startswith("flat leg")
 
 
-def test_without_any_run_the_figure_says_so(small: Room) -> None:
+def test_without_any_run_the_figure_says_so(small):
     for run in RUNS:
         small.set(run, excluded="yes", reason="dust")
     (text,) = protocol(results_of(small), "poppy_LP").texts

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from other_labs import MEDIUM, Case, make
@@ -16,13 +14,8 @@ from rftfit.measure.flags import flagged_with
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import tare_medium
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-    import pandas as pd
-
-
-def measured(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def measured(folder):
     """Alpha, fits and runs of the only medium of a campaign."""
     campaign = load_campaign(folder / "config" / "config.yaml")
     samples, runs, _ = ingest_medium(campaign, MEDIUM)
@@ -31,7 +24,7 @@ def measured(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs
 
 
-def off_by_half_widths(table: pd.DataFrame) -> np.ndarray:
+def off_by_half_widths(table):
     found = []
     for row in table.to_dict("records"):
         truth = table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"])
@@ -43,7 +36,7 @@ def off_by_half_widths(table: pd.DataFrame) -> np.ndarray:
 
 
 @pytest.mark.parametrize("protocol", ["no-pause", "stroke-only", "separate-zero", "one-file"])
-def test_a_protocol_measures_what_is_there(tmp_path: Path, protocol: str) -> None:
+def test_a_protocol_measures_what_is_there(tmp_path, protocol):
     make(tmp_path, Case("other", protocol))
     alpha, fits, runs = measured(tmp_path)
     assert len(alpha) == 36
@@ -52,14 +45,14 @@ def test_a_protocol_measures_what_is_there(tmp_path: Path, protocol: str) -> Non
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) >= 0.9
 
 
-def test_without_a_tare_alpha_is_off_and_says_so(tmp_path: Path) -> None:
+def test_without_a_tare_alpha_is_off_and_says_so(tmp_path):
     make(tmp_path, Case("one-row", "paper", tare=False))
     alpha, fits, _ = measured(tmp_path)
     assert flagged_with(fits, "no-tare").all()
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
 
 
-def test_without_a_rod_there_is_nothing_to_flag(tmp_path: Path) -> None:
+def test_without_a_rod_there_is_nothing_to_flag(tmp_path):
     make(tmp_path, Case("one-push", "stroke-only", tare=False))
     config = tmp_path / "config" / "config.yaml"
     flagged = measured(tmp_path)[0]
@@ -71,7 +64,7 @@ def test_without_a_rod_there_is_nothing_to_flag(tmp_path: Path) -> None:
     assert alpha["alpha_z_N_per_cm3"][0] == flagged["alpha_z_N_per_cm3"][0]
 
 
-def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path: Path) -> None:
+def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path):
     make(tmp_path, Case("one-row", "stroke-only"))
     config = tmp_path / "config" / "config.yaml"
     narrow = measured(tmp_path)[0]
@@ -88,7 +81,7 @@ def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("protocol", ["paper", "stroke-only", "separate-zero"])
-def test_slow_noise_is_an_error_of_every_zero(tmp_path: Path, protocol: str) -> None:
+def test_slow_noise_is_an_error_of_every_zero(tmp_path, protocol):
     make(tmp_path, Case("one-row", protocol))
     config = tmp_path / "config" / "config.yaml"
     text = config.read_text(encoding="utf-8")
@@ -107,7 +100,7 @@ def test_slow_noise_is_an_error_of_every_zero(tmp_path: Path, protocol: str) -> 
         np.testing.assert_array_equal(slow[name.format("")], quiet[name.format("")])
 
 
-def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path: Path) -> None:
+def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path):
     make(tmp_path, Case("one-push", "stroke-only"))
     config = tmp_path / "config" / "config.yaml"
     text = config.read_text(encoding="utf-8")
@@ -116,7 +109,7 @@ def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path: Path) -
     assert fits["reason_code"][0] == "no-zero"
 
 
-def test_strokes_of_one_log(tmp_path: Path) -> None:
+def test_strokes_of_one_log(tmp_path):
     """Cyclic penetration: three pushes in one log, a row of the sheet each."""
     make(tmp_path, Case("one-push", "one-file"))
     sheet = tmp_path / "raw" / "paper" / "runs.csv"

@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 from agreement import compare
 from mutations import MEASURED
-from real_logs import LOGS, REAL_LOGS, RealLog, campaign_around, judge
+from real_logs import LOGS, REAL_LOGS, campaign_around, judge
 
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
 
 WITH_PAGE = ("Thrust_Acro", "manual01", "z factor -1")
 
 
-def test_every_log_has_a_campaign() -> None:
+def test_every_log_has_a_campaign():
     files = {p.relative_to(LOGS).as_posix() for p in LOGS.rglob("*") if p.is_file()}
     assert files - {log.file for log in REAL_LOGS} == {"README.md"}
 
 
 @pytest.mark.parametrize("log", REAL_LOGS, ids=str)
-def test_a_campaign_around_a_real_log(
-    log: RealLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_campaign_around_a_real_log(log, tmp_path, monkeypatch):
     """`make reallogs` runs all of them whole; here figures are left out, and most pages."""
     # a page without figures
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})

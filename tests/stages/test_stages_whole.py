@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,21 +10,18 @@ from paper_grid import grid
 from rftfit import reference
 from rftfit.measure.alpha import column
 
-if TYPE_CHECKING:
-    from rigroom import Lab, Results
-
 MEDIUM = "glass3mm_CP"
 RHO = 0.7
 """Correlation of the lab's noise from sample to sample."""
 
 
-def errors(results: Results) -> np.ndarray:
+def errors(results):
     found = [grid(results.alpha, column(component)) for component in "zx"]
     off: np.ndarray = np.stack(found) - np.stack(reference.alpha_grid(MEDIUM))
     return off
 
 
-def test_alpha_is_table_s5(results: Results) -> None:
+def test_alpha_is_table_s5(results):
     wrong = np.abs(errors(results))
     assert np.mean(wrong <= 0.005) >= 0.95
     assert wrong.max() <= 0.01
@@ -35,7 +30,7 @@ def test_alpha_is_table_s5(results: Results) -> None:
     assert (results.alpha["n_runs"] == np.where(results.alpha["gamma_deg"] == 0, 3, 1)).all()
 
 
-def test_intervals_contain_table_s5(results: Results) -> None:
+def test_intervals_contain_table_s5(results):
     inside = []
     for component, alpha in zip("zx", reference.alpha_grid(MEDIUM), strict=True):
         lo, hi = (grid(results.alpha, column(component, q)) for q in ("_lo", "_hi"))
@@ -46,7 +41,7 @@ def test_intervals_contain_table_s5(results: Results) -> None:
     assert np.mean(inside) >= 0.9
 
 
-def test_signs_are_not_a_matter_of_size(results: Results) -> None:
+def test_signs_are_not_a_matter_of_size(results):
     """Every alpha that is large enough to have a sign has the published one."""
     for component, alpha in zip("zx", reference.alpha_grid(MEDIUM), strict=True):
         found, large = grid(results.alpha, column(component)), np.abs(alpha) > 0.01
@@ -54,7 +49,7 @@ def test_signs_are_not_a_matter_of_size(results: Results) -> None:
         assert (np.sign(found) == np.sign(alpha))[large].all()
 
 
-def test_windows_and_points(results: Results) -> None:
+def test_windows_and_points(results):
     fits = results.fits
     assert (fits["n_points"] >= 30).all()
     assert (fits["depth_from_cm"] <= fits["depth_to_cm"]).all()
@@ -68,7 +63,7 @@ def test_windows_and_points(results: Results) -> None:
     assert (fits["depth_from_cm"] - half_z)[~level].min() >= -0.001
 
 
-def test_quality_figures_where_they_mean_something(results: Results) -> None:
+def test_quality_figures_where_they_mean_something(results):
     fits = results.fits
     level = fits["direction"] == "horizontal"
     names = [f"{name}_{c}{unit}" for c in "zx" for name, unit in (
@@ -80,7 +75,7 @@ def test_quality_figures_where_they_mean_something(results: Results) -> None:
     assert ratio.median() > 1.5
 
 
-def test_ledger_counts_every_line_of_every_file(lab: Lab) -> None:
+def test_ledger_counts_every_line_of_every_file(lab):
     for medium, results in lab.results.items():
         results.check_ledger(lab.counted(medium))
         used = results.book[results.book["fate"] == "used"]
@@ -88,14 +83,14 @@ def test_ledger_counts_every_line_of_every_file(lab: Lab) -> None:
         assert set(used["file"]) == set(lab.counted(medium))
 
 
-def test_raw_files_are_untouched(lab: Lab) -> None:
+def test_raw_files_are_untouched(lab):
     assert lab.before == lab.after
     assert (
         len(lab.before) == 2 * len(lab.campaign.runs) + 2
     )  # the sheet, and the mark of a re-enactment
 
 
-def test_clocks(results: Results) -> None:
+def test_clocks(results):
     runs = results.runs
     assert (runs["status"] == "read").all()
     assert runs["clock_residual_s"].max() < 0.02
@@ -107,7 +102,7 @@ def test_clocks(results: Results) -> None:
     assert not late[~own].any()
 
 
-def bin_deviation(samples: np.ndarray) -> np.ndarray:
+def bin_deviation(samples):
     """Standard deviation of the mean of so many samples of the lab's noise, run minus tare, N."""
     lags = np.arange(1, 40)
     result = []
@@ -119,7 +114,7 @@ def bin_deviation(samples: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("leg", reference.LEGS)
-def test_leg_curves_are_fig_s5(results: Results, leg: str) -> None:
+def test_leg_curves_are_fig_s5(results, leg):
     published = reference.load("fig_s5")
     published = published[(published["medium"] == MEDIUM) & (published["leg"] == leg)]
     found = results.curves[results.curves["leg"] == leg]
@@ -143,7 +138,7 @@ def test_leg_curves_are_fig_s5(results: Results, leg: str) -> None:
         assert abs(off[inner].mean()) < 3.5 * zero[0] + 0.01
 
 
-def test_slope_of_a_sand(lab: Lab) -> None:
+def test_slope_of_a_sand(lab):
     yuma = lab.results["yuma"]
     found = yuma.cell(0, 90)
     # independent of the program: zero-intercept fit of the published curve itself
@@ -160,7 +155,7 @@ def test_slope_of_a_sand(lab: Lab) -> None:
     assert set(yuma.curves["leg"]) == set(reference.LEGS)
 
 
-def test_phases_and_traces(results: Results) -> None:
+def test_phases_and_traces(results):
     traces = results.traces
     assert list(traces.columns) == [
         "run_id", "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why",
@@ -173,7 +168,7 @@ def test_phases_and_traces(results: Results) -> None:
     assert air[["force_z_N", "force_x_N"]].mean().abs().max().max() < 0.01
 
 
-def test_tables_hold_no_machine_and_no_time(results: Results) -> None:
+def test_tables_hold_no_machine_and_no_time(results):
     text = pd.concat([results.runs, results.fits]).to_csv()
     assert "/tmp" not in text
     assert "\\" not in text

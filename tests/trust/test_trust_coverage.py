@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot
-from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, Ensemble, paper_config, plan, simulate
+from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, paper_config, plan, simulate
 
 from rftfit.measure.slopes import fit_slope, unfinished_start
 
@@ -24,18 +24,18 @@ NAMES = [ALIKE.name, STATED.name]
 
 
 @pytest.fixture(scope="module")
-def ensemble() -> Ensemble:
+def ensemble():
     return simulate("poppy_CP", CAMPAIGNS, SEED)
 
 
 @pytest.fixture(scope="module")
-def shares(ensemble: Ensemble) -> dict[str, dict[str, np.ndarray]]:
+def shares(ensemble):
     """Share of intervals with the truth in them, by scenario and level."""
     config = paper_config(300)
     return {s.name: cover([ensemble], s, config, SEED) for s in (ALIKE, STATED)}
 
 
-def honest(shares: np.ndarray) -> None:
+def honest(shares):
     """93 to 97 %, give or take 3 standard errors of so few campaigns."""
     # intervals of one campaign go together, so campaigns are counted, by their own scatter; what
     # has one interval a campaign scatters as a binomial
@@ -45,7 +45,7 @@ def honest(shares: np.ndarray) -> None:
 
 @pytest.mark.parametrize("level", ["alpha, slanted", "alpha, horizontal"])
 @pytest.mark.parametrize("scenario", NAMES)
-def test_alpha(shares: dict[str, dict[str, np.ndarray]], scenario: str, level: str) -> None:
+def test_alpha(shares, scenario, level):
     found = shares[scenario][level]
     honest(found)
     # a thousand cells: no leniency is needed where there is no error common to them
@@ -55,34 +55,34 @@ def test_alpha(shares: dict[str, dict[str, np.ndarray]], scenario: str, level: s
 
 @pytest.mark.parametrize("method", ["lsq", "dft-index"])
 @pytest.mark.parametrize("scenario", NAMES)
-def test_coefficients(shares: dict[str, dict[str, np.ndarray]], scenario: str, method: str) -> None:
+def test_coefficients(shares, scenario, method):
     honest(shares[scenario][f"M ({method})"])
 
 
 @pytest.mark.parametrize(
     "level", ["zeta (lsq)", "chi (lsq)", "zeta (dft-index)", "chi (dft-index)"]
 )
-def test_zeta_and_chi(shares: dict[str, dict[str, np.ndarray]], level: str) -> None:
+def test_zeta_and_chi(shares, level):
     # one interval a campaign each: all scenarios together
     honest(np.concatenate([part[level] for part in shares.values()]))
 
 
 @pytest.mark.parametrize("scenario", NAMES)
-def test_leg_force(shares: dict[str, dict[str, np.ndarray]], scenario: str) -> None:
+def test_leg_force(shares, scenario):
     honest(shares[scenario]["leg force"])
 
 
-def test_peak_error(shares: dict[str, dict[str, np.ndarray]]) -> None:
+def test_peak_error(shares):
     honest(np.concatenate([part["peak error"] for part in shares.values()]))
 
 
-def test_robot_speed() -> None:
+def test_robot_speed():
     """Of beds that differ as stated; `benchmarks/intervals.py --robot` has more of it."""
     few = simulate("poppy_CP", ROBOTS, SEED)
     honest(cover_robot(few, STATED, paper_config(40), SEED)["robot speed"])
 
 
-def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:
+def test_few_repeats_and_the_generic_coefficients(ensemble):
     """Six repeats in each of two media: Student with few degrees of freedom, in M0 with more."""
     found = cover([ensemble, ensemble.as_medium("glass0.3mm_CP")], FEW, paper_config(300), SEED,
                   legs=False)  # fmt: skip
@@ -90,14 +90,14 @@ def test_few_repeats_and_the_generic_coefficients(ensemble: Ensemble) -> None:
         honest(found[level])
 
 
-def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble: Ensemble) -> None:
+def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble):
     """What `one bed as prepared` means: such intervals miss the mean of many beds nine times in ten."""
     tables = list(ensemble.tables(SEED, RUN_TO_RUN))
     assert {source for table in tables for source in table["spread"]} == {"one bed as prepared"}
     assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 
 
-def test_runs_cover_the_grid() -> None:
+def test_runs_cover_the_grid():
     runs = plan("poppy_LP")
     assert len(runs) == 6 * 12 + 6 * 3
     assert min(run.depth.size for run in runs) >= 60
@@ -105,7 +105,7 @@ def test_runs_cover_the_grid() -> None:
     assert Scenario("x").errors.bed == (0, 0)
 
 
-def test_curvature_is_not_found_in_straight_lines() -> None:
+def test_curvature_is_not_found_in_straight_lines():
     """The false alarms of the test of linearity are as many as its p says."""
     random = np.random.default_rng(3)
     for depth in (np.linspace(0.4, 8.4, 800), np.linspace(7.1, 1.95, 515)):
@@ -119,7 +119,7 @@ def test_curvature_is_not_found_in_straight_lines() -> None:
         assert 0.003 <= np.mean(found.nonlinear_p < 0.01) <= 0.018
 
 
-def test_start_up_left_in_the_window() -> None:
+def test_start_up_left_in_the_window():
     """An exponential start-up moves the mean by what is said, whatever its first third was."""
     travel = np.arange(640) / 100
     steady = travel >= 2

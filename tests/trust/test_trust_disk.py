@@ -49,7 +49,7 @@ CIRCUMSTANCES = {
 }  # fmt: skip
 
 
-def call(words: str, *more: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def call(words, *more, **environment):
     return subprocess.run(
         [sys.executable, *words.split(), *more], capture_output=True, text=True, check=False,
         env={**os.environ, **environment}, encoding="utf-8",
@@ -57,7 +57,7 @@ def call(words: str, *more: str | Path, **environment: str) -> subprocess.Comple
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of file sizes are Unix's")
-def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path: Path) -> None:
+def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path):
     """There, what matplotlib raises while it closes the file is no error of a file."""
     done = call("-c", DRAWING, tmp_path / "figure")
     assert done.returncode == 0, done.stderr
@@ -66,7 +66,7 @@ def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path: Path) -> Non
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
-def test_an_answer_that_nobody_has_room_for() -> None:
+def test_an_answer_that_nobody_has_room_for():
     with FULL.open("w") as full:
         done = subprocess.run(
             [sys.executable, *SCALE.split()], stdout=full, stderr=subprocess.PIPE, text=True,
@@ -80,7 +80,7 @@ def test_an_answer_that_nobody_has_room_for() -> None:
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
-def test_a_stage_whose_log_is_on_the_full_disk_is_heard() -> None:
+def test_a_stage_whose_log_is_on_the_full_disk_is_heard():
     """Its message goes to standard output, which `rftfit run` reads; the exit status is kept."""
     with FULL.open("w") as full:
         done = subprocess.run(
@@ -92,7 +92,7 @@ def test_a_stage_whose_log_is_on_the_full_disk_is_heard() -> None:
 
 
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
-def test_a_disk_that_refuses_a_result(tmp_path: Path) -> None:
+def test_a_disk_that_refuses_a_result(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
     done = on_own_disks(
@@ -111,8 +111,8 @@ def test_a_disk_that_refuses_a_result(tmp_path: Path) -> None:
     assert not done.stdout.endswith("csv\n")
 
 
-def test_the_reason_is_the_systems_own(tmp_path: Path) -> None:
-    def write() -> None:
+def test_the_reason_is_the_systems_own(tmp_path):
+    def write():
         with atomic_path(tmp_path / "traces.parquet"):
             raise OSError(errno.ENOSPC, "Error writing bytes to file. Detail: [errno 28] No space")
 
@@ -121,7 +121,7 @@ def test_the_reason_is_the_systems_own(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_same_bytes_in_any_locale_and_time_zone(tmp_path: Path) -> None:
+def test_same_bytes_in_any_locale_and_time_zone(tmp_path):
     here, there = tmp_path / "here.csv", tmp_path / "été ü" / "leg.csv"
     assert main([*PREDICT.split()[2:], str(here)]) == 0
     done = call(PREDICT, there, **CIRCUMSTANCES)

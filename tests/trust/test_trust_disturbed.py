@@ -5,14 +5,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 import pytest
 from campaigns import FEW, make_campaign
 from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
-from ensembles import Ensemble, paper_config, plan, rod_stress, simulate
+from ensembles import paper_config, plan, rod_stress, simulate
 from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
 
@@ -23,16 +21,13 @@ from rftfit.lab.enact import reenact
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, 8
 SOME = FEW[1::2]
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""
 
 
-def of_files(folder: Path, asked: str) -> pd.DataFrame:
+def of_files(folder, asked):
     """Alpha of a re-enacted campaign, by cell."""
     config, raw = folder / "config" / "config.yaml", folder / "raw" / "paper"
     config.parent.mkdir(parents=True)
@@ -43,7 +38,7 @@ def of_files(folder: Path, asked: str) -> pd.DataFrame:
     return table[[column("z"), column("x")]]
 
 
-def of_memory(asked: str) -> pd.DataFrame:
+def of_memory(asked):
     """Mean alpha of many campaigns that were simulated, by cell."""
     ensemble = simulate(MEDIUM, 4, SEED, sizes_of([asked] if asked else []))
     table = pd.concat(list(ensemble.tables(SEED))).groupby(["beta_deg", "gamma_deg"])
@@ -51,14 +46,12 @@ def of_memory(asked: str) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[pd.DataFrame, pd.DataFrame]:
+def plain(tmp_path_factory):
     return of_files(tmp_path_factory.mktemp("plain"), ""), of_memory("")
 
 
 @pytest.mark.parametrize("asked", COMMON)
-def test_memory_is_disturbed_as_files_are(
-    tmp_path: Path, plain: tuple[pd.DataFrame, pd.DataFrame], asked: str
-) -> None:
+def test_memory_is_disturbed_as_files_are(tmp_path, plain, asked):
     files = of_files(tmp_path, asked) - plain[0]
     memory = (of_memory(asked) - plain[1]).reindex(files.index)
     assert len(files) == len(SOME)
@@ -69,14 +62,14 @@ def test_memory_is_disturbed_as_files_are(
 
 
 @pytest.fixture(scope="module")
-def undisturbed() -> Ensemble:
+def undisturbed():
     return simulate(MEDIUM, CAMPAIGNS, SEED)
 
 
 @pytest.mark.parametrize(
     ("asked", "sd"), [("surface=2", 0.2), ("surface-session=2", 0.2), ("spread-percent=5", 0.05)]
 )
-def test_draws_of_memory(undisturbed: Ensemble, asked: str, sd: float) -> None:
+def test_draws_of_memory(undisturbed, asked, sd):
     """Errors of the depth or the size, of each run or of each campaign, z and x alike."""
     found = simulate(MEDIUM, CAMPAIGNS, SEED, sizes_of([asked]))
     runs = found.runs
@@ -95,7 +88,7 @@ def test_draws_of_memory(undisturbed: Ensemble, asked: str, sd: float) -> None:
     assert (found.session == 0).all() != common
 
 
-def test_all_else_is_the_same(undisturbed: Ensemble) -> None:
+def test_all_else_is_the_same(undisturbed):
     none = simulate(
         MEDIUM, CAMPAIGNS, SEED, {name: one.nothing for name, one in DISTURBANCES.items()}
     )
@@ -103,7 +96,7 @@ def test_all_else_is_the_same(undisturbed: Ensemble) -> None:
         np.testing.assert_array_equal(none.found[name], values)
 
 
-def test_the_rod_opposes_the_motion() -> None:
+def test_the_rod_opposes_the_motion():
     for run in plan(MEDIUM):
         force_z, force_x = rod_stress(run, MEDIUM)
         back = -1 if run.gamma_deg < 0 else 1
@@ -113,7 +106,7 @@ def test_the_rod_opposes_the_motion() -> None:
         assert (np.sign(force_z[run.depth > 1]) == back).all() or abs(run.gamma_deg) < 20
 
 
-def test_intervals_leave_out_what_nobody_stated(undisturbed: Ensemble) -> None:
+def test_intervals_leave_out_what_nobody_stated(undisturbed):
     """What is known today of an error of the surface: the strongest cells miss the truth."""
     config = paper_config(100)
     scenario = Scenario("surface", sizes=sizes_of(["surface"]))
@@ -128,7 +121,7 @@ def test_intervals_leave_out_what_nobody_stated(undisturbed: Ensemble) -> None:
 
 
 @pytest.mark.parametrize("told", ["stated", "by default"])
-def test_intervals_hold_what_is_stated_or_shown(told: str) -> None:
+def test_intervals_hold_what_is_stated_or_shown(told):
     """The same error of the surface, stated at its size, and as the runs themselves show it."""
     config, sizes = paper_config(100), sizes_of(["surface"])
     errors = as_disturbed(sizes) if told == "stated" else Errors()
@@ -137,7 +130,7 @@ def test_intervals_hold_what_is_stated_or_shown(told: str) -> None:
     assert min(found[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
 
 
-def test_slow_noise_that_is_stated_is_held() -> None:
+def test_slow_noise_that_is_stated_is_held():
     """1/f noise, which one log does not show: at its size as stated, and not without."""
     config, sizes = paper_config(100), sizes_of(["pink"])
     shares = []
@@ -150,7 +143,7 @@ def test_slow_noise_that_is_stated_is_held() -> None:
     assert max(shares[1]) < 0.8
 
 
-def test_a_tuesday_in_a_real_lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):
     """All disturbances together, through all stages: tables and a page, which has no figure here."""
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
     folder = make_campaign(tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True,

@@ -7,13 +7,9 @@ import shutil
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
 
 import pytest
 from campaigns import PROJECT, make_campaign
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.slow
 
@@ -21,7 +17,7 @@ PARTS = ("Snakefile", "workflow", "profiles", "config", "src")
 EDIT = ("stress = stroke.force", "stress = 3 * stroke.force")
 
 
-def rftfit(checkout: Path, root: Path, *words: str) -> subprocess.Popen[str]:
+def rftfit(checkout, root, *words):
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "rftfit.cli.main", *words], cwd=root, text=True,
         env=os.environ | {"PYTHONPATH": str(checkout / "src")},
@@ -29,7 +25,7 @@ def rftfit(checkout: Path, root: Path, *words: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def test_code_that_changes_during_a_run(tmp_path: Path) -> None:
+def test_code_that_changes_during_a_run(tmp_path):
     checkout = tmp_path / "checkout"
     checkout.mkdir()
     for part in PARTS:

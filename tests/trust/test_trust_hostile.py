@@ -54,7 +54,7 @@ needs_links = pytest.mark.skipif(os.name != "posix", reason="links and pipes of 
 class Room:
     """A campaign with one pair of runs, that is right until a test puts it wrong."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder, self.config = folder, CONFIG
         (folder / "raw").mkdir(parents=True)
         self.rows = [
@@ -62,17 +62,17 @@ class Room:
             {**ROD, "run_id": "t", **self.logs("t")},
         ]
 
-    def logs(self, name: str) -> dict[str, str]:
+    def logs(self, name):
         found = {f"{part}_log": f"{name}_{part}.csv" for part in ("force", "motion")}
         for log in found.values():
             (self.folder / "raw" / log).write_text("", encoding="utf-8")
         return found
 
     @property
-    def path(self) -> Path:
+    def path(self):
         return self.folder / "config.yaml"
 
-    def write(self, sheet: bytes | None = None) -> None:
+    def write(self, sheet=None):
         out = io.StringIO()
         writer = csv.DictWriter(out, [column.name for column in COLUMNS], restval="")
         writer.writeheader()
@@ -82,18 +82,18 @@ class Room:
         if not target.is_symlink() and not target.exists():
             target.write_bytes(out.getvalue().encode() if sheet is None else sheet)
 
-    def problems(self, sheet: bytes | None = None) -> dict[str, str]:
+    def problems(self, sheet=None):
         """Texts of the problems by their code."""
         self.write(sheet)
         return {problem.code: str(problem) for problem in check_campaign(self.path)[1]}
 
 
 @pytest.fixture
-def room(tmp_path: Path) -> Room:
+def room(tmp_path):
     return Room(tmp_path / "room")
 
 
-def rftfit(*words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
     done = subprocess.run(
         [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
@@ -104,7 +104,7 @@ def rftfit(*words: object, cwd: Path | None = None) -> subprocess.CompletedProce
     return done
 
 
-def test_the_room_itself_is_right(room: Room) -> None:
+def test_the_room_itself_is_right(room):
     assert room.problems() == {}
 
 
@@ -123,7 +123,7 @@ def test_the_room_itself_is_right(room: Room) -> None:
         ["run", "--dry-run", "--config", "FILE"],
     ],
 )
-def test_pipes_and_devices_are_never_read(tmp_path: Path, words: list[str], what: str) -> None:
+def test_pipes_and_devices_are_never_read(tmp_path, words, what):
     """A read would wait, or go on, for ever."""
     file = tmp_path / "pipe"
     if what == "pipe":
@@ -138,7 +138,7 @@ def test_pipes_and_devices_are_never_read(tmp_path: Path, words: list[str], what
 @needs_links
 @pytest.mark.parametrize("what", ["pipe", "link to a device", "link to a pipe outside", "folder"])
 @pytest.mark.parametrize("place", ["runs.csv", "raw/p_force.csv"])
-def test_pipes_and_devices_of_a_campaign(room: Room, what: str, place: str) -> None:
+def test_pipes_and_devices_of_a_campaign(room, what, place):
     target = room.folder / place
     target.unlink(missing_ok=True)
     if what == "pipe":
@@ -171,7 +171,7 @@ def test_pipes_and_devices_of_a_campaign(room: Room, what: str, place: str) -> N
         ("raw", "runs.csv", "raw -> results/logs"),
     ],
 )
-def test_results_and_raw_are_apart(room: Room, raw: str, sheet: str, link: str) -> None:
+def test_results_and_raw_are_apart(room, raw, sheet, link):
     """Else the program would write among the logs, or deleting the results would delete logs."""
     room.config = CONFIG.replace("raw: raw", f"raw: {raw}").replace(": runs.csv", f": {sheet}")
     room.write()
@@ -188,7 +188,7 @@ def test_results_and_raw_are_apart(room: Room, raw: str, sheet: str, link: str) 
 
 
 @pytest.mark.parametrize("path", ["../../secret.csv", "/etc/hostname", "absent.csv", "CON.csv"])
-def test_logs_named_in_the_config_stay_in_raw_too(room: Room, path: str) -> None:
+def test_logs_named_in_the_config_stay_in_raw_too(room, path):
     room.config += f"rigid_contact: {{force_log: '{path}', motion_log: p_motion.csv}}\n"
     found = room.problems()
     assert list(found) == ["config.rigid-contact"]
@@ -203,7 +203,7 @@ CELL = f'<worksheet {NS}><sheetData><row r="1"><c r="A1" t="inlineStr"><is><t>&a
 ENTITIES = "".join(f'<!ENTITY {new} "{f"&{old};" * 10}">' for old, new in zip("bcdefgh", "cdefghi", strict=True))  # fmt: skip
 
 
-def book(sheet: str | bytes, strings: str | bytes = f"<sst {NS}/>") -> bytes:
+def book(sheet, strings=f"<sst {NS}/>"):
     """Return a workbook of which one sheet and the shared strings are as given."""
     from openpyxl import Workbook  # type: ignore[import-untyped]
 
@@ -219,7 +219,7 @@ def book(sheet: str | bytes, strings: str | bytes = f"<sst {NS}/>") -> bytes:
     return out.getvalue()
 
 
-def with_false_sizes(data: bytes) -> bytes:
+def with_false_sizes(data):
     """The archive's list of contents says 10 bytes where a part has many."""
     sheet = data.rindex(b"PK\x01\x02", 0, data.rindex(b"xl/worksheets/sheet1.xml"))
     return data[: sheet + 24] + (10).to_bytes(4, "little") + data[sheet + 28 :]
@@ -240,7 +240,7 @@ def with_false_sizes(data: bytes) -> bytes:
     ],
     ids=["entities", "external entity", "entities in UTF-16", "one long cell", "many tags", "false sizes"],
 )  # fmt: skip
-def test_workbooks_that_would_unpack_without_end(room: Room, code: str, make: object) -> None:
+def test_workbooks_that_would_unpack_without_end(room, code, make):
     assert callable(make)
     data = make()
     assert len(data) < 500_000
@@ -250,9 +250,7 @@ def test_workbooks_that_would_unpack_without_end(room: Room, code: str, make: ob
     assert time.perf_counter() - start < 5
 
 
-def test_the_largest_workbook_that_is_read_takes_seconds(
-    room: Room, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_largest_workbook_that_is_read_takes_seconds(room, monkeypatch):
     """A quarter of it takes a quarter of the time."""
     monkeypatch.setattr(rows, "MAX_TAGS", rows.MAX_TAGS // 4)
     cells = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
@@ -283,7 +281,7 @@ def test_the_largest_workbook_that_is_read_takes_seconds(
         ("x" * 1_100_000, "config.too-large"),
     ],
 )
-def test_tricks_in_yaml(tmp_path: Path, text: str, code: str) -> None:
+def test_tricks_in_yaml(tmp_path, text, code):
     path = tmp_path / "config.yaml"
     path.write_text(text, encoding="utf-8")
     campaign, problems = check_campaign(path)
@@ -299,7 +297,7 @@ DEVICES = ["CON", "nul", "Aux", "COM1", "lpt9", "NUL.sand", "con.tar.gz"]
 
 
 @pytest.mark.parametrize("name", DEVICES)
-def test_devices_of_windows_are_no_names(room: Room, name: str) -> None:
+def test_devices_of_windows_are_no_names(room, name):
     for section, old in (("media", "  sand:"), ("intruders", "  plate:")):
         room.config = CONFIG.replace(old, f"  {name}:")
         (room.folder / "runs.csv").unlink(missing_ok=True)
@@ -320,14 +318,14 @@ def test_devices_of_windows_are_no_names(room: Room, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["CONcrete", "null", "com", "auxiliary", "COM10", "a.nul"])
-def test_names_that_only_look_like_devices_are_fine(room: Room, name: str) -> None:
+def test_names_that_only_look_like_devices_are_fine(room, name):
     room.config = CONFIG.replace("  sand:", f"  {name}:")
     for row in room.rows:
         row["medium"] = name
     assert room.problems() == {}
 
 
-def test_names_that_some_disks_take_for_the_same(room: Room) -> None:
+def test_names_that_some_disks_take_for_the_same(room):
     room.config = CONFIG + "  Sand: {title: sand}\n"
     found = room.problems()
     assert "the names 'sand' and 'Sand' differ by case only" in found["config.inconsistent"]
@@ -345,7 +343,7 @@ def test_names_that_some_disks_take_for_the_same(room: Room) -> None:
 
 
 @pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85"])
-def test_notes_hold_no_control_characters(room: Room, sign: str) -> None:
+def test_notes_hold_no_control_characters(room, sign):
     """They would end up in tables, pages and drawings."""
     room.rows[0]["note"] = f"a{sign}b"
     found = room.problems()
@@ -354,7 +352,7 @@ def test_notes_hold_no_control_characters(room: Room, sign: str) -> None:
     assert found["sheet.control"].isprintable()
 
 
-def test_messages_hold_nothing_that_a_terminal_would_act_on(room: Room) -> None:
+def test_messages_hold_nothing_that_a_terminal_would_act_on(room):
     room.rows[0]["medium"] = "\x1b[2J\x07\u202egnas"
     room.write()
     done = rftfit("check", "--config", room.path)
@@ -367,7 +365,7 @@ def test_messages_hold_nothing_that_a_terminal_would_act_on(room: Room) -> None:
 
 
 @pytest.mark.parametrize("name", ["=1+1.csv", "+cmd.csv", "-2+3.csv", "@SUM(A1).csv"])
-def test_no_cell_of_a_csv_is_a_formula(room: Room, name: str) -> None:
+def test_no_cell_of_a_csv_is_a_formula(room, name):
     """The ledger holds names of files, which are whatever the user made them."""
     room.rows[0]["force_log"] = name
     room.write()
@@ -383,7 +381,7 @@ def test_no_cell_of_a_csv_is_a_formula(room: Room, name: str) -> None:
 # --- what is drawn and shown ------------------------------------------------------------------------
 
 
-def test_script_in_names_and_notes_is_text_in_the_page(tmp_path: Path) -> None:
+def test_script_in_names_and_notes_is_text_in_the_page(tmp_path):
     page = write(page_results(tmp_path, nasty=True))
     assert NASTY not in page
     policy = re.search(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page)
@@ -410,7 +408,7 @@ TITLES = (
 )
 
 
-def test_any_title_can_be_drawn() -> None:
+def test_any_title_can_be_drawn():
     """As text: neither as mathematics nor as a part of the svg."""
     own, one = memory({}).campaign, chain.alpha_table("poppy_LP")
     poppy = own.config.media["poppy_LP"]
@@ -425,7 +423,7 @@ def test_any_title_can_be_drawn() -> None:
 # --- sizes ------------------------------------------------------------------------------------------
 
 
-def test_a_sheet_of_ten_thousand_rows_is_checked_in_seconds(room: Room) -> None:
+def test_a_sheet_of_ten_thousand_rows_is_checked_in_seconds(room):
     (room.folder / "raw" / "many").mkdir()
     for number in range(5000):
         for row in list(room.rows[:2]):
@@ -451,7 +449,7 @@ ODD = ["{medium}.csv", "a b'c.csv", "$(touch owned).csv", "*.csv", "-rf.csv", "=
 
 @pytest.mark.slow
 @needs_links
-def test_odd_names_pass_through_the_workflow(tmp_path: Path) -> None:
+def test_odd_names_pass_through_the_workflow(tmp_path):
     folder = make_campaign(
         tmp_path / "it's $(touch owned) & {medium}", ("poppy_LP",), directions=FEW[:2], robot=False
     )

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
 
 import pytest
 from campaigns import PROJECT, make_campaign
@@ -19,9 +18,6 @@ from campaigns import PROJECT, make_campaign
 from rftfit.store import atomic_path, write_text
 from rftfit.store.files import _cleared, clear_rests, is_rest
 from rftfit.workflow.processes import VARIABLE, end_with_parent, left_by_the_dead
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 
@@ -77,24 +73,24 @@ write_text(sys.argv[1], "done")
 """
 
 
-def killed_midway(target: Path) -> None:
+def killed_midway(target):
     done = subprocess.run([sys.executable, "-c", HALF, target], capture_output=True, check=False)
     assert done.returncode == -signal.SIGKILL, done.stderr
 
 
-def rests(folder: Path) -> list[str]:
+def rests(folder):
     return [path.name for path in folder.iterdir() if is_rest(path.name)]
 
 
-def wait_for(what: object, seconds: float = 20) -> float:
+def wait_for(what, seconds=20):
     began = time.monotonic()
-    while not what():  # type: ignore[operator]
+    while not what():
         assert time.monotonic() - began < seconds
         time.sleep(0.02)
     return time.monotonic() - began
 
 
-def test_killed_while_it_writes(tmp_path: Path) -> None:
+def test_killed_while_it_writes(tmp_path):
     target = tmp_path / "alpha.csv"
     killed_midway(target)
     assert not target.exists()
@@ -107,7 +103,7 @@ def test_killed_while_it_writes(tmp_path: Path) -> None:
     assert rests(tmp_path) != [left]
 
 
-def test_what_a_living_process_writes_is_not_cleared_away(tmp_path: Path) -> None:
+def test_what_a_living_process_writes_is_not_cleared_away(tmp_path):
     words = [sys.executable, "-c", HALF, str(tmp_path / "alpha.csv"), "live"]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         assert child.stdout is not None
@@ -128,7 +124,7 @@ def test_what_a_living_process_writes_is_not_cleared_away(tmp_path: Path) -> Non
     assert (tmp_path / ".alpha.csv").read_text(encoding="utf-8") == "the user's"
 
 
-def test_an_orphan_ends_itself() -> None:
+def test_an_orphan_ends_itself():
     with subprocess.Popen(
         [sys.executable, "-c", PARENT, CHILD],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -142,7 +138,7 @@ def test_an_orphan_ends_itself() -> None:
         assert time.monotonic() - began < 5
 
 
-def test_whose_parent_ended_before_it_looked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_whose_parent_ended_before_it_looked(monkeypatch):
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     ends: list[bool] = []
@@ -152,9 +148,7 @@ def test_whose_parent_ended_before_it_looked(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("named", ["", "x", None])
-def test_what_a_person_starts_watches_nobody(
-    monkeypatch: pytest.MonkeyPatch, named: str | None
-) -> None:
+def test_what_a_person_starts_watches_nobody(monkeypatch, named):
     monkeypatch.delenv(VARIABLE, raising=False)
     if named is not None:
         monkeypatch.setenv(VARIABLE, named)
@@ -163,7 +157,7 @@ def test_what_a_person_starts_watches_nobody(
 
 
 @pytest.fixture
-def locked(tmp_path: Path) -> Path:
+def locked(tmp_path):
     """A folder that a process has locked and noted, which has died since."""
     (tmp_path / "locks").mkdir()
     (tmp_path / "locks" / "0.output.lock").write_text("results/alpha.csv\n")
@@ -172,13 +166,13 @@ def locked(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def is_certain(folder: Path) -> bool:
+def is_certain(folder):
     with left_by_the_dead(folder) as certain:
         return certain
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells one start from another")
-def test_only_what_is_certain_is_taken_for_the_dead_ones(locked: Path) -> None:
+def test_only_what_is_certain_is_taken_for_the_dead_ones(locked):
     note, lock = locked / "rftfit" / "holder", locked / "locks" / "0.output.lock"
     text = note.read_text(encoding="utf-8")
     assert is_certain(locked)
@@ -199,7 +193,7 @@ def test_only_what_is_certain_is_taken_for_the_dead_ones(locked: Path) -> None:
     assert not is_certain(locked)
 
 
-def test_the_lock_of_a_living_process_is_left(locked: Path) -> None:
+def test_the_lock_of_a_living_process_is_left(locked):
     script = (
         "import pathlib, sys; from rftfit.workflow.processes import hold; hold(pathlib.Path(sys.argv[1]));"
         "print('holds', flush=True); sys.stdin.read()"
@@ -212,7 +206,7 @@ def test_the_lock_of_a_living_process_is_left(locked: Path) -> None:
         assert not is_certain(locked)
 
 
-def test_every_rule_is_one_program() -> None:
+def test_every_rule_is_one_program():
     """The prefix of the shell puts it in the shell's place: no second command could follow."""
     texts = [
         path.read_text(encoding="utf-8") for path in sorted((PROJECT / "workflow").rglob("*.smk"))
@@ -230,14 +224,14 @@ def test_every_rule_is_one_program() -> None:
 
 
 @pytest.fixture
-def fake(tmp_path: Path) -> Path:
+def fake(tmp_path):
     root = make_campaign(tmp_path / "camp é", ("yuma",), plates_only=True).root
     (root / "Snakefile").write_text(WORKFLOW, encoding="utf-8")
     (root / "stage.py").write_text(STAGE, encoding="utf-8")
     return root
 
 
-def rftfit_run(root: Path) -> subprocess.Popen[str]:
+def rftfit_run(root):
     words = ["-m", "rftfit.cli.main", "run", "--snakefile", "Snakefile", "--cores", "1"]
     return subprocess.Popen(
         [sys.executable, *words], cwd=root, text=True, stdout=subprocess.PIPE,
@@ -245,7 +239,7 @@ def rftfit_run(root: Path) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake: Path) -> None:
+def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake):
     """Both at once: nobody is left to tell the stage, or to clear the lock."""
     from kills import living, working
 

@@ -6,22 +6,18 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import pytest
 from campaigns import FEW
-from mistakes import EQUAL, Judged, enacted, judged, stated, with_mistake
+from mistakes import EQUAL, enacted, judged, stated, with_mistake
 
 from rftfit.measure.alpha import column
-
-if TYPE_CHECKING:
-    from mutations import Written
 
 CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
 
 
 @cache
-def sound(errors: str, curved: bool) -> tuple[Written, Judged]:
+def sound(errors, curved):
     """A campaign without a mistake: of curved stress, once a direction, or three times."""
     cells, repeats, power = (CURVED, 1, ("power=1.3",)) if curved else (FEW[:10], 3, ())
     made = enacted("poppy_CP", 1, stated() if errors == "stated" else None, cells, repeats, power)
@@ -32,7 +28,7 @@ def sound(errors: str, curved: bool) -> tuple[Written, Judged]:
 @pytest.mark.parametrize(
     "name", ["copies", "copies, 5 rows cut", "copies, last digit", "copies, times 1.0001"]
 )
-def test_a_copy_of_a_run_narrows_no_interval(errors: str, name: str) -> None:
+def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     """Neither of alpha nor at stated depths: that of five copies of a push was 0.6 times as wide there."""
     base, before = sound(errors, curved=True)
     after = judged(with_mistake(base, name, 1)[0])
@@ -51,7 +47,7 @@ def test_a_copy_of_a_run_narrows_no_interval(errors: str, name: str) -> None:
         ("stated", "surface +3 mm", False),
     ],
 )
-def test_no_mistake_narrows_an_interval_in_silence(errors: str, name: str, narrows: bool) -> None:
+def test_no_mistake_narrows_an_interval_in_silence(errors, name, narrows):
     base, before = sound(errors, curved=False)
     after = judged(with_mistake(base, name, 1)[0])
     assert not before.failed
@@ -60,7 +56,7 @@ def test_no_mistake_narrows_an_interval_in_silence(errors: str, name: str, narro
     assert after.silently(before).empty
 
 
-def test_a_run_that_stands_apart_does_not_widen_other_cells_at_depths() -> None:
+def test_a_run_that_stands_apart_does_not_widen_other_cells_at_depths():
     """It does not tell how beds differ; the interval of its own cell reaches what the others say."""
     base = enacted("poppy_CP", 1, None, FEW[:10], 3, ("power=1.3",))
     before, (made, runs) = judged(base), with_mistake(base, "one run in lbf", 1)

@@ -6,8 +6,8 @@ import ast
 import csv
 import os
 import random
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
@@ -24,9 +24,6 @@ from rftfit.workflow.records import Record, maker_of, read_record
 from rftfit.workflow.stages import STAGES
 from rftfit.workflow.state import States, read_states
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
 
@@ -35,7 +32,7 @@ SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="names are text on Windows")
-def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path: Path) -> None:
+def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "folder").mkdir()
     odd = os.fsdecode(b"caf\xe9.csv")
@@ -46,7 +43,7 @@ def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path: Path) -> None:
     }
 
 
-def test_sums_come_back_and_are_those_of_sha256sum(tmp_path: Path) -> None:
+def test_sums_come_back_and_are_those_of_sha256sum(tmp_path):
     logs = [str(tmp_path / f"{name}.csv") for name in "abc"]
     for path in logs:
         Path(path).write_text(path)
@@ -63,7 +60,7 @@ def test_sums_come_back_and_are_those_of_sha256sum(tmp_path: Path) -> None:
 # --- digests of code ---------------------------------------------------------------------------------
 
 
-def code_of(rules: Iterable[str]) -> dict[str, str]:
+def code_of(rules):
     digests.source_digests.cache_clear()
     states = States(read_layout(PACKAGE.parents[1] / "config" / "config.yaml"))
     return {rule: states.code(STAGES[rule]) for rule in rules}
@@ -82,13 +79,11 @@ def code_of(rules: Iterable[str]) -> dict[str, str]:
         ("cli/run.py", set()),
     ],
 )
-def test_which_jobs_a_changed_file_of_the_program_touches(
-    monkeypatch: pytest.MonkeyPatch, file: str, changed: set[str]
-) -> None:
+def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, changed):
     rules = ("ingest", "tare", "maps", "robot_runs", "page")
     before, plain = code_of(rules), digests.sha256_of
 
-    def other(path: str | Path) -> str:
+    def other(path):
         return "0" * 64 if str(path).endswith(f"/{file}") else plain(path)
 
     monkeypatch.setattr(digests, "sha256_of", other)
@@ -98,7 +93,7 @@ def test_which_jobs_a_changed_file_of_the_program_touches(
     assert {rule for rule in rules if before[rule] != after[rule]} == changed
 
 
-def test_rooms_import_lower_rooms_only() -> None:
+def test_rooms_import_lower_rooms_only():
     """So that the digest of a room and all below it tells all code that its functions use."""
     order = {name: place for place, name in enumerate(digests.ROOMS)}
     problems = []
@@ -123,7 +118,7 @@ RECORD = Record(
 )
 
 
-def test_records_come_back(tmp_path: Path) -> None:
+def test_records_come_back(tmp_path):
     path = tmp_path / "results" / "records" / "slopes" / "sand.json"
     assert read_record(path) is None
     RECORD.save(tmp_path)
@@ -134,7 +129,7 @@ def test_records_come_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"rule": 1}', '{"rule": "slopes", "key": "sand"}',
     '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}'])  # fmt: skip
-def test_a_damaged_record_counts_as_none(tmp_path: Path, text: str) -> None:
+def test_a_damaged_record_counts_as_none(tmp_path, text):
     (tmp_path / "record.json").write_text(text, encoding="utf-8")
     assert read_record(tmp_path / "record.json") is None
 
@@ -143,7 +138,7 @@ def test_a_damaged_record_counts_as_none(tmp_path: Path, text: str) -> None:
 
 
 @pytest.fixture
-def robot_campaign(tmp_path: Path) -> Path:
+def robot_campaign(tmp_path):
     """One plate run, one trial of the robot, a robot of its own."""
     root = tmp_path / "campaign"
     (root / "raw" / "paper" / "robot").mkdir(parents=True)
@@ -165,7 +160,7 @@ def robot_campaign(tmp_path: Path) -> Path:
     return root
 
 
-def test_the_robots_files_are_watched(robot_campaign: Path) -> None:
+def test_the_robots_files_are_watched(robot_campaign):
     states = read_states(robot_campaign / "config" / "config.yaml")[0]
     names = {"config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"}
     assert {name: sha256_of(robot_campaign / name) for name in names} == states.robot_files
@@ -203,20 +198,20 @@ def test_the_robots_files_are_watched(robot_campaign: Path) -> None:
         ("-5", "-5"), ("+0.25", "+0.25"), ("-1e-3", "-1e-3"), ("a=1", "a=1"), ("it's", "it's"), ("", ""),
     ],
 )  # fmt: skip
-def test_text_is_guarded_and_numbers_are_left(text: str, written: str) -> None:
+def test_text_is_guarded_and_numbers_are_left(text, written):
     assert guarded(text) == written
     assert unguarded(written) == text.replace("\r", "\n")
 
 
 @given(st.text(st.sampled_from([*SIGNS, "'", "1", "a", '"', ",", ";"]), max_size=6))
-def test_guarded_text_comes_back(text: str) -> None:
+def test_guarded_text_comes_back(text):
     written = guarded(text)
     plain = text.replace("\r\n", "\n").replace("\r", "\n")
     assert unguarded(written) == plain
     assert written[:1] not in SIGNS or not written or float(written) == float(plain)
 
 
-def test_tables_come_back_and_hold_no_formula(tmp_path: Path) -> None:
+def test_tables_come_back_and_hold_no_formula(tmp_path):
     pick = random.Random(3)
     texts = ["".join(pick.choices("=+-@'\"\n,;1a ", k=pick.randint(1, 6))) for _ in range(300)]
     table = pd.DataFrame(
@@ -233,12 +228,12 @@ def test_tables_come_back_and_hold_no_formula(tmp_path: Path) -> None:
     assert back["force_N"].to_numpy() == pytest.approx(table["force_N"].to_numpy(), rel=1e-5)
 
 
-def test_names_as_categories_are_guarded_too(tmp_path: Path) -> None:
+def test_names_as_categories_are_guarded_too(tmp_path):
     write_csv(pd.DataFrame({"note": pd.Categorical(["=a", "b", "=a"])}), tmp_path / "t.csv")
     assert (tmp_path / "t.csv").read_text(encoding="utf-8") == "note\n'=a\nb\n'=a\n"
 
 
-def is_number(text: str) -> bool:
+def is_number(text):
     convert: Callable[[str], float] = float
     try:
         convert(text)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import json
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from rftfit.store.digests import sha256_of
 from rftfit.workflow.records import Record, Recorded, record_holds
 from rftfit.workflow.state import state_file
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 CHAIN = (("tare", "sand"), ("slopes", "sand"), ("provenance", ""))
 STATE = {"code": "c", "rows": "r"}
@@ -23,25 +19,25 @@ STATE = {"code": "c", "rows": "r"}
 class Now:
     """States as they are now; the campaign has the jobs of `CHAIN` and one of ``rftfit sweep``."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root):
         self.campaign, self.state = SimpleNamespace(root=root), dict(STATE)
 
-    def of(self, rule: str, key: str) -> dict[str, str]:
+    def of(self, rule, key):
         return self.state if (rule, key) == CHAIN[1] else STATE
 
-    def has(self, rule: str, key: str) -> bool:
+    def has(self, rule, key):
         return (rule, key) in (*CHAIN, ("robot_full_speeds", ""))
 
-    def on_demand(self, name: str) -> bool:
+    def on_demand(self, name):
         return name == "robot_full_speeds"
 
 
-def result(rule: str) -> str:
+def result(rule):
     return f"results/{rule}/sand.csv"
 
 
 @pytest.fixture
-def now(tmp_path: Path) -> Now:
+def now(tmp_path):
     """All three jobs done; a state of a medium of before, and one of the sweep, lie there too."""
     before: dict[str, str] = {}
     for rule, key in CHAIN:
@@ -58,30 +54,30 @@ def now(tmp_path: Path) -> Now:
     return Now(tmp_path)
 
 
-def plan(root: Path, name: str) -> None:
+def plan(root, name):
     path = root / state_file(name)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(STATE), encoding="utf-8")
 
 
-def found(now: Now, *targets: str) -> list[tuple[str, str, str]]:
+def found(now, *targets):
     states: Any = now
     return [(one.job, one.sort, one.what) for one in Recorded(states).findings_of(targets)]
 
 
-def edit(now: Now) -> None:
+def edit(now):
     (now.campaign.root / result("tare")).write_text("edited", encoding="utf-8")
 
 
-def lose(now: Now) -> None:
+def lose(now):
     (now.campaign.root / result("slopes")).unlink()
 
 
-def change(now: Now) -> None:
+def change(now):
     now.state = {"code": "other", "rows": "r", "logs": "l"}
 
 
-def forget(now: Now) -> None:
+def forget(now):
     (now.campaign.root / "results/records/tare/sand.json").unlink()
 
 
@@ -95,14 +91,12 @@ def forget(now: Now) -> None:
         (forget, [("tare/sand", "new", ""), ("slopes/sand", "input", result("tare"))]),
     ],
 )  # fmt: skip
-def test_findings(
-    now: Now, happens: Callable[[Now], None], wanted: list[tuple[str, str, str]]
-) -> None:
+def test_findings(now, happens, wanted):
     happens(now)
     assert found(now) == wanted
 
 
-def test_findings_of_targets(now: Now) -> None:
+def test_findings_of_targets(now):
     change(now)
     assert found(now, result("tare")) == []
     assert [one[1] for one in found(now, result("slopes"))] == ["changed", "changed"]
@@ -112,7 +106,7 @@ def test_findings_of_targets(now: Now) -> None:
     assert found(now, "results/never.csv") == [("provenance", "new", "")]
 
 
-def test_what_a_result_is_made_from_and_what_is_nobodys(now: Now) -> None:
+def test_what_a_result_is_made_from_and_what_is_nobodys(now):
     states: Any = now
     recorded = Recorded(states)
     assert [*recorded.all] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
@@ -125,7 +119,7 @@ def test_what_a_result_is_made_from_and_what_is_nobodys(now: Now) -> None:
     assert recorded.others() == ["results/mine.txt"]
 
 
-def test_a_job_that_is_not_as_recorded_loses_its_state_file(now: Now) -> None:
+def test_a_job_that_is_not_as_recorded_loses_its_state_file(now):
     states: Any = now
     edit(now)
     recorded = Recorded(states)
@@ -137,7 +131,7 @@ def test_a_job_that_is_not_as_recorded_loses_its_state_file(now: Now) -> None:
 
 
 @pytest.mark.parametrize("happens", [None, edit, lose, forget])
-def test_whether_a_record_holds(now: Now, happens: Callable[[Now], None] | None) -> None:
+def test_whether_a_record_holds(now, happens):
     root = now.campaign.root
     jobs = {
         "slopes": ([result("tare"), state_file("slopes/sand")], [result("slopes")]),

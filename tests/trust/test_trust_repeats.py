@@ -33,13 +33,13 @@ from rftfit.model.scaling import published
 SPREAD = 0.005
 
 
-def pairs(count: int, seed: int, se: float = 0.001) -> list[tuple[np.ndarray, np.ndarray]]:
+def pairs(count, seed, se=0.001):
     random = np.random.default_rng(seed)
     deviation = math.hypot(SPREAD, se)
     return [(random.normal(0.3, deviation, 2), np.full(2, se)) for _ in range(count)]
 
 
-def test_spread_from_repeats_by_hand() -> None:
+def test_spread_from_repeats_by_hand():
     groups = [(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
     found = spread_of_beds([[*groups, (np.array([9.0]), np.array([0.1]))]])[0]
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
@@ -50,13 +50,13 @@ def test_spread_from_repeats_by_hand() -> None:
     assert part.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
 
 
-def test_spread_from_repeats_is_unbiased() -> None:
+def test_spread_from_repeats_is_unbiased():
     found = [spread_of_beds([pairs(12, seed)])[0].part(0.3).sd ** 2 for seed in range(400)]
     assert np.mean(found) == pytest.approx(SPREAD**2, rel=0.06)
 
 
 @pytest.mark.parametrize(("a", "b"), [(0.004, 0.0), (0.0, 0.05), (0.002, 0.03)])
-def test_a_spread_that_grows_with_alpha_is_found(a: float, b: float) -> None:
+def test_a_spread_that_grows_with_alpha_is_found(a, b):
     random = np.random.default_rng(3)
     alphas = np.tile([0.01, 0.05, 0.1, 0.2, 0.35], 12)
     sizes, inside = [], []
@@ -76,7 +76,7 @@ def test_a_spread_that_grows_with_alpha_is_found(a: float, b: float) -> None:
     assert np.mean(inside) > 0.88
 
 
-def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless() -> None:
+def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
     """Four cells of three runs each: there a^2 may be found small, with a large error."""
     random = np.random.default_rng(1)
     ratios, inside = [], []
@@ -93,7 +93,7 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless() -> None:
     assert np.mean(inside) > 0.93
 
 
-def test_repeats_speak_before_the_config_and_few_do_not() -> None:
+def test_repeats_speak_before_the_config_and_few_do_not():
     few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
     assert spread_of_beds([few], (0.003, 0.0))[0].source == STATED
     assert spread_of_beds([few], (0.003, 0.01))[0].part(0.4).sd == pytest.approx(0.005)
@@ -105,13 +105,13 @@ def test_repeats_speak_before_the_config_and_few_do_not() -> None:
     assert spread_of_beds([[]], (0.0, 0.0))[0].part(0.3).sd == 0
 
 
-def test_repeats_that_agree_show_no_spread() -> None:
+def test_repeats_that_agree_show_no_spread():
     same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
     found = spread_of_beds([same], (0.005, 0.0))[0]
     assert (found.part(0.3).sd, found.source) == (0, REPEATS)
 
 
-def test_mean_of_one_run_has_the_spread_of_others() -> None:
+def test_mean_of_one_run_has_the_spread_of_others():
     spread = spread_of_beds([pairs(20, 3)])[0]
     noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
     assert (noise.sd, source) == (0.001, REPEATS)
@@ -119,7 +119,7 @@ def test_mean_of_one_run_has_the_spread_of_others() -> None:
     assert bed.dof < 25
 
 
-def fits(run_to_run: float | None) -> pd.DataFrame:
+def fits(run_to_run):
     rows = [
         {
             "run_id": f"{beta}_{gamma}_{depth}", "beta_deg": beta, "gamma_deg": gamma,
@@ -134,7 +134,7 @@ def fits(run_to_run: float | None) -> pd.DataFrame:
     return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, errors)
 
 
-def test_stated_spread_in_the_alpha_table() -> None:
+def test_stated_spread_in_the_alpha_table():
     with_it, without = fits(SPREAD), fits(None)
     np.testing.assert_array_equal(with_it[column("z")], without[column("z")])
     cell = with_it[(with_it["beta_deg"] == 0) & (with_it["gamma_deg"] == 90)].iloc[0]
@@ -151,7 +151,7 @@ def test_stated_spread_in_the_alpha_table() -> None:
     assert without["run_to_run_z_N_per_cm3"].isna().all()
 
 
-def test_interval_of_a_sum_has_more_degrees_of_freedom() -> None:
+def test_interval_of_a_sum_has_more_degrees_of_freedom():
     random = np.random.default_rng(4)
     wide = float(student_quantile(0.95, 6)) / 1.959964
     terms = [wide * random.standard_normal((40000, 1)) for _ in range(5)]
@@ -162,7 +162,7 @@ def test_interval_of_a_sum_has_more_degrees_of_freedom() -> None:
     np.testing.assert_allclose(interval_of_sum(terms[:1], [6.0], 0.95), interval(terms[0], 0.95))
 
 
-def test_typical_dof() -> None:
+def test_typical_dof():
     table = fits(None)
     for c in "zx":
         half = float(student_quantile(0.95, 8.0)) * table[column(c, "_se")]
@@ -172,7 +172,7 @@ def test_typical_dof() -> None:
     assert math.isnan(typical_dof(fits(None).iloc[:0], 0.95))
 
 
-def test_peak_of_a_noisy_curve_is_not_the_highest_reading() -> None:
+def test_peak_of_a_noisy_curve_is_not_the_highest_reading():
     random = np.random.default_rng(5)
     theta = np.arange(-130.0, 131.0)
     curve = 3 * np.cos(np.radians(theta - 7.3))
@@ -189,13 +189,13 @@ def test_peak_of_a_noisy_curve_is_not_the_highest_reading() -> None:
     assert down.force_N == pytest.approx(-3, abs=0.005)
 
 
-def test_a_short_curve_has_its_highest_reading() -> None:
+def test_a_short_curve_has_its_highest_reading():
     short = measured_peak(np.arange(4.0), np.array([1.0, 3.0, 2.0, 1.0]), "z")
     assert short.force_N == 3
     assert math.isnan(short.se_N)
 
 
-def test_bed_spread_widens_the_peak_error() -> None:
+def test_bed_spread_widens_the_peak_error():
     theta = np.arange(-130.0, 131.0)
     force = 10 * np.cos(np.radians(theta))
     measured = pd.DataFrame({"theta_deg": theta, "force_z_N": force, "force_x_N": force,
@@ -211,7 +211,7 @@ def test_bed_spread_widens_the_peak_error() -> None:
     assert wide["peak_error_percent"] == narrow["peak_error_percent"]
 
 
-def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
+def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
     """Force of runs with a spread less that of the same runs without: alpha times depth and area."""
     found = []
     for run in list(planned().values())[:400]:
@@ -230,11 +230,11 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked() -> None:
     assert run_logs(run, paper(), 3, spread=0.05) != same[0]
 
 
-def test_the_demonstration_has_alike_beds_unless_asked() -> None:
+def test_the_demonstration_has_alike_beds_unless_asked():
     assert paper_config(300).errors.bed == (0, 0)
 
 
-def test_zeta_of_a_sand_knows_how_few_pushes_there_were() -> None:
+def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
     """Two pushes that differ by 8 %: the interval of alpha is half of it, and zeta rests on it."""
     half = float(student_quantile(0.95, 1)) * 0.036
     row = {"alpha_z_N_per_cm3": 0.936, "alpha_z_se_N_per_cm3": 0.036, "alpha_z_lo_N_per_cm3": 0.936 - half,

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from campaigns import PROJECT, Folder
+from campaigns import PROJECT
 
 from rftfit.store.environment import child_environment
 
@@ -37,10 +37,10 @@ RFTFIT = Path(sys.executable).with_name("rftfit")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the program lies elsewhere on Windows")
 
 
-def make_hostile(root: Path, marker: Path) -> None:
+def make_hostile(root, marker):
     """Put into a campaign's folder whatever Python, Snakemake or numba might execute."""
 
-    def write(path: str, text: str) -> None:
+    def write(path, text):
         target = root / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(
@@ -62,19 +62,19 @@ def make_hostile(root: Path, marker: Path) -> None:
     write("matplotlibrc", "text.usetex: True\nsvg.fonttype: path\naxes.facecolor: red\n")
 
 
-def call(cwd: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def call(cwd, *words, **environment):
     return subprocess.run(
         [str(RFTFIT), *words], cwd=cwd, capture_output=True, text=True, check=False,
         stdin=subprocess.DEVNULL, env={**os.environ, **environment},
     )  # fmt: skip
 
 
-def executed(marker: Path) -> list[str]:
+def executed(marker):
     return sorted(str(path.relative_to(marker)) for path in marker.rglob("*"))
 
 
 @pytest.fixture
-def hostile(small: Folder, tmp_path: Path) -> tuple[Path, Path]:
+def hostile(small, tmp_path):
     """Folder of a campaign that has no logs yet, and where everything executed leaves a file."""
     root, marker = tmp_path / "strange", tmp_path / "executed"
     shutil.copytree(small.root / "config", root / "config")
@@ -83,16 +83,14 @@ def hostile(small: Folder, tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.slow
-def test_no_command_executes_what_lies_in_the_folder(
-    small: Folder, hostile: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_no_command_executes_what_lies_in_the_folder(small, hostile, tmp_path):
     root, marker = hostile
     # somebody's own profile, of a name that the stranger has guessed
     (tmp_path / "home/snakemake/site").mkdir(parents=True)
     (tmp_path / "home/snakemake/site/config.yaml").write_text("cores: 2\n", encoding="utf-8")
     own = {"SNAKEMAKE_PROFILE": "site", "XDG_CONFIG_HOME": str(tmp_path / "home")}
 
-    def safe(*words: str, code: int = 0, cwd: Path = root, **environment: str) -> str:
+    def safe(*words, code=0, cwd=root, **environment):
         done = call(cwd, *words, **own, **environment)
         assert executed(marker) == [], words
         assert done.returncode == code, (words, done.stdout + done.stderr)
@@ -121,7 +119,7 @@ def test_no_command_executes_what_lies_in_the_folder(
 
 
 @pytest.mark.slow
-def test_packages_that_snakemake_would_import_are_refused(small: Folder, tmp_path: Path) -> None:
+def test_packages_that_snakemake_would_import_are_refused(small, tmp_path):
     root = tmp_path / "campaign"
     shutil.copytree(small.root, root, ignore=shutil.ignore_patterns("results", ".snakemake"))
     folder = root / ".snakemake/pip-deployments/snakemake_report_plugin_x"
@@ -136,7 +134,7 @@ def test_packages_that_snakemake_would_import_are_refused(small: Folder, tmp_pat
     assert not (root / "results").exists()
 
 
-def test_a_dialect_that_is_installed_still_works(tmp_path: Path) -> None:
+def test_a_dialect_that_is_installed_still_works(tmp_path):
     """Of a package on an absolute path of PYTHONPATH, in a child of a safe environment."""
     site = tmp_path / "site"
     (site / "ourlab-1.0.dist-info").mkdir(parents=True)

@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shutil
-from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
@@ -19,45 +18,38 @@ from rftfit.workflow.diff import Comparison, compare
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 
-if TYPE_CHECKING:
-    import subprocess
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from campaigns import Folder
-
 pytestmark = pytest.mark.slow
 
 LOG = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 
 
-def sha256(path: Path) -> str:
+def sha256(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 class Checked:
     """A campaign that was run once; whatever a test changes is put back."""
 
-    def __init__(self, folder: Folder) -> None:
+    def __init__(self, folder):
         self.folder, self.root = folder, folder.root
 
-    def verify(self, *words: str) -> subprocess.CompletedProcess[str]:
+    def verify(self, *words):
         return self.folder.rftfit("verify", *words)
 
-    def run(self, *words: str) -> subprocess.CompletedProcess[str]:
+    def run(self, *words):
         return self.folder.rftfit("run", *words)
 
-    def record(self) -> Any:
+    def record(self):
         return json.loads((self.root / "results" / "provenance.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def run_once(small: Folder) -> Checked:
+def run_once(small):
     return Checked(small)
 
 
 @pytest.fixture
-def checked(run_once: Checked) -> Iterator[Checked]:
+def checked(run_once):
     names = (LOG, "raw/paper/runs.csv", "config/config.yaml", "results/alpha/poppy_LP.csv",
              "results/provenance.json", "results/figures/fit_maps.svg")  # fmt: skip
     kept = {name: (run_once.root / name).read_bytes() for name in names}
@@ -70,7 +62,7 @@ def checked(run_once: Checked) -> Iterator[Checked]:
             os.utime(path, ns=(states[name].st_atime_ns, states[name].st_mtime_ns))
 
 
-def change_log_behind_the_date(root: Path) -> None:
+def change_log_behind_the_date(root):
     """Another last digit, the same size and the same date."""
     path = root / LOG
     state, content = path.stat(), bytearray(path.read_bytes())
@@ -80,13 +72,13 @@ def change_log_behind_the_date(root: Path) -> None:
     os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
 
 
-def replace(path: Path, old: str, new: str) -> None:
+def replace(path, old, new):
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
-def test_all_is_as_recorded(checked: Checked) -> None:
+def test_all_is_as_recorded(checked):
     done = checked.verify()
     assert done.returncode == 0, done.stdout
     assert "all as recorded" in done.stdout
@@ -96,7 +88,7 @@ def test_all_is_as_recorded(checked: Checked) -> None:
     assert (told["changed"], told["why"]) == ([], [])
 
 
-def test_the_record_names_every_result_and_its_content(checked: Checked) -> None:
+def test_the_record_names_every_result_and_its_content(checked):
     results = checked.root / "results"
     there = {
         f"results/{path.relative_to(results).as_posix()}": sha256(path)
@@ -117,7 +109,7 @@ def test_the_record_names_every_result_and_its_content(checked: Checked) -> None
     }  # fmt: skip
 
 
-def test_sums_of_all_logs_are_right(checked: Checked) -> None:
+def test_sums_of_all_logs_are_right(checked):
     lines = (checked.root / "results" / "manifest.sha256").read_text(encoding="utf-8").splitlines()
     listed = {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
     sheet = checked.root / "raw" / "paper" / "runs.csv"
@@ -126,7 +118,7 @@ def test_sums_of_all_logs_are_right(checked: Checked) -> None:
     assert listed == {path.relative_to(checked.root).as_posix(): sha256(path) for path in logs}
 
 
-def test_the_record_holds_no_machine_and_no_time(checked: Checked) -> None:
+def test_the_record_holds_no_machine_and_no_time(checked):
     for name in ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv"):
         text = (checked.root / "results" / name).read_text(encoding="utf-8")
         assert str(checked.root) not in text
@@ -135,7 +127,7 @@ def test_the_record_holds_no_machine_and_no_time(checked: Checked) -> None:
         assert dates == set(), name
 
 
-def test_a_chain_is_told(checked: Checked) -> None:
+def test_a_chain_is_told(checked):
     done = checked.verify("results/coefficients.csv")
     assert done.returncode == 0
     for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
@@ -147,7 +139,7 @@ def test_a_chain_is_told(checked: Checked) -> None:
     assert "scaling" not in alone
 
 
-def test_a_log_changed_behind_its_date_is_noticed(checked: Checked) -> None:
+def test_a_log_changed_behind_its_date_is_noticed(checked):
     change_log_behind_the_date(checked.root)
     done = checked.verify()
     assert done.returncode == NOT_AS_RECORDED
@@ -162,7 +154,7 @@ def test_a_log_changed_behind_its_date_is_noticed(checked: Checked) -> None:
     assert "logs changed since the results were made: ingest yuma" in said.stderr
 
 
-def test_a_log_that_is_gone_is_noticed(checked: Checked) -> None:
+def test_a_log_that_is_gone_is_noticed(checked):
     (checked.root / LOG).unlink()
     done = checked.verify("results/alpha/yuma.csv")
     assert done.returncode == NOT_AS_RECORDED
@@ -170,7 +162,7 @@ def test_a_log_that_is_gone_is_noticed(checked: Checked) -> None:
     assert "is not there" in done.stdout
 
 
-def test_a_changed_row_is_noticed(checked: Checked) -> None:
+def test_a_changed_row_is_noticed(checked):
     sheet = checked.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     place = next(i for i, row in enumerate(rows) if row.startswith("poppy_LP_bp30_g45_in,"))
@@ -185,14 +177,14 @@ def test_a_changed_row_is_noticed(checked: Checked) -> None:
     assert checked.verify("results/alpha/yuma.csv").returncode == 0
 
 
-def test_order_and_line_ends_of_the_sheet_do_not_count(checked: Checked) -> None:
+def test_order_and_line_ends_of_the_sheet_do_not_count(checked):
     sheet = checked.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     sheet.write_bytes(("\r\n".join([header, *reversed(rows)]) + "\r\n").encode())
     assert checked.verify().returncode == 0
 
 
-def test_a_changed_setting_is_noticed(checked: Checked) -> None:
+def test_a_changed_setting_is_noticed(checked):
     replace(checked.root / "config" / "config.yaml", "threshold: 0.05", "threshold: 0.06")
     done = checked.verify()
     assert done.returncode == NOT_AS_RECORDED
@@ -201,7 +193,7 @@ def test_a_changed_setting_is_noticed(checked: Checked) -> None:
     assert checked.verify("results/coefficients.csv").returncode == NOT_AS_RECORDED
 
 
-def test_changed_code_is_noticed(checked: Checked) -> None:
+def test_changed_code_is_noticed(checked):
     path = checked.root / "results" / "records" / "fourier.json"
     kept = path.read_text(encoding="utf-8")
     data = json.loads(kept)
@@ -214,7 +206,7 @@ def test_changed_code_is_noticed(checked: Checked) -> None:
     assert checked.verify("results/tares/yuma.csv").returncode == 0
 
 
-def test_edits_and_damage_are_made_again(checked: Checked) -> None:
+def test_edits_and_damage_are_made_again(checked):
     """An edit, a spreadsheet's save, one flipped bit in each kind of intermediate, a deleted one."""
     results = checked.root / "results"
     before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
@@ -244,7 +236,7 @@ def test_edits_and_damage_are_made_again(checked: Checked) -> None:
     assert "Nothing to do" in checked.run().stdout
 
 
-def test_a_result_written_by_hand_is_noticed_with_what_was_made_from_it(checked: Checked) -> None:
+def test_a_result_written_by_hand_is_noticed_with_what_was_made_from_it(checked):
     replace(checked.root / "results" / "alpha" / "poppy_LP.csv", "poppy_LP", "poppy_XP")
     done = checked.verify()
     assert done.returncode == NOT_AS_RECORDED
@@ -253,7 +245,7 @@ def test_a_result_written_by_hand_is_noticed_with_what_was_made_from_it(checked:
     assert checked.verify("results/tares/poppy_LP.csv").returncode == 0
 
 
-def test_a_result_that_is_gone_is_noticed(checked: Checked) -> None:
+def test_a_result_that_is_gone_is_noticed(checked):
     (checked.root / "results" / "figures" / "fit_maps.svg").unlink()
     done = checked.verify("results/figures")
     assert done.returncode == NOT_AS_RECORDED
@@ -262,14 +254,14 @@ def test_a_result_that_is_gone_is_noticed(checked: Checked) -> None:
 
 
 @pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
-def test_what_is_not_recorded_is_no_result(checked: Checked, word: str) -> None:
+def test_what_is_not_recorded_is_no_result(checked, word):
     done = checked.verify(word)
     assert done.returncode == INPUT_NOT_VALID
     assert "not among the" in done.stderr
 
 
 @pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])
-def test_a_record_that_is_absent_or_damaged_is_told(checked: Checked, text: str | None) -> None:
+def test_a_record_that_is_absent_or_damaged_is_told(checked, text):
     path = checked.root / "results" / "provenance.json"
     if text is None:
         path.unlink()
@@ -282,7 +274,7 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked: Checked, text: str 
 
 
 @pytest.mark.parametrize("what", ["log", "row", "setting", "result"])
-def test_a_change_while_the_workflow_runs_is_an_error(checked: Checked, what: str) -> None:
+def test_a_change_while_the_workflow_runs_is_an_error(checked, what):
     """The record is not written when it would not be true."""
     job = planned_jobs(checked.folder.config)[-1]
     if what == "log":
@@ -299,7 +291,7 @@ def test_a_change_while_the_workflow_runs_is_an_error(checked: Checked, what: st
     assert sha256(checked.root / "results" / "provenance.json") == before
 
 
-def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> None:
+def test_diff_of_two_folders_of_results(checked, tmp_path):
     """One changed log: which alpha moved, by how much, and because of what."""
     first = tmp_path / "before"
     shutil.copytree(checked.root / "results", first)
@@ -333,7 +325,7 @@ def test_diff_of_two_folders_of_results(checked: Checked, tmp_path: Path) -> Non
     assert "By their records, what they were made from differs in:" in said
 
 
-def test_changes_of_numbers_with_an_interval_come_first(checked: Checked, tmp_path: Path) -> None:
+def test_changes_of_numbers_with_an_interval_come_first(checked, tmp_path):
     """A depth that doubles is no news beside an alpha that moved by a tenth of its half width."""
     first, second = tmp_path / "before", tmp_path / "after"
     for folder in (first, second):
@@ -349,7 +341,7 @@ def test_changes_of_numbers_with_an_interval_come_first(checked: Checked, tmp_pa
     assert quantities == ["alpha_z_N_per_cm3"] * seen.sum() + ["depth_to_cm"] * seen.sum()
 
 
-def test_the_crate_is_sound(checked: Checked) -> None:
+def test_the_crate_is_sound(checked):
     """The rules of the RO-Crate 1.1 specification that can be checked without a network."""
     results = checked.root / "results"
     data = json.loads((results / "ro-crate-metadata.json").read_text(encoding="utf-8"))
@@ -382,5 +374,5 @@ def test_the_crate_is_sound(checked: Checked) -> None:
     assert len(made) == len(set(made)) == len(parts)
 
 
-def many(value: Any) -> list[Any]:
+def many(value):
     return value if isinstance(value, list) else [value]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,42 +15,36 @@ from rftfit.model.outlines import leg_outline, model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import GAMMA_DEG, LEGS, alpha_grid
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.results import Medium
-
 MEDIUM = "poppy_LP"
 PROFILE = TableProfile.published(MEDIUM)
 
 
 @pytest.fixture(scope="module")
-def table() -> pd.DataFrame:
+def table():
     return alpha_frame(MEDIUM, alpha_grid(MEDIUM))
 
 
-def with_errors(config: Config, **errors: float) -> Config:
+def with_errors(config, **errors):
     return config.model_copy(update={"errors": config.errors.model_copy(update=errors)})
 
 
-def medium_of(table: pd.DataFrame, config: Config) -> Medium:
+def medium_of(table, config):
     return results_of([table], config)[str(table["medium"].iloc[0])]
 
 
-def shares(told: str) -> dict[str, float]:
+def shares(told):
     """Percent by the name of the error."""
     pairs = (part.removesuffix(" %").rsplit(" ", 1) for part in told.split(", "))
     return {name: float(percent) for name, percent in pairs}
 
 
-def alphas(table: pd.DataFrame, end: str = "") -> list[str]:
+def alphas(table, end=""):
     """Columns of alpha and its errors."""
     names = [str(name) for name in table]
     return [name for name in names if name.startswith("alpha_") and name.endswith(end)]
 
 
-def exact(table: pd.DataFrame) -> pd.DataFrame:
+def exact(table):
     """The same alpha with errors that are next to nothing."""
     table = table.copy()
     for c in "zx":
@@ -61,18 +55,14 @@ def exact(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def test_noise_is_all_there_is_where_the_legs_are_exact(
-    table: pd.DataFrame, paper_config: Config
-) -> None:
+def test_noise_is_all_there_is_where_the_legs_are_exact(table, paper_config):
     found = errors_of_peaks(medium_of(table, with_errors(paper_config, hip_cm=0, arc_percent=0)))
     assert set(found) == {(leg, c) for leg in LEGS for c in "zx"}
     assert {told for told, _ in found.values()} == {"noise 100 %"}
     assert [percent for _, percent in found.values()] == pytest.approx([0.0] * 6)
 
 
-def test_hip_and_arc_share_the_variance_that_exact_cells_leave(
-    table: pd.DataFrame, paper_config: Config
-) -> None:
+def test_hip_and_arc_share_the_variance_that_exact_cells_leave(table, paper_config):
     """The flat leg has no arc; the shares of the others are those of a leg turned anew."""
     config = with_errors(paper_config, hip_cm=0.05, arc_percent=2.0)
     found = errors_of_peaks(medium_of(exact(table), config))
@@ -94,7 +84,7 @@ def test_hip_and_arc_share_the_variance_that_exact_cells_leave(
                 assert percent == pytest.approx(100 * wanted[error] / (of_hip + of_arc), abs=0.51)
 
 
-def test_the_surface_of_the_plates_moves_the_axle_too(paper_config: Config) -> None:
+def test_the_surface_of_the_plates_moves_the_axle_too(paper_config):
     """Hip and surface errors of 0.03 and 0.4, 1.2 mm are one of 1.3 mm."""
     leg: Any = paper_config.intruders["c_leg"]
     plain = sweep(PROFILE, model_leg("c_leg"))
@@ -106,13 +96,11 @@ def test_the_surface_of_the_plates_moves_the_axle_too(paper_config: Config) -> N
     np.testing.assert_allclose(found["hip"]["x"], raised.force_x_N - best["x"], atol=1e-9)
 
 
-def flagged(table: pd.DataFrame, where: Any) -> pd.DataFrame:
+def flagged(table, where):
     return table.assign(flag_codes=np.where(where, "not-linear", ""))
 
 
-def test_flagged_cells_and_the_others_make_the_whole_peak(
-    table: pd.DataFrame, paper_config: Config
-) -> None:
+def test_flagged_cells_and_the_others_make_the_whole_peak(table, paper_config):
     """Percent of the peak from some cells, and from all but these, add to 100."""
     config = with_errors(paper_config, hip_cm=0, arc_percent=0)
     some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
@@ -123,9 +111,7 @@ def test_flagged_cells_and_the_others_make_the_whole_peak(
         assert one != pytest.approx(0)
 
 
-def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suction(
-    paper_config: Config,
-) -> None:
+def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suction(paper_config):
     """Without the cells that are flagged, the lift of the flat leg is that of the others alone."""
     z, x = alpha_grid(MEDIUM)
     z = np.where(GAMMA_DEG < 0, 30 * z, z)
@@ -142,9 +128,7 @@ def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suc
     assert found["flat_leg", "z"][1] == pytest.approx(100 * (1 - left[at] / whole[at]))
 
 
-def test_only_the_legs_that_meet_an_empty_cell_are_left_out(
-    table: pd.DataFrame, paper_config: Config
-) -> None:
+def test_only_the_legs_that_meet_an_empty_cell_are_left_out(table, paper_config):
     """The lowest part of a bent leg is level as it moves level, no part of a flat leg ever is."""
     empty = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
     lacking = table.copy()
@@ -156,9 +140,7 @@ def test_only_the_legs_that_meet_an_empty_cell_are_left_out(
     assert shares(found["flat_leg", "z"][0]).keys() == {"hip", "noise"}
 
 
-def test_a_table_without_errors_and_a_sand_tell_nothing(
-    table: pd.DataFrame, paper_config: Config
-) -> None:
+def test_a_table_without_errors_and_a_sand_tell_nothing(table, paper_config):
     silent, nothing = table.copy(), table.copy()
     silent[alphas(table, "_hi_N_per_cm3")] = np.nan
     nothing[alphas(table)] = np.nan

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,9 +12,7 @@ LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
 THETA = np.arange(-130.0, 131.0)
 
 
-def curves(
-    factor_z: dict[str, float], factor_x: dict[str, float], noise: float = 0.0
-) -> pd.DataFrame:
+def curves(factor_z, factor_x, noise=0.0):
     random = np.random.default_rng(1)
     parts = []
     for number, leg in enumerate(LEGS):
@@ -33,11 +29,11 @@ def curves(
 ONE = dict.fromkeys(LEGS, 1.0)
 
 
-def result(measured: pd.DataFrame) -> Any:
+def result(measured):
     return corrections(measured, curves(ONE, ONE)).set_index("model")
 
 
-def test_factors_come_back() -> None:
+def test_factors_come_back():
     table = result(curves(dict.fromkeys(LEGS, 0.7), dict.fromkeys(LEGS, 1.2)))
     assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
     assert table.loc["factors for z and x", "factor_x"] == pytest.approx(1.2)
@@ -46,7 +42,7 @@ def test_factors_come_back() -> None:
     assert 0.7 < table.loc["one factor", "factor_z"] < 1.2
 
 
-def few(z: list[list[float]], x: list[list[float]]) -> pd.DataFrame:
+def few(z, x):
     """Forces of three legs, leg by leg."""
     return pd.concat(
         pd.DataFrame({"medium": "sand", "leg": leg, "theta_deg": range(len(up)),
@@ -56,7 +52,7 @@ def few(z: list[list[float]], x: list[list[float]]) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("size_N", [1.0, 0.01])
-def test_factors_and_errors_by_hand(size_N: float) -> None:
+def test_factors_and_errors_by_hand(size_N):
     """One factor for all six forces is (2 + 1 + 2 + 1 + 8 + 4) / (4 + 8), whichever leg is left out."""
     one, two = [size_N], [2 * size_N]
     predicted = few([one, one, two], [one, one, two]).assign(force_z_lo_N=np.nan)
@@ -73,7 +69,7 @@ def test_factors_and_errors_by_hand(size_N: float) -> None:
     assert (table["reason"] == "").all()
 
 
-def test_each_leg_is_judged_by_the_factor_of_the_other_two() -> None:
+def test_each_leg_is_judged_by_the_factor_of_the_other_two():
     """Lifts of 2, 1, 1 N for 1 N each: factors 1, 1.5, 1.5 of the others leave 1, 0.5, 0.5 N."""
     predicted = few([[1.0]] * 3, [[0.0]] * 3)
     table = corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
@@ -85,7 +81,7 @@ def test_each_leg_is_judged_by_the_factor_of_the_other_two() -> None:
 
 
 @pytest.mark.parametrize(("extra", "worth"), [(0.4, False), (0.6, True)])
-def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra: float, worth: bool) -> None:
+def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
     """Lifts 1 N off either way, beyond a factor: the error falls by 1 - 1 / sqrt(1 + extra^2)."""
     predicted = few([[1.0, 1.0]] * 3, [[1.0, 1.0]] * 3)
     measured = few([[extra, 2 + extra]] * 3, [[1.0, 1.0]] * 3)
@@ -96,7 +92,7 @@ def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra: float, worth: 
 
 
 @pytest.mark.parametrize("lost", ["force_z_N", "force_x_N"])
-def test_theta_without_a_predicted_force_are_left_out(lost: str) -> None:
+def test_theta_without_a_predicted_force_are_left_out(lost):
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted.loc[predicted["theta_deg"] < 0, lost] = np.nan
     table = corrections(measured, predicted).set_index("model")
@@ -104,13 +100,13 @@ def test_theta_without_a_predicted_force_are_left_out(lost: str) -> None:
     assert table.loc["factors for z and x", "rms_fit_N"] == pytest.approx(0, abs=1e-12)
 
 
-def test_noise_earns_nothing() -> None:
+def test_noise_earns_nothing():
     table = result(curves(ONE, ONE, noise=0.3))
     assert not table["earns_its_place"].any()
     assert table.loc["none", "gain_cv_percent"] == pytest.approx(0)
 
 
-def test_legs_that_disagree_earn_nothing() -> None:
+def test_legs_that_disagree_earn_nothing():
     """A factor that helps one leg and harms the others is seen through by leaving legs out."""
     measured = curves(dict(zip(LEGS, (1.5, 1.0, 0.6), strict=True)), ONE)
     table = result(measured)
@@ -119,7 +115,7 @@ def test_legs_that_disagree_earn_nothing() -> None:
     assert not fitted["earns_its_place"]
 
 
-def test_two_legs_cannot_be_cross_validated() -> None:
+def test_two_legs_cannot_be_cross_validated():
     measured = curves(dict.fromkeys(LEGS, 0.7), ONE)
     table = result(measured[measured["leg"] != "c_leg"])
     assert table[["rms_cv_N", "gain_cv_percent"]].isna().all(axis=None)
@@ -128,7 +124,7 @@ def test_two_legs_cannot_be_cross_validated() -> None:
     assert set(table["reason"]) == {"2 of 3 legs: none can be left out"}
 
 
-def test_no_predicted_force_is_left_as_it_is() -> None:
+def test_no_predicted_force_is_left_as_it_is():
     """Where nothing is predicted along x, no factor can be had, and 1 changes nothing."""
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted["force_x_N"] = 0.0
@@ -137,7 +133,7 @@ def test_no_predicted_force_is_left_as_it_is() -> None:
     assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
 
 
-def test_media_and_models_come_in_order() -> None:
+def test_media_and_models_come_in_order():
     parts = [curves(ONE, ONE).assign(medium=name) for name in ("yuma", "palms29")]
     table = corrections(pd.concat(parts), pd.concat(parts[::-1]))
     assert list(table["medium"]) == ["palms29"] * 3 + ["yuma"] * 3
@@ -148,7 +144,7 @@ def test_media_and_models_come_in_order() -> None:
     assert table["rms_cv_N"].to_numpy() == pytest.approx(0, abs=1e-12)
 
 
-def test_a_sand_without_a_measured_leg_is_no_fault() -> None:
+def test_a_sand_without_a_measured_leg_is_no_fault():
     """A table without rows does not know which of its columns hold words."""
     untyped = pd.DataFrame(columns=curves(ONE, ONE).columns)
     typed = curves(ONE, ONE).iloc[:0]
@@ -156,7 +152,7 @@ def test_a_sand_without_a_measured_leg_is_no_fault() -> None:
         assert corrections(*pair).empty
 
 
-def test_no_natural_sand_leaves_an_empty_table_with_its_columns() -> None:
+def test_no_natural_sand_leaves_an_empty_table_with_its_columns():
     nothing = curves(ONE, ONE).iloc[:0]
     found = corrections(nothing, nothing)
     assert found.empty

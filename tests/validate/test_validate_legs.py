@@ -37,7 +37,7 @@ SE = 0.001
 
 
 @pytest.fixture(scope="module")
-def config() -> Config:
+def config():
     """The demonstration's, with few draws: the best values do not depend on them."""
     text = (PROJECT / "config" / "config.yaml").read_text(encoding="utf-8")
     values = yaml.safe_load(text)
@@ -45,7 +45,7 @@ def config() -> Config:
     return Config.model_validate(values)
 
 
-def alpha_of(medium: str, noise: np.random.Generator | None = None) -> pd.DataFrame:
+def alpha_of(medium, noise=None):
     """Alpha table as the slope stage makes it, of the published values, with errors if asked."""
     beta, gamma = np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij")
     table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
@@ -61,12 +61,12 @@ def alpha_of(medium: str, noise: np.random.Generator | None = None) -> pd.DataFr
 
 
 @pytest.fixture(scope="module")
-def predicted(config: Config) -> pd.DataFrame:
+def predicted(config):
     tables = [alpha_of(medium) for medium in MEDIA]
     return pd.concat([predicted_curves(medium)[0] for medium in results_of(tables, config)])
 
 
-def test_every_leg_and_profile_is_predicted(predicted: pd.DataFrame) -> None:
+def test_every_leg_and_profile_is_predicted(predicted):
     assert sorted(predicted.columns) == sorted(PREDICTED_COLUMNS)
     counts = predicted.groupby(["medium", "leg", "profile"]).size()
     assert len(counts) == len(MEDIA) * len(LEGS) * 4
@@ -80,7 +80,7 @@ def test_every_leg_and_profile_is_predicted(predicted: pd.DataFrame) -> None:
             np.testing.assert_allclose(ours["force_x_N"], truth.force_x_N, atol=1e-9)
 
 
-def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
+def test_intervals_cover_the_truth_at_their_rate(config):
     """Simulated campaigns: the force by true alpha lies in 93 to 97 % of the intervals."""
     random = np.random.default_rng(5)
     truth = {leg: sweep(TableProfile.published("poppy_LP"), model_leg(leg)) for leg in LEGS}
@@ -100,7 +100,7 @@ def test_intervals_cover_the_truth_at_their_rate(config: Config) -> None:
     assert 0.93 <= np.mean(inside) <= 0.97
 
 
-def test_the_shape_of_a_leg_is_in_the_intervals(config: Config) -> None:
+def test_the_shape_of_a_leg_is_in_the_intervals(config):
     """The force of a leg with another hip and arc lies where one standard deviation says."""
     random = np.random.default_rng(5)
     profile, leg = measured_profile(alpha_of("poppy_LP", random), config), config.intruders["c_leg"]
@@ -128,7 +128,7 @@ def test_the_shape_of_a_leg_is_in_the_intervals(config: Config) -> None:
         assert extra > 0.01 * abs(plain[f"force_{c}_N"][top])
 
 
-def curve(theta: np.ndarray, z: np.ndarray, x: np.ndarray, **names: str) -> pd.DataFrame:
+def curve(theta, z, x, **names):
     frame = pd.DataFrame({"theta_deg": theta, "force_z_N": z, "force_x_N": x}).assign(**names)
     for c in "zx":
         frame[f"force_{c}_lo_N"] = frame[f"force_{c}_N"] - 0.1
@@ -136,7 +136,7 @@ def curve(theta: np.ndarray, z: np.ndarray, x: np.ndarray, **names: str) -> pd.D
     return frame.assign(reason="")
 
 
-def test_errors_by_hand() -> None:
+def test_errors_by_hand():
     theta = np.arange(-130.0, 131.0)
     bell = np.exp(-((theta / 40) ** 2))
     measured = curve(theta, 10 * bell, -4 * bell, medium="m", leg="c_leg")
@@ -154,7 +154,7 @@ def test_errors_by_hand() -> None:
     assert (table["reason"] == "").all()
 
 
-def test_a_leg_log_that_stops_early_is_said() -> None:
+def test_a_leg_log_that_stops_early_is_said():
     theta = np.arange(-130.0, 131.0)
     short = theta[:120]
     measured = curve(short, np.cos(short), np.cos(short), medium="m", leg="c_leg")
@@ -164,7 +164,7 @@ def test_a_leg_log_that_stops_early_is_said() -> None:
     assert table["reason"].str.contains("only theta -130 to -11").all()
 
 
-def test_no_measured_curve_and_no_number_are_said() -> None:
+def test_no_measured_curve_and_no_number_are_said():
     theta = np.arange(-130.0, 131.0)
     measured = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="c_leg")
     other = curve(theta, np.cos(theta), np.cos(theta), medium="m", leg="flat_leg", profile="table")
@@ -177,7 +177,7 @@ def test_no_measured_curve_and_no_number_are_said() -> None:
     assert table["peak_error_percent"].isna().all()
 
 
-def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.DataFrame) -> None:
+def test_the_papers_statements_are_met_or_named(config, predicted):
     tables = [alpha_of(medium) for medium in MEDIA]
     slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
     for sand, slope in slopes.items():
@@ -247,14 +247,12 @@ def test_the_papers_statements_are_met_or_named(config: Config, predicted: pd.Da
         (math.nan, math.nan, math.nan, NOT_TESTED),
     ],
 )
-def test_a_verdict_on_the_model_is_a_number_s(
-    error: float, lo: float, hi: float, verdict: str
-) -> None:
+def test_a_verdict_on_the_model_is_a_number_s(error, lo, hi, verdict):
     numbers = dict(zip(("", "lo_", "hi_"), (error, lo, hi), strict=True))
     assert judge({f"peak_error_{end}percent": x for end, x in numbers.items()}) == verdict
 
 
-def test_a_medium_is_as_its_worst_peak_and_the_peak_comes_late() -> None:
+def test_a_medium_is_as_its_worst_peak_and_the_peak_comes_late():
     theta = np.arange(-130.0, 131.0)
     shape = [np.cos(np.radians(theta - late)) for late in (0, 12)]
     measured = curve(theta, shape[0], shape[0], medium="m", leg="c_leg")
@@ -270,7 +268,7 @@ def test_a_medium_is_as_its_worst_peak_and_the_peak_comes_late() -> None:
     assert worst_peak(table, "m", "map") is None
 
 
-def test_a_missing_cell_gives_no_guess(config: Config) -> None:
+def test_a_missing_cell_gives_no_guess(config):
     table = alpha_of("poppy_LP")
     # the lowest part of a c-leg goes through this cell
     cell = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
@@ -285,7 +283,7 @@ def test_a_missing_cell_gives_no_guess(config: Config) -> None:
     assert curves.loc[curves["profile"] == "fourier", "force_z_N"].notna().all()
 
 
-def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config: Config) -> None:
+def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config):
     sand = results_of([alpha_frame("yuma", one_cell(0.69))], config)["yuma"]
     reasons = predicted_curves(sand)[0].groupby(["profile", "leg"])["reason_code"].unique()
     assert len(reasons) == 2 * len(LEGS)
@@ -293,14 +291,14 @@ def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config:
     assert all(list(found) == [""] for found in reasons["map"])
 
 
-def test_a_sand_without_a_test_has_no_curve_and_all_columns(config: Config) -> None:
+def test_a_sand_without_a_test_has_no_curve_and_all_columns(config):
     sand = results_of([alpha_frame("yuma", one_cell(np.nan))], config)["yuma"]
     curves = predicted_curves(sand)[0]
     assert curves.empty
     assert list(curves.columns) == PREDICTED_COLUMNS
 
 
-def test_a_map_is_for_a_medium_that_lacks_directions(config: Config) -> None:
+def test_a_map_is_for_a_medium_that_lacks_directions(config):
     """Cells that are too few for nine terms give no profile that needs them."""
     table = alpha_of("poppy_LP")
     cells = (table["beta_deg"] == 0) & ((table["gamma_deg"] > 0) | (table["gamma_deg"] == -90))
@@ -313,7 +311,7 @@ def test_a_map_is_for_a_medium_that_lacks_directions(config: Config) -> None:
     assert lacking["reason"].str.startswith("measured table of poppy_LP: no alpha at").all()
 
 
-def test_prediction_needs_a_leg_of_the_config(config: Config) -> None:
+def test_prediction_needs_a_leg_of_the_config(config):
     profile = measured_profile(alpha_of("glass3mm_CP"), config)
     leg = config.intruders["flat_leg"]
     assert isinstance(leg, Leg)

@@ -22,12 +22,12 @@ from rftfit.measure.slopes import student_quantile
 THETA = np.arange(-135.0, 136.0)
 
 
-def parabola(top_N: float, centre_deg: float, theta: np.ndarray = THETA) -> np.ndarray:
+def parabola(top_N, centre_deg, theta=THETA):
     return np.asarray(top_N * (1 - ((theta - centre_deg) / 40) ** 2))
 
 
 @pytest.mark.parametrize("centre", [0.0, 0.5, 17.25, -60.4, 2.6])
-def test_the_top_of_a_parabola_is_exact_between_readings(centre: float) -> None:
+def test_the_top_of_a_parabola_is_exact_between_readings(centre):
     found = measured_peak(THETA, parabola(8.0, centre), "z")
     # the fine grid has steps of 0.1 degrees: 0.05 off is 8 (0.05 / 40)^2 N
     assert found.force_N == pytest.approx(8, abs=2e-5)
@@ -35,7 +35,7 @@ def test_the_top_of_a_parabola_is_exact_between_readings(centre: float) -> None:
     assert measured_peak(THETA, pull, "x").force_N == pytest.approx(-8, abs=2e-5)
 
 
-def test_horizontal_force_peaks_with_either_sign() -> None:
+def test_horizontal_force_peaks_with_either_sign():
     curve = np.array([1.0, 3.0, -5.0, 2.0])
     assert (extreme(curve, "z"), extreme(curve, "x")) == (1, 2)
     bell = np.exp(-((THETA / 30) ** 2))
@@ -44,19 +44,19 @@ def test_horizontal_force_peaks_with_either_sign() -> None:
     assert measured_peak(THETA, curve, "z").force_N == pytest.approx(2, abs=0.01)
 
 
-def test_one_spike_is_not_the_peak() -> None:
+def test_one_spike_is_not_the_peak():
     curve = parabola(8.0, 30.0).clip(0)
     curve[THETA == -60] = 9.0
     assert measured_peak(THETA, curve, "z").force_N == pytest.approx(8, abs=2e-5)
 
 
-def test_a_peak_at_the_end_is_not_beyond_it() -> None:
+def test_a_peak_at_the_end_is_not_beyond_it():
     rising = 2.0 + 0.01 * THETA
     assert measured_peak(THETA, rising, "z").force_N == pytest.approx(rising[-1])
     assert measured_peak(THETA, rising[::-1], "z").force_N == pytest.approx(rising[-1])
 
 
-def test_few_readings_give_the_highest_without_an_error() -> None:
+def test_few_readings_give_the_highest_without_an_error():
     five = np.array([1.0, 4.0, 9.0, 3.0, 1.0])
     found = measured_peak(np.arange(5.0), five, "z")
     assert found.force_N == 9
@@ -70,14 +70,14 @@ def test_few_readings_give_the_highest_without_an_error() -> None:
 
 
 @pytest.mark.parametrize("length", [33, 36])
-def test_scatter_needs_twelve_blocks_of_three(length: int) -> None:
+def test_scatter_needs_twelve_blocks_of_three(length):
     noise = np.random.default_rng(2).normal(0, 0.1, length)
     theta = np.arange(float(length))
     found = measured_peak(theta, parabola(5.0, length / 2, theta) + noise, "z")
     assert math.isnan(found.se_N) == (length < 36)
 
 
-def test_error_of_the_peak_is_its_scatter() -> None:
+def test_error_of_the_peak_is_its_scatter():
     """White and correlated readings: the stated error is the spread of many peaks."""
     random = np.random.default_rng(11)
     for taps in ([1.0], [0.6, 0.6, 0.6]):
@@ -92,7 +92,7 @@ def test_error_of_the_peak_is_its_scatter() -> None:
         assert np.mean(stated) == pytest.approx(spread, rel=0.2)
 
 
-def test_interval_of_a_peak_error_by_hand() -> None:
+def test_interval_of_a_peak_error_by_hand():
     t = float(student_quantile(0.95, 24.0))
     assert t == pytest.approx(2.0639, abs=1e-4)
     # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
@@ -114,14 +114,14 @@ def test_interval_of_a_peak_error_by_hand() -> None:
         assert all(math.isnan(end) for end in _error_interval(case[0], [1, 2], case[1], 0.1, 0.95))
 
 
-def test_a_short_curve_is_smoothed_too() -> None:
+def test_a_short_curve_is_smoothed_too():
     theta = np.arange(15.0)
     curve = np.array(8.0 * (1 - ((theta - 7) / 8) ** 2))
     curve[0] = 9.0
     assert measured_peak(theta, curve, "z").force_N == pytest.approx(8, abs=1e-9)
 
 
-def curves(measured: np.ndarray, predicted: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
+def curves(measured, predicted):
     """Two tables with the same curve for z and x; the prediction is known within 0.1 N."""
     names = {"theta_deg": THETA, "medium": "m", "leg": "c_leg", "reason": ""}
     ends = {f"force_{c}_{end}_N": predicted + sign * 0.1
@@ -131,12 +131,12 @@ def curves(measured: np.ndarray, predicted: np.ndarray) -> tuple[pd.DataFrame, p
     return ours, theirs.assign(profile="table", **ends)
 
 
-def wide(top_N: float) -> np.ndarray:
+def wide(top_N):
     """A parabola that stays positive: its peak is exact, and its scatter is 0."""
     return np.asarray(top_N * (1 - (THETA / 150) ** 2))
 
 
-def test_peak_errors_have_the_errors_they_are_told_of() -> None:
+def test_peak_errors_have_the_errors_they_are_told_of():
     measured, predicted = curves(wide(10.0), wide(12.0))
     t = float(student_quantile(0.95, 24.0))
     row = leg_errors(measured, predicted).iloc[0]
@@ -150,7 +150,7 @@ def test_peak_errors_have_the_errors_they_are_told_of() -> None:
     assert other["peak_error_hi_percent"] == pytest.approx(21)
 
 
-def test_what_a_parabola_does_to_a_corner_is_in_the_interval() -> None:
+def test_what_a_parabola_does_to_a_corner_is_in_the_interval():
     corner = np.asarray(10.0 * (1 - np.abs(THETA) / 150))
     row = leg_errors(*curves(corner, corner)).iloc[0]
     lost = 1 - measured_peak(THETA, corner, "z").force_N / 10
@@ -162,7 +162,7 @@ def test_what_a_parabola_does_to_a_corner_is_in_the_interval() -> None:
     assert row["peak_error_hi_percent"] - row["peak_error_percent"] == pytest.approx(half)
 
 
-def test_lift_is_not_suction() -> None:
+def test_lift_is_not_suction():
     lift, suction = (np.exp(-(((THETA - at) / 25) ** 2)) for at in (-40, 60))
     curve = 5 * lift - 8 * suction
     table = leg_errors(*curves(curve, curve)).set_index("component")
@@ -170,7 +170,7 @@ def test_lift_is_not_suction() -> None:
     assert table.loc["x", "peak_measured_N"] == pytest.approx(-8, abs=0.02)
 
 
-def test_no_force_has_no_relative_error() -> None:
+def test_no_force_has_no_relative_error():
     table = leg_errors(*curves(0 * THETA, wide(12.0)))
     empty = ["peak_error_percent", "peak_error_lo_percent", "rms_relative_to_peak", "r2"]
     assert table[empty].isna().all(axis=None)
@@ -178,7 +178,7 @@ def test_no_force_has_no_relative_error() -> None:
     assert np.isfinite(table["rms_error_N"]).all()
 
 
-def test_a_prediction_without_number_or_reason_says_so() -> None:
+def test_a_prediction_without_number_or_reason_says_so():
     table = leg_errors(*curves(wide(10.0), np.full(THETA.size, np.nan)))
     assert set(table["reason_code"]) == {"not-predicted"}
     measured, predicted = curves(wide(10.0), wide(12.0))
@@ -188,7 +188,7 @@ def test_a_prediction_without_number_or_reason_says_so() -> None:
     assert list(leg_errors(measured, predicted.iloc[:0]).columns) == COLUMNS
 
 
-def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed() -> None:
+def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed():
     """Lift is highest at -75 degrees, with more suction at the end; thrust still rises there."""
     lift = 3 * np.exp(-(((THETA + 75) / 15) ** 2)) - 5 * np.exp(-(((THETA + 20) / 10) ** 2))
     thrust = np.exp(-((THETA / 60) ** 2))
@@ -203,7 +203,7 @@ def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed() -> None:
     assert (found["rms_error_N"] > 0).all()
 
 
-def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error() -> None:
+def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error():
     noise = np.random.default_rng(6).normal(0, 0.1, THETA.size)
     measured, predicted = curves(wide(8.0) + noise, wide(8.0))
     found = leg_errors(measured, predicted).iloc[0]
@@ -217,7 +217,7 @@ def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error() -> None:
     assert found["rms_relative_to_peak"] == pytest.approx(found["rms_error_N"] / peak.force_N)
 
 
-def test_flags_of_the_logs_stand_behind_the_reason() -> None:
+def test_flags_of_the_logs_stand_behind_the_reason():
     measured, predicted = curves(wide(10.0), wide(12.0))
     flag = remark("no-tare")
     measured = measured.assign(**flag_columns([flag]))
@@ -228,7 +228,7 @@ def test_flags_of_the_logs_stand_behind_the_reason() -> None:
     assert list(table["rms_error_N"].isna()) == [True, False]
 
 
-def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone() -> None:
+def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone():
     measured, by_table = curves(wide(10.0), wide(12.0))
     predicted = pd.concat([by_table, by_table.assign(profile="fourier")])
     behind = {("m", "c_leg", "z"): ("bed 90 %, noise 10 %", 12.5)}
@@ -241,7 +241,7 @@ def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone() -> None:
     assert rest["peak_on_flagged_percent"].isna().all()
 
 
-def test_the_interval_of_a_peak_error_has_the_stated_level() -> None:
+def test_the_interval_of_a_peak_error_has_the_stated_level():
     """10 N measured with a zero of 0.3 N; Student, 24 degrees of freedom, 80 %: 1.3178."""
     measured, predicted = curves(wide(10.0), wide(12.0))
     row = leg_errors(measured.assign(zero_se_z_N=0.3), predicted, confidence=0.8).iloc[0]
@@ -250,7 +250,7 @@ def test_the_interval_of_a_peak_error_has_the_stated_level() -> None:
     assert row["peak_error_lo_percent"] == pytest.approx(20 - half, rel=1e-4)
 
 
-def test_curves_are_compared_over_the_theta_that_both_have() -> None:
+def test_curves_are_compared_over_the_theta_that_both_have():
     measured, predicted = curves(wide(10.0), wide(12.0))
     part = predicted[predicted["theta_deg"] >= -120]
     row = leg_errors(measured[measured["theta_deg"] <= 125], part).iloc[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,16 +16,13 @@ from rftfit.campaign.sheet import Run
 from rftfit.compare.sands import penetration_rows
 from rftfit.measure.fits import fit_medium
 
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-
 AREA_CM2 = 3.81 * 2.54
 CHI = np.array([1.2, 1.3])
 DEPTH_CM = np.arange(0.01, 5.0, 0.01)
 NONE = "no linear regime with enough samples"
 
 
-def push(name: str = "down", **more: Any) -> Run:
+def push(name="down", **more):
     values: dict[str, Any] = {
         "run_id": name, "kind": "plate", "medium": "yuma", "intruder": "plate",
         "direction": "intrusion", "beta_deg": 0.0, "gamma_deg": 90.0, "depth_cm": math.nan,
@@ -35,20 +32,12 @@ def push(name: str = "down", **more: Any) -> Run:
     return Run(**values | more)
 
 
-def kneed(knee_cm: float) -> np.ndarray:
+def kneed(knee_cm):
     """Stress of 0.5 N/cm^3 times depth, four times as steep below the knee."""
     return np.asarray(0.5 * DEPTH_CM + 1.5 * np.clip(DEPTH_CM - knee_cm, 0, None))
 
 
-def told(
-    config: Config,
-    stresses: dict[str, np.ndarray],
-    runs: tuple[Run, ...] = (push(),),
-    *,
-    alpha: pd.DataFrame | None = None,
-    reasons: dict[str, str] | None = None,
-    numbers: bool = False,
-) -> dict[tuple[str, str], dict[str, Any]]:
+def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=False):
     """Rows by run and window; `stresses` of the runs that have a tared stroke, `reasons` of the others."""
     here = Path("no campaign is here")
     table = {run.run_id: {"depth_cm": np.ones(1)} for run in runs} if numbers else {}
@@ -77,7 +66,7 @@ def told(
     return found
 
 
-def test_each_regime_has_its_own_slope_and_zeta(paper_config: Config) -> None:
+def test_each_regime_has_its_own_slope_and_zeta(paper_config):
     """The stated regime of 2 cm ends above the knee at 3 cm, the detected one below it."""
     found = told(paper_config, {"down": kneed(3.0)})
     assert list(found) == [("down", "stated"), ("down", "detected")]
@@ -100,7 +89,7 @@ def test_each_regime_has_its_own_slope_and_zeta(paper_config: Config) -> None:
     assert stated["zeta_hi"] == pytest.approx(0.4 * factor, rel=1e-4)
 
 
-def test_a_regime_that_ends_with_the_test_is_said(paper_config: Config) -> None:
+def test_a_regime_that_ends_with_the_test_is_said(paper_config):
     found = told(paper_config, {"down": kneed(9.0)})
     assert found["down", "stated"]["reason"] == ""
     assert found["down", "detected"]["reason_code"] == "no-linear-end"
@@ -109,9 +98,7 @@ def test_a_regime_that_ends_with_the_test_is_said(paper_config: Config) -> None:
 
 
 @pytest.mark.parametrize("window", ["stated", "detected"])
-def test_a_regime_that_is_not_known_has_its_reason_and_no_number(
-    paper_config: Config, window: str
-) -> None:
+def test_a_regime_that_is_not_known_has_its_reason_and_no_number(paper_config, window):
     """A curve that is bent from the start has none to detect, and a config may state none."""
     media = dict(paper_config.media)
     if window == "stated":
@@ -126,7 +113,7 @@ def test_a_regime_that_is_not_known_has_its_reason_and_no_number(
     assert (other["reason"], other["alpha_z_N_per_cm3"] > 0) == ("", True)
 
 
-def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config: Config) -> None:
+def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config):
     others = (
         push("tilted", beta_deg=30.0), push("slanted", gamma_deg=45.0),
         push("up", direction="extraction"), push("rod", kind="rod"),
@@ -136,7 +123,7 @@ def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config: Co
     assert {name for name, _ in told(paper_config, strokes, runs)} == {"down"}
 
 
-def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config: Config) -> None:
+def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config):
     runs = push("a"), push("b"), push("c")
     found = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust on the plate"})
     assert list(found) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
@@ -147,7 +134,7 @@ def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config: Confi
     assert number["c", "stated"]["reason_code"] == "no-curve"
 
 
-def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config: Config) -> None:
+def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config):
     runs = push(tare_run=""), push("tared")
     found = told(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
     assert found["down", "stated"]["reason_code"] == "no-tare"
@@ -155,7 +142,7 @@ def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config: Config
     assert found["tared", "stated"]["reason"] == found["tared", "detected"]["reason"] == ""
 
 
-def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config: Config) -> None:
+def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config):
     """Beds 4 % apart, rods 3 %, a surface known to 0.1 mm and, of all runs, 0.2 mm; no noise."""
     alpha = alpha_frame("yuma", one_cell(0.5)).assign(
         run_to_run_z_N_per_cm3=0.02, alpha_z_rod_N_per_cm3=0.015
@@ -180,7 +167,7 @@ def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config: Con
     assert narrow["zeta_hi"] < stated["zeta_hi"]
 
 
-def test_a_sand_that_pulls_has_a_slope_and_no_zeta(paper_config: Config) -> None:
+def test_a_sand_that_pulls_has_a_slope_and_no_zeta(paper_config):
     for row in told(paper_config, {"down": -kneed(3.0)}).values():
         assert row["alpha_z_N_per_cm3"] < -0.4
         assert row["reason"].startswith("alpha_z(0, 90 deg) must be a positive number")

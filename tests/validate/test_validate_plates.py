@@ -12,16 +12,16 @@ from rftfit.measure.errors import ASSUMED, REPEATS
 
 
 @pytest.mark.parametrize("n", [0.8, 1.0, 1.4])
-def test_a_power_of_depth(n: float) -> None:
+def test_a_power_of_depth(n):
     depth = np.linspace(0.5, 2, 40)
     assert depth_exponent(depth, 3 * depth**n) == pytest.approx(n)
 
 
-def test_too_few_samples_give_none() -> None:
+def test_too_few_samples_give_none():
     assert math.isnan(depth_exponent(np.arange(1.0, 5.0), np.ones(4)))
 
 
-def test_size() -> None:
+def test_size():
     sizes = [6.0, 6.0, 8.0, 8.0, 10.0, 10.0]
     random = np.random.default_rng(0)
     grows = size_exponent(sizes, [0.1 * s * (1 + 0.02 * random.normal()) for s in sizes], 0.95)
@@ -32,7 +32,7 @@ def test_size() -> None:
     assert math.isnan(size_exponent([6, 6, 6], [1, 1, 1], 0.95).value)
 
 
-def test_repeats_are_pooled_over_the_plates() -> None:
+def test_repeats_are_pooled_over_the_plates():
     own = np.full(3, 0.01), np.full(3, 12.0)
     alphas = {
         "small": (np.array([1.0, 1.1, 0.9]), *own),
@@ -52,7 +52,7 @@ def test_repeats_are_pooled_over_the_plates() -> None:
     assert small.exponent.hi == pytest.approx(1.2 + 4.302653 * 0.1 / math.sqrt(3), rel=1e-5)
 
 
-def test_a_slope_over_the_size_by_hand() -> None:
+def test_a_slope_over_the_size_by_hand():
     """Logarithms 0, 1, 2 and 0, 1.1, 1.9: slope 0.95, squares left 0.015, one degree of freedom."""
     found = size_exponent([1.0, math.e, math.e**2], [1.0, math.exp(1.1), math.exp(1.9)], 0.95)
     se = math.sqrt(0.015 / 2)
@@ -66,7 +66,7 @@ def test_a_slope_over_the_size_by_hand() -> None:
     assert all(math.isnan(one) for one in (two.value, two.se, two.lo, two.hi))
 
 
-def test_a_single_run_has_its_own_error_and_that_of_an_assumed_bed() -> None:
+def test_a_single_run_has_its_own_error_and_that_of_an_assumed_bed():
     """1 N/cm^3 with 0.03 of 12 degrees of freedom, and 5 % from bed to bed."""
     one = (np.array([1.0]), np.array([0.03]), np.array([12.0]))
     exponents = {"few": np.array([1.1]), "none": np.array([np.nan])}
@@ -83,7 +83,7 @@ def test_a_single_run_has_its_own_error_and_that_of_an_assumed_bed() -> None:
         assert all(math.isnan(getattr(result.exponent, name)) for name in ("se", "lo", "hi"))
 
 
-def test_the_scatter_of_exponents_by_hand() -> None:
+def test_the_scatter_of_exponents_by_hand():
     """1.0 and 1.4 are 1.2 +- 0.2: Student, one degree of freedom; a run without one does not count."""
     alpha = (np.array([1.0, 1.2]), np.full(2, 0.01), np.full(2, 12.0))
     results, _ = by_plate({"plate": alpha}, {"plate": np.array([1.0, np.nan, 1.4])}, 0.95)
@@ -94,7 +94,7 @@ def test_the_scatter_of_exponents_by_hand() -> None:
 
 
 @pytest.mark.parametrize(("count", "known"), [(8, True), (7, False)])
-def test_an_exponent_needs_eight_samples_where_both_are_positive(count: int, known: bool) -> None:
+def test_an_exponent_needs_eight_samples_where_both_are_positive(count, known):
     depth = np.concatenate([[-1.0, 0.0, 1.0, 2.0], np.linspace(0.5, 2, count)])
     stress = np.concatenate([[1.0, 1.0, 0.0, -1.0], 3 * depth[4:] ** 1.3])
     found = depth_exponent(depth, stress)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -33,15 +32,12 @@ from rftfit.reference import MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow.validate import validate
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-
-def as_printed(results: Results, name: str) -> pd.DataFrame:
+def as_printed(results, name):
     return results.table(name).assign(method=AS_PRINTED)
 
 
-def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path: Path) -> None:
+def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path):
     own = page_results(tmp_path)
     terms, tests = (as_printed(own, f"{name}.csv") for name in ("coefficients", "penetration"))
     for known, there in ((MEDIA, True), (MEDIA[:4], False)):
@@ -54,7 +50,7 @@ def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path: Path) -> 
         assert any(one.item.startswith(f"{known[0]}: chi") for one in items)
 
 
-def test_evidence_follows_from_the_campaign(tmp_path: Path) -> None:
+def test_evidence_follows_from_the_campaign(tmp_path):
     """What logs were made from is no confirmation: a re-enactment says so, recordings do not."""
     own = page_results(tmp_path)
     for name in ("coefficients.csv", "penetration.csv"):
@@ -95,8 +91,8 @@ def test_evidence_follows_from_the_campaign(tmp_path: Path) -> None:
     assert made["tolerance_reason"].str.len().min() > 5
 
 
-def test_a_tolerance_is_not_stretched_by_an_interval_that_misses() -> None:
-    def verdict(ours: float, ends: tuple[float, float]) -> str:
+def test_a_tolerance_is_not_stretched_by_an_interval_that_misses():
+    def verdict(ours, ends):
         return compare("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
 
     assert verdict(1.05, (1.04, 1.06)) == SAME
@@ -105,7 +101,7 @@ def test_a_tolerance_is_not_stretched_by_an_interval_that_misses() -> None:
     assert verdict(float("nan"), (0.9, 1.1)) == NOT_MEASURED
 
 
-def test_what_was_not_measured_neither_differs_nor_agrees() -> None:
+def test_what_was_not_measured_neither_differs_nor_agrees():
     paper = load("table_s5").query("medium == 'poppy_CP'")
     once = (paper["beta_deg"] == 0) & (paper["gamma_deg"] == 90)
     names = [column(c) for c in "zx"]
@@ -120,7 +116,7 @@ def test_what_was_not_measured_neither_differs_nor_agrees() -> None:
     assert {one.verdict for one in compare_coefficients(empty, {"m": "poppy_LP"})} == {NOT_MEASURED}
 
 
-def test_misprints_stand_beside_media_of_the_paper_only(tmp_path: Path) -> None:
+def test_misprints_stand_beside_media_of_the_paper_only(tmp_path):
     own = sand_results(tmp_path)
     printed = {one.item for one in discrepancies()}
     table = validate(own)

@@ -15,13 +15,13 @@ from rftfit.measure.flags import codes_of, reason_columns, remark
 from rftfit.reference import load
 
 
-def test_a_straight_line_is_linear_to_its_end() -> None:
+def test_a_straight_line_is_linear_to_its_end():
     depth = np.arange(0.01, 6.0, 0.01)
     assert linear_end(depth, 0.7 * depth) == pytest.approx(5.95, abs=0.051)
     assert bend_of(depth, 0.7 * depth) == pytest.approx(0, abs=1e-12)
 
 
-def test_the_bend_by_hand() -> None:
+def test_the_bend_by_hand():
     """Parabolas through (1, 1) and (2, 4), (2, 1); lines of slope 9/5 and 3/5; (4 - 3.6)/3.6, (1 - 1.2)/1.2."""
     depth = np.array([1.0, 2.0])
     assert bend_of(depth, np.array([1.0, 4.0])) == pytest.approx(1 / 9)
@@ -30,9 +30,7 @@ def test_the_bend_by_hand() -> None:
 
 
 @pytest.mark.parametrize(("curve_per_cm", "end_cm"), [(0.2, 2.857), (-0.1, 3.077)])
-def test_a_regime_ends_where_a_parabola_bends_by_a_tenth(
-    curve_per_cm: float, end_cm: float
-) -> None:
+def test_a_regime_ends_where_a_parabola_bends_by_a_tenth(curve_per_cm, end_cm):
     """u = curve times depth: it leaves its line through zero by (u / 4) / (1 + 3 u / 4)."""
     depth = np.arange(0.001, 6.0, 0.001)
     found = linear_end(depth, 0.7 * (depth + curve_per_cm * depth**2))
@@ -40,32 +38,32 @@ def test_a_regime_ends_where_a_parabola_bends_by_a_tenth(
 
 
 @pytest.mark.parametrize(("count", "known"), [(8, True), (7, False)])
-def test_a_regime_has_at_least_eight_samples_below_the_surface(count: int, known: bool) -> None:
+def test_a_regime_has_at_least_eight_samples_below_the_surface(count, known):
     depth = np.concatenate([[-0.2, -0.1, 0.0], np.linspace(0.1, 1.0, count)])
     stress = np.where(depth > 0, 0.7 * depth, 5.0)
     assert np.isfinite(linear_end(depth, stress)) == known
 
 
 @pytest.mark.parametrize("knee", [1.5, 2.5, 4.0])
-def test_a_steeper_second_part_ends_the_regime_behind_its_knee(knee: float) -> None:
+def test_a_steeper_second_part_ends_the_regime_behind_its_knee(knee):
     depth = np.arange(0.01, 8.0, 0.01)
     stress = 0.5 * depth + 1.5 * np.clip(depth - knee, 0, None)
     end = linear_end(depth, stress)
     assert knee <= end <= 1.4 * knee
 
 
-def test_noise_does_not_end_it() -> None:
+def test_noise_does_not_end_it():
     depth = np.arange(0.01, 6.0, 0.01)
     stress = 0.7 * depth + np.random.default_rng(0).normal(0, 0.02, depth.size)
     assert linear_end(depth, stress) > 5.5
 
 
-def test_a_curve_bent_from_the_start_has_none() -> None:
+def test_a_curve_bent_from_the_start_has_none():
     depth = np.arange(0.01, 6.0, 0.01)
     assert np.isnan(linear_end(depth, depth**2))
 
 
-def test_missing_samples_are_left_out() -> None:
+def test_missing_samples_are_left_out():
     depth = np.arange(0.01, 6.0, 0.01)
     stress = 0.7 * depth
     stress[100:140] = np.nan
@@ -73,7 +71,7 @@ def test_missing_samples_are_left_out() -> None:
     assert np.isnan(linear_end(depth[:3], stress[:3]))
 
 
-def test_published_sands() -> None:
+def test_published_sands():
     """Yuma sand bends within the stated 2 cm, the 29 Palms sands stay nearly straight."""
     table = load("fig_s11")
     ends = {
@@ -85,7 +83,7 @@ def test_published_sands() -> None:
     assert ends["palms29_sieved"] >= 3
 
 
-def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
+def test_a_single_test_has_the_errors_of_its_bed_and_its_rod():
     """As the alpha table has them; a wider one than the logs alone give, whatever the window."""
     fit = {"alpha_z_N_per_cm3": 0.7, "alpha_z_se_N_per_cm3": 0.01, "alpha_z_dof": 1e6, "reason": "",
            "lever_per_cm": 0.5, "nonlinear_z_ratio": 0.02}  # fmt: skip
@@ -104,13 +102,13 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod() -> None:
     assert sands._of_any_window(pd.DataFrame([cell | {"gamma_deg": 45.0}])) == 0
 
 
-def test_a_fit_that_was_refused_has_its_reason_and_no_number() -> None:
+def test_a_fit_that_was_refused_has_its_reason_and_no_number():
     fit = reason_columns([remark("few-points", found=1, wanted=30)])
     row, reason = sands._slope(fit, 0.95, np.array([1.2, 1.3]), SurfaceError(), 0.0)
     assert (row, codes_of(reason)) == ({}, "few-points")
 
 
-def test_a_medium_without_resistance_has_no_relative_spread() -> None:
+def test_a_medium_without_resistance_has_no_relative_spread():
     numbers = {"beta_deg": 0.0, "gamma_deg": 90.0, column("z"): 0.0, column("x"): 0.0}
     table = pd.DataFrame([numbers | {"run_to_run_z_N_per_cm3": 0.01, column("z", "_rod"): 0.01}])
     assert bed_spread(table) == 0

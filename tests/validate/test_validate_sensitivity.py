@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -11,18 +10,15 @@ import pytest
 from light_campaign import alpha_frame, one_cell, results_of
 from turning import sweep
 
-from rftfit.campaign.config import Config, Leg
+from rftfit.campaign.config import Leg
 from rftfit.compare.legs import leg_errors, predicted_curves
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS, leg_sensitivity, shapes, told
 from rftfit.model.outlines import arc_of, leg_outline, model_leg
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
-if TYPE_CHECKING:
-    from rftfit.results import Results
-
 
 @pytest.fixture(scope="module")
-def results(paper_config: Config) -> Results:
+def results(paper_config):
     """With few draws: no peak depends on them."""
     few = paper_config.fourier.model_copy(update={"draws": 200})
     tables = [alpha_frame(medium, alpha_grid(medium)) for medium in MEDIA]
@@ -30,17 +26,17 @@ def results(paper_config: Config) -> Results:
 
 
 @pytest.fixture(scope="module")
-def errors(results: Results) -> pd.DataFrame:
+def errors(results):
     predicted = pd.concat(predicted_curves(medium)[0] for medium in results)
     return leg_errors(load("fig_s5"), predicted)
 
 
 @pytest.fixture(scope="module")
-def table(results: Results, errors: pd.DataFrame) -> pd.DataFrame:
+def table(results, errors):
     return leg_sensitivity(list(results), load("fig_s5"), errors)
 
 
-def leg_of(config: Config, name: str) -> Leg:
+def leg_of(config, name):
     leg = config.intruders[name]
     assert isinstance(leg, Leg)
     return leg
@@ -49,9 +45,7 @@ def leg_of(config: Config, name: str) -> Leg:
 @pytest.mark.parametrize("arc_deg", [120.0, 165.0, 180.0, 210.0, 270.0])
 @pytest.mark.parametrize("name", ["c_leg", "reversed_c_leg"])
 @pytest.mark.parametrize("lead_cm", [0.0, 0.32])
-def test_a_bent_leg_is_an_arc_of_the_stated_length(
-    paper_config: Config, name: str, arc_deg: float, lead_cm: float
-) -> None:
+def test_a_bent_leg_is_an_arc_of_the_stated_length(paper_config, name, arc_deg, lead_cm):
     leg = leg_of(paper_config, name)
     half = math.radians(arc_deg) / 2
     radius = 3.81 / math.sin(half) if arc_deg < 180 else 3.81
@@ -69,7 +63,7 @@ def test_a_bent_leg_is_an_arc_of_the_stated_length(
         assert np.hypot(x, z).max() == pytest.approx(7.62, abs=5e-3)
 
 
-def test_a_straight_leg_has_a_face_ahead_and_no_arc(paper_config: Config) -> None:
+def test_a_straight_leg_has_a_face_ahead_and_no_arc(paper_config):
     leg = leg_of(paper_config, "flat_leg")
     assert arc_of(leg) == 0
     middle, ahead = (leg_outline(leg, lead_cm=lead).body for lead in (0.0, 0.32))
@@ -78,9 +72,7 @@ def test_a_straight_leg_has_a_face_ahead_and_no_arc(paper_config: Config) -> Non
     np.testing.assert_array_equal(leg_outline(leg, arc_deg=40).body, middle)
 
 
-def test_the_stated_shape_has_the_errors_of_the_other_table(
-    table: pd.DataFrame, errors: pd.DataFrame
-) -> None:
+def test_the_stated_shape_has_the_errors_of_the_other_table(table, errors):
     assert list(table.columns) == SENSITIVITY_COLUMNS
     own = table[
         (table["arc_step_deg"] == 0) & (table["hip_step_cm"] == 0) & (table["lead_cm"] == 0)
@@ -95,7 +87,7 @@ def test_the_stated_shape_has_the_errors_of_the_other_table(
     assert len(table) == 5 * (2 * 4 + 1) * 3 * 2
 
 
-def test_a_lower_hip_and_more_arc_press_harder(table: pd.DataFrame) -> None:
+def test_a_lower_hip_and_more_arc_press_harder(table):
     names = ["medium", "leg", "arc_deg", "lead_cm"]
     by_hip = table.pivot_table(index=names, columns="hip_height_cm", values="peak_z_N")
     assert (np.diff(by_hip.to_numpy(), axis=1) < 0).all()
@@ -105,7 +97,7 @@ def test_a_lower_hip_and_more_arc_press_harder(table: pd.DataFrame) -> None:
     assert (np.diff(by_arc.to_numpy(), axis=1) > 0).all()
 
 
-def test_what_the_reversed_leg_hangs_on(table: pd.DataFrame) -> None:
+def test_what_the_reversed_leg_hangs_on(table):
     """Beside figures of a review by other hands: 165, 180 and 210 deg, and the leading face."""
     found = {one.name: one for one in shapes(table)}
     assert {name: one.lifts for name, one in found.items()} == {
@@ -127,9 +119,7 @@ def test_what_the_reversed_leg_hangs_on(table: pd.DataFrame) -> None:
         assert (off.min(), off.max()) == pytest.approx(ends, abs=10)
 
 
-def test_without_a_measured_leg_there_is_nothing_to_sum_up(
-    results: Results, errors: pd.DataFrame
-) -> None:
+def test_without_a_measured_leg_there_is_nothing_to_sum_up(results, errors):
     lost = errors.assign(peak_measured_N=np.nan)
     table = leg_sensitivity([results["poppy_LP"]], load("fig_s5")[:0], lost)
     assert table["peak_z_N"].notna().all()
@@ -137,7 +127,7 @@ def test_without_a_measured_leg_there_is_nothing_to_sum_up(
     assert shapes(table) == []
 
 
-def summed_up(rows: list[tuple[str, float, int, float, float, float, float]]) -> list[str]:
+def summed_up(rows):
     """What `shapes` says of rows: leg, arc, its step, that of the hip, lead, errors of z and x."""
     names = ["leg", "arc_deg", "arc_step_deg", "hip_step_cm", "lead_cm", "peak_error_z_percent",
              "peak_error_x_percent"]  # fmt: skip
@@ -145,7 +135,7 @@ def summed_up(rows: list[tuple[str, float, int, float, float, float, float]]) ->
     return told(found).split("; ")
 
 
-def test_peaks_within_a_third_are_counted_by_hand() -> None:
+def test_peaks_within_a_third_are_counted_by_hand():
     """33 % is within, 33.1 % is not; the worst lift keeps its sign; the straight leg is in every arc."""
     rows = [
         ("c_leg", 180.0, 0, 0.0, 0.0, 33.0, -33.1), ("c_leg", 180.0, 0, 0.0, 0.3, 1.0, 2.0),
@@ -161,7 +151,7 @@ def test_peaks_within_a_third_are_counted_by_hand() -> None:
     ]
 
 
-def test_legs_of_different_arcs_are_told_by_the_step() -> None:
+def test_legs_of_different_arcs_are_told_by_the_step():
     rows = [
         (leg, arc + step, step, 0.0, 0.0, 5.0, 5.0)
         for leg, arc in (("long", 180.0), ("short", 150.0))
@@ -172,22 +162,20 @@ def test_legs_of_different_arcs_are_told_by_the_step() -> None:
     assert summed_up(nearly) == ["arc of 150 deg: 2 of 2 lifts (worst +5 %), 2 thrusts"]
 
 
-def test_a_natural_sand_is_not_summed_up(table: pd.DataFrame) -> None:
+def test_a_natural_sand_is_not_summed_up(table):
     sand = table.assign(profile="generic", peak_error_z_percent=99.0)
     assert shapes(pd.concat([table, sand])) == shapes(table)
     assert shapes(sand) == []
 
 
-def without_cell(medium: str) -> pd.DataFrame:
+def without_cell(medium):
     """Its published alpha, with no run of a level plate that moves level."""
     z, x = (np.array(grid) for grid in alpha_grid(medium))
     z[3, 6] = x[3, 6] = np.nan
     return alpha_frame(medium, (z, x))
 
 
-def test_a_missing_cell_takes_the_peaks_of_the_legs_that_meet_it(
-    paper_config: Config, errors: pd.DataFrame
-) -> None:
+def test_a_missing_cell_takes_the_peaks_of_the_legs_that_meet_it(paper_config, errors):
     """The lowest part of a bent leg is level and moves level."""
     media = list(results_of([without_cell("poppy_LP")], paper_config))
     others = errors[errors["leg"] != "flat_leg"]
@@ -199,7 +187,7 @@ def test_a_missing_cell_takes_the_peaks_of_the_legs_that_meet_it(
     assert found["peak_error_z_percent"].isna().all()
 
 
-def test_a_natural_sand_is_predicted_by_its_scaled_generic_profile(paper_config: Config) -> None:
+def test_a_natural_sand_is_predicted_by_its_scaled_generic_profile(paper_config):
     """A sand twice as stiff has twice the peaks; one without a test has none."""
     stiff = {"yuma": 1.0, "palms29": 0.5, "palms29_sieved": np.nan}
     tables = [alpha_frame(name, one_cell(alpha)) for name, alpha in stiff.items()]

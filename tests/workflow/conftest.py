@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from campaigns import Folder, make_campaign
+from campaigns import make_campaign
 
 from rftfit.workflow.state import read_states
 
@@ -12,7 +12,7 @@ LONGEST = ("", "glass0.3mm_CP", "palms29_sieved")
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def whole(tmp_path_factory):
     """All tables of the demonstration campaign but the robot's; `make run` draws and writes the rest."""
     folder = make_campaign(tmp_path_factory.mktemp("whole") / "campaign", robot=False)
     before = folder.raw_digests()

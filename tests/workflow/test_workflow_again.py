@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from typing import TYPE_CHECKING
 
 import pytest
 from campaigns import Folder
@@ -15,15 +14,12 @@ from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
 from rftfit.workflow.stages import ALL, STAGES
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 pytestmark = pytest.mark.slow
 
 MEDIA = ("poppy_LP", "yuma")
 
 
-def test_every_promised_file_is_there(small: Folder) -> None:
+def test_every_promised_file_is_there(small):
     results = small.root / "results"
     promised = [f"alpha/{medium}.csv" for medium in MEDIA]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
@@ -34,19 +30,19 @@ def test_every_promised_file_is_there(small: Folder) -> None:
     assert [name for name in promised if not (results / name).stat().st_size > 300] == []
 
 
-def test_every_file_and_column_is_in_the_dictionary(small: Folder) -> None:
+def test_every_file_and_column_is_in_the_dictionary(small):
     found = check_results(small.root / "results")
     assert found == []
 
 
-def test_nothing_is_done_twice(small: Folder) -> None:
+def test_nothing_is_done_twice(small):
     assert small.stale() == {}
     before = small.digests()
     assert "Nothing to be done" in small.run()
     assert small.digests() == before
 
 
-def test_results_of_a_medium_of_before_are_named_and_not_believed(small: Folder) -> None:
+def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
     results = small.root / "results"
     left = {
         "alpha/dune.csv": "beta_deg\n",
@@ -67,7 +63,7 @@ def test_results_of_a_medium_of_before_are_named_and_not_believed(small: Folder)
     assert verified.returncode == 0
 
 
-def test_one_changed_log_reruns_its_medium_only(small: Folder) -> None:
+def test_one_changed_log_reruns_its_medium_only(small):
     log = small.root / "raw" / "paper" / "yuma" / "yuma_bp00_g90_in_force.csv"
     content = log.read_bytes()
     try:
@@ -82,7 +78,7 @@ def test_one_changed_log_reruns_its_medium_only(small: Folder) -> None:
     assert stale == {"ingest": {"yuma"}, "provenance": {""}}
 
 
-def test_a_changed_setting_reruns_what_depends_on_it(small: Folder) -> None:
+def test_a_changed_setting_reruns_what_depends_on_it(small):
     path = small.root / "config" / "config.yaml"
     before = path.read_text(encoding="utf-8")
     try:
@@ -106,7 +102,7 @@ def test_a_changed_setting_reruns_what_depends_on_it(small: Folder) -> None:
     assert stale["figure"] == drawn
 
 
-def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> None:
+def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small):
     path = small.root / "raw" / "paper" / "runs.csv"
     before = path.read_text(encoding="utf-8")
     try:
@@ -125,9 +121,7 @@ def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small: Folder) -> Non
     assert not {"fourier", "scaling", "legs_predicted", "figure", "quality"} & {*stale}
 
 
-def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(
-    small: Folder, tmp_path: Path
-) -> None:
+def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(small, tmp_path):
     copy = Folder(tmp_path / "copy é")
     shutil.copytree(small.root, copy.root, ignore=shutil.ignore_patterns(".snakemake"))
     text = copy.config.read_text(encoding="utf-8")

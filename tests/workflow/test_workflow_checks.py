@@ -10,7 +10,7 @@ import openpyxl  # type: ignore[import-untyped]
 import pandas as pd
 import pytest
 import yaml
-from campaigns import FEW, Folder, make_campaign
+from campaigns import FEW, make_campaign
 
 from rftfit.cli.run import failed_checks
 from rftfit.figures.registry import figures
@@ -27,7 +27,7 @@ ACCEPTED = f"accepted: fails size: {WHY}"
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def whole(tmp_path_factory):
     folder = make_campaign(
         tmp_path_factory.mktemp("checks") / "lab", (GOOD, BAD, TAKEN, "yuma"), directions=FEW
     )
@@ -40,7 +40,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     return folder
 
 
-def test_verdicts(whole: Folder) -> None:
+def test_verdicts(whole):
     every = pd.concat(whole.table(f"checks/{name}.csv") for name in (GOOD, BAD, TAKEN, "yuma"))
     table = every.query("check == 'size'").set_index("medium")["verdict"]
     assert table.to_dict() == {
@@ -48,7 +48,7 @@ def test_verdicts(whole: Folder) -> None:
     }  # fmt: skip
 
 
-def test_every_table_is_marked(whole: Folder) -> None:
+def test_every_table_is_marked(whole):
     for medium, mark in ((GOOD, ""), (BAD, MARK), (TAKEN, ACCEPTED)):
         table = whole.table(f"alpha/{medium}.csv")
         assert set(table["checks"].astype(object).fillna("")) == {mark}
@@ -77,7 +77,7 @@ def test_every_table_is_marked(whole: Folder) -> None:
     assert own["why"].str.contains(MARK, regex=False).all()
 
 
-def test_it_enters_neither_m0_nor_chi(whole: Folder) -> None:
+def test_it_enters_neither_m0_nor_chi(whole):
     table = whole.table("coefficients.csv").query("method == 'lsq'")
     values = table.assign(used=table["value_N_per_cm3"].where(table["kept"], 0)).pivot_table(
         index="medium", columns="coefficient", values="used", sort=False
@@ -93,7 +93,7 @@ def test_it_enters_neither_m0_nor_chi(whole: Folder) -> None:
     assert open_results(whole.root).reference().media == (GOOD, TAKEN)
 
 
-def test_figures_and_captions_say_it(whole: Folder) -> None:
+def test_figures_and_captions_say_it(whole):
     results = open_results(whole.root)
     of_medium = {one.name: one for one in figures()}["alpha_maps"]
     assert f"3 mm glass, close: {MARK}." in of_medium.caption_of(results, BAD)
@@ -108,7 +108,7 @@ def test_figures_and_captions_say_it(whole: Folder) -> None:
     assert drawn.count(MARK) == drawn.count(ACCEPTED) == 1
 
 
-def test_page_workbook_and_closing_lines(whole: Folder) -> None:
+def test_page_workbook_and_closing_lines(whole):
     text = html.unescape((whole.root / "results/report.html").read_text(encoding="utf-8"))
     section = re.sub(r"\s+", " ", text.split('<section id="believed"')[1].split("</section>")[0])
     assert "<strong>3 mm glass, close: unusable.</strong> The scale of the force" in section
@@ -126,7 +126,7 @@ def test_page_workbook_and_closing_lines(whole: Folder) -> None:
     assert named == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
 
 
-def test_results_give_the_checks(whole: Folder) -> None:
+def test_results_give_the_checks(whole):
     results = open_results(whole.root)
     assert isinstance(results.checks, pd.DataFrame)
     assert {name: say(marks) for name, marks in results.marks.items()} == {

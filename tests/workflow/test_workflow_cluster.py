@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
-from campaigns import FEW, PROJECT, Folder, make_campaign
+from campaigns import FEW, PROJECT, make_campaign
 
 from rftfit.workflow.stages import RULES
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 PROFILE = PROJECT / "profiles" / "slurm" / "config.yaml"
 
@@ -20,18 +16,18 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def profile() -> Any:
+def profile():
     return yaml.safe_load(PROFILE.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def folder(tmp_path_factory):
     return make_campaign(
         tmp_path_factory.mktemp("cluster") / "campaign", ("poppy_LP",), directions=FEW
     )
 
 
-def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:
+def test_every_rule_has_a_place(profile, folder):
     rules = set(folder.snakemake("--list-rules").stdout.split())
     assert rules == {*RULES, "all"}
     assert rules - {"all"} == set(profile["groups"])
@@ -39,7 +35,7 @@ def test_every_rule_has_a_place(profile: Any, folder: Folder) -> None:
     assert set(profile["groups"].values()) == set(profile["group-components"])
 
 
-def test_every_job_has_memory_and_time(profile: Any) -> None:
+def test_every_job_has_memory_and_time(profile):
     assert profile["default-resources"].keys() == {"mem_mb", "runtime"}
     assert profile["executor"] == "slurm"
     # a job that a dying node takes with it goes back into the queue
@@ -51,7 +47,7 @@ def test_every_job_has_memory_and_time(profile: Any) -> None:
             assert value > profile["default-resources"][key], (rule, key)
 
 
-def test_groups_make_no_circle(profile: Any, folder: Folder, tmp_path: Path) -> None:
+def test_groups_make_no_circle(profile, folder, tmp_path):
     # all but what only the plugin understands, which need not be installed here
     kept = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")

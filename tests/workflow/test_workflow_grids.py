@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
-from campaigns import Folder, make_campaign
+from campaigns import make_campaign
 from paper_grid import by_hand
 
 import rftfit
@@ -14,16 +12,11 @@ from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import both, directions
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pandas as pd
-
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def scattered(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def scattered(tmp_path_factory):
     """Forty directions on no grid, in loose poppy seeds."""
     root = tmp_path_factory.mktemp("scattered") / "campaign"
     cells = directions_of("scattered:40", 2013)
@@ -32,7 +25,7 @@ def scattered(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     return folder
 
 
-def shares(table: pd.DataFrame) -> list[float]:
+def shares(table):
     """Part of the cells whose intervals hold the truth, for alpha_z and alpha_x."""
     truth = [
         table_s5("poppy_LP", *angles)
@@ -49,7 +42,7 @@ def shares(table: pd.DataFrame) -> list[float]:
     ]
 
 
-def test_every_scattered_direction_is_measured(scattered: Folder) -> None:
+def test_every_scattered_direction_is_measured(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
     found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
     assert found == set(directions_of("scattered:40", 2013))
@@ -58,7 +51,7 @@ def test_every_scattered_direction_is_measured(scattered: Folder) -> None:
     assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()
 
 
-def test_coefficients_are_least_squares_over_the_forty(scattered: Folder) -> None:
+def test_coefficients_are_least_squares_over_the_forty(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
     full = by_hand(*directions(table), *both(table))
     rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
@@ -70,7 +63,7 @@ def test_coefficients_are_least_squares_over_the_forty(scattered: Folder) -> Non
     assert transform["reason"].str.contains("method lsq takes any directions").all()
 
 
-def test_between_the_pushes_and_far_from_them(scattered: Folder) -> None:
+def test_between_the_pushes_and_far_from_them(scattered):
     medium = rftfit.open(scattered.root)["poppy_LP"]
     table = medium.profile("table")
     beta, gamma = directions(medium.alpha)
@@ -82,7 +75,7 @@ def test_between_the_pushes_and_far_from_them(scattered: Folder) -> None:
     np.testing.assert_allclose(image[1], -table.alpha(beta, gamma)[1], atol=1e-12)
 
 
-def test_a_planned_grid_finds_what_is_missing(tmp_path: Path) -> None:
+def test_a_planned_grid_finds_what_is_missing(tmp_path):
     """Runs in planned directions, one of them off by the arm's error; two cells without a run."""
     cells = [(b, g) for b in (-45.0, 0.0, 45.0, 90.0) for g in (-90.0, -45.0, 45.0, 90.0)]
     folder = make_campaign(tmp_path / "c", ("poppy_LP",), plates_only=True, directions=cells[:-2])

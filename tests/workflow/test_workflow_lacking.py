@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 import yaml
@@ -12,9 +11,6 @@ from campaigns import FEW, Folder, make_campaign
 
 from rftfit.cli.example import EXAMPLES, fetch_logs, lay_out, own_files
 from rftfit.measure.flags import flagged_with, remark
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +20,7 @@ ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 Row = dict[str, str]
 
 
-def rewrite(folder: Folder, keep: Callable[[Row], bool], **cells: str) -> list[Row]:
+def rewrite(folder, keep, **cells):
     """Keep some rows of the run sheet, with these cells changed, and return them."""
     sheet = folder.root / "raw" / "paper" / "runs.csv"
     with sheet.open(newline="", encoding="utf-8") as lines:
@@ -36,11 +32,11 @@ def rewrite(folder: Folder, keep: Callable[[Row], bool], **cells: str) -> list[R
     return rows
 
 
-def damage(folder: Folder, row: Row) -> None:
+def damage(folder, row):
     (folder.root / "raw" / "paper" / row["force_log"]).write_text("nothing\n", encoding="utf-8")
 
 
-def allow_no_tare(root: Path) -> None:
+def allow_no_tare(root):
     path = root / "config" / "config.yaml"
     values = yaml.safe_load(path.read_text(encoding="utf-8"))
     values["fit"]["missing_tare"] = "flag"
@@ -48,7 +44,7 @@ def allow_no_tare(root: Path) -> None:
     path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
 
 
-def run(folder: Folder, checked: tuple[str, ...] | None = None) -> str:
+def run(folder, checked=None):
     """Run, verify, and return the page on one line."""
     folder.run_here(checked=checked)
     done = folder.rftfit("verify")
@@ -57,13 +53,13 @@ def run(folder: Folder, checked: tuple[str, ...] | None = None) -> str:
 
 
 @pytest.fixture(scope="module")
-def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
+def untared(tmp_path_factory):
     """No tare at all; the first medium has damaged logs only."""
     media = ("poppy_LP", "poppy_CP", "yuma")
     folder = make_campaign(tmp_path_factory.mktemp("untared") / "campaign", media, directions=FEW)
     allow_no_tare(folder.root)
 
-    def keep(row: Row) -> bool:
+    def keep(row):
         lost = row["medium"] == "poppy_LP" and "bp00_g90" not in row["run_id"]
         return row["kind"] in ("plate", "leg") and not lost
 
@@ -73,7 +69,7 @@ def untared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Folder, str]:
     return folder, run(folder, ())
 
 
-def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -> None:
+def test_runs_without_a_tare_give_flagged_numbers(untared):
     folder, page = untared
     fits = folder.table("fits/poppy_CP.csv")
     assert len(fits) == 28
@@ -101,7 +97,7 @@ def test_runs_without_a_tare_give_flagged_numbers(untared: tuple[Folder, str]) -
     assert "in air at the same angle was subtracted" not in page
 
 
-def test_a_medium_without_a_cell_takes_no_other_down(untared: tuple[Folder, str]) -> None:
+def test_a_medium_without_a_cell_takes_no_other_down(untared):
     folder, _ = untared
     lost = folder.table("alpha/poppy_LP.csv")
     assert lost[ALPHA].isna().all(axis=None)
@@ -119,7 +115,7 @@ def test_a_medium_without_a_cell_takes_no_other_down(untared: tuple[Folder, str]
     assert set(chosen["poppy_CP"]) == {True, False}
 
 
-def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
+def test_the_only_medium_without_a_cell(tmp_path):
     folder = make_campaign(tmp_path / "campaign", ("poppy_LP",), plates_only=True, directions=FEW)
     rows = rewrite(folder, lambda row: "_bp00_g90_" in row["run_id"])
     for row in rows:
@@ -132,7 +128,7 @@ def test_the_only_medium_without_a_cell(tmp_path: Path) -> None:
         assert (folder.root / "results" / "figures" / f"{name}.png").is_file()
 
 
-def test_the_sand_example_runs(tmp_path: Path) -> None:
+def test_the_sand_example_runs(tmp_path):
     """Nine penetrations without a tare, as `rftfit example` lays them out."""
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,30 +27,25 @@ from rftfit.store import write_csv
 from rftfit.workflow.profiles import fourier, scaling
 from rftfit.workflow.validate import legs_predicted
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from campaigns import Folder
-
 CONFIG = "config/config.yaml"
 
 pytestmark = pytest.mark.slow
 
 
-def rftfit(folder: Folder, *words: str) -> str:
+def rftfit(folder, *words):
     done = folder.rftfit(*words)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
-def run_twice(folder: Folder) -> None:
+def run_twice(folder):
     folder.run_here(checked=())
     before = folder.digests()
     assert "Nothing to do" in rftfit(folder, "run")
     assert folder.digests() == before
 
 
-def page_of(folder: Folder) -> tuple[str, dict[str, Any]]:
+def page_of(folder):
     """Text of the page on one line, and the numbers of its live parts."""
     html = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
@@ -58,19 +53,19 @@ def page_of(folder: Folder) -> tuple[str, dict[str, Any]]:
     return " ".join(html.split()), json.loads(found[1])
 
 
-def figures_of(folder: Folder) -> list[str]:
+def figures_of(folder):
     return sorted(path.stem for path in (folder.root / "results" / "figures").glob("*.png"))
 
 
 @pytest.fixture(scope="module")
-def sand(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def sand(tmp_path_factory):
     """One penetration test and three legs in Yuma sand, nothing else."""
     folder = make_campaign(tmp_path_factory.mktemp("sand") / "campaign", ("yuma",))
     run_twice(folder)
     return folder
 
 
-def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
+def test_a_sand_alone_is_scaled_with_the_published_media(sand):
     table = sand.table("penetration.csv")
     assert len(table) == 1
     row = table.iloc[0]
@@ -95,7 +90,7 @@ def test_a_sand_alone_is_scaled_with_the_published_media(sand: Folder) -> None:
     assert stated["reason_code"] == "published-media"
 
 
-def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
+def test_its_legs_are_predicted_from_them(sand):
     predicted = sand.table("predicted.csv")
     assert set(predicted["leg"]) == set(LEGS)
     assert set(predicted["profile"]) == {"map", "generic"}
@@ -121,7 +116,7 @@ def test_its_legs_are_predicted_from_them(sand: Folder) -> None:
     assert again["force_z_hi_N"][top] > 0.9 * own["force_z_hi_N"].iloc[top]
 
 
-def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
+def test_what_a_sand_alone_lacks_is_told_not_drawn(sand):
     for name in ("alpha_extended", "coefficients", "fourier/media", "fourier/terms"):
         table = sand.table(f"{name}.csv")
         assert table.empty
@@ -148,7 +143,7 @@ def test_what_a_sand_alone_lacks_is_told_not_drawn(sand: Folder) -> None:
 
 
 @pytest.fixture(scope="module")
-def plates(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def plates(tmp_path_factory):
     """Plates in loose poppy seeds: no sands, no legs, no robot."""
     root = tmp_path_factory.mktemp("plates") / "campaign"
     folder = make_campaign(root, ("poppy_LP",), plates_only=True)
@@ -156,7 +151,7 @@ def plates(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     return folder
 
 
-def test_plates_in_one_medium(plates: Folder) -> None:
+def test_plates_in_one_medium(plates):
     table = plates.table("alpha/poppy_LP.csv")
     for component, paper in zip("zx", alpha_grid("poppy_LP"), strict=True):
         assert np.abs(grid(table, column(component)) - paper).max() <= 0.01
@@ -177,9 +172,7 @@ def test_plates_in_one_medium(plates: Folder) -> None:
     assert set(live["profiles"]["poppy_LP"]) == {"table", "map", "fourier", "generic", "depth_only"}
 
 
-def test_a_grid_with_a_hole_is_not_usable_by_the_transform(
-    plates: Folder, sand: Folder, tmp_path: Path
-) -> None:
+def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_path):
     """Stages alone, on the tables of both: the sand is scaled with the published media again."""
     root = tmp_path / "campaign"
     # rows without their logs, which no stage of the model reads

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 from campaigns import Folder
 from other_labs import Case, judge, make
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +17,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_another_lab_gets_to_a_page(case: Case, tmp_path: Path) -> None:
+def test_another_lab_gets_to_a_page(case, tmp_path):
     make(tmp_path / "campaign", case)
     folder = Folder(tmp_path / "campaign")
     folder.run_here()

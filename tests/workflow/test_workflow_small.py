@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import jobs
 import numpy as np
@@ -23,10 +22,6 @@ from rftfit.workflow.job import do_job
 from rftfit.workflow.records import split
 from rftfit.workflow.stages import ALL, FIGURE_RULES, STAGES
 from rftfit.workflow.state import States, job_of, read_states
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
 
 pytestmark = pytest.mark.slow
 
@@ -50,21 +45,21 @@ UNREAD = {
 
 
 @contextlib.contextmanager
-def watched(patch: pytest.MonkeyPatch) -> Iterator[set[str]]:
+def watched(patch):
     """Collect the sections of the configuration that are read outside of `LISTS`."""
     found: set[str] = set()
     deep = 0
     plain = Config.__getattribute__
 
-    def look(self: Config, name: str) -> Any:
+    def look(self, name):
         if not deep and name in SECTIONS:
             found.add(name)
         elif not deep and name in ("__dict__", "model_dump"):
             found.update(SECTIONS)
         return plain(self, name)
 
-    def hidden(function: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*words: Any, **more: Any) -> Any:
+    def hidden(function):
+        def call(*words, **more):
             nonlocal deep
             deep += 1
             try:
@@ -83,9 +78,7 @@ def watched(patch: pytest.MonkeyPatch) -> Iterator[set[str]]:
 
 
 @pytest.fixture(scope="module")
-def again(
-    small: Folder, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Folder, dict[str, set[str]]]:
+def again(small, tmp_path_factory):
     """One process, another folder with a space and an accent, the sheet shuffled and with CRLF.
 
     With the sections of the configuration that each stage and each figure read.
@@ -103,7 +96,7 @@ def again(
     seen: dict[str, set[str]] = {}
     with pytest.MonkeyPatch.context() as patch, watched(patch) as read:
 
-        def alone(states: States, reads: Sequence[str], writes: Sequence[str]) -> None:
+        def alone(states, reads, writes):
             rule, key = job_of(split(reads)[0])
             # nothing is at hand from another job
             fresh = States(replace(campaign))
@@ -123,9 +116,7 @@ def again(
     return other, seen
 
 
-def test_stages_declare_the_sections_that_they_read(
-    again: tuple[Folder, dict[str, set[str]]],
-) -> None:
+def test_stages_declare_the_sections_that_they_read(again):
     """So that a changed value makes what it must again, and no more."""
     declared = {rule: {*stage.settings} for rule, stage in STAGES.items()}
     declared |= {figure.run: {*figure.settings} for figure in figures()}
@@ -142,14 +133,12 @@ def test_stages_declare_the_sections_that_they_read(
     assert wrong == {}
 
 
-def test_same_bytes_whatever_the_circumstances(
-    small: Folder, again: tuple[Folder, dict[str, set[str]]]
-) -> None:
+def test_same_bytes_whatever_the_circumstances(small, again):
     """Of png and pdf, which were not made again, the tests of the figures say the same."""
     assert again[0].digests() == small.digests()
 
 
-def test_an_encoding_without_the_letters_of_the_folder(small: Folder, tmp_path: Path) -> None:
+def test_an_encoding_without_the_letters_of_the_folder(small, tmp_path):
     other = Folder(tmp_path / "été")
     for part in ("config", "raw"):
         shutil.copytree(small.root / part, other.root / part)
@@ -172,7 +161,7 @@ def test_an_encoding_without_the_letters_of_the_folder(small: Folder, tmp_path: 
         assert ours.read_bytes() == wanted.read_bytes()
 
 
-def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
+def test_faults_are_named_and_nothing_is_lost(tmp_path):
     faults = ("gap:poppy_LP_bp00_g90_in", "saturated:poppy_LP_bp30_g90_in",
               "missing_tare:poppy_LP_bm30_g90_in", "truncated:poppy_LP_bp90_g90_in",
               "wrong_unit:poppy_LP_bp30_g45_in", "never_touches:poppy_LP_bm30_g45_in")  # fmt: skip
@@ -211,7 +200,7 @@ def test_faults_are_named_and_nothing_is_lost(tmp_path: Path) -> None:
     assert (dft["reason_code"] == "empty-cells").all()
 
 
-def test_a_disk_that_refuses_is_told(small: Folder, tmp_path: Path) -> None:
+def test_a_disk_that_refuses_is_told(small, tmp_path):
     """A file-size limit stops the writing of the traces as a full disk would."""
     script = (
         "import resource, signal, sys\n"

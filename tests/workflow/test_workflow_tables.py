@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,7 +34,7 @@ slow = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
+def alpha(tmp_path_factory):
     """Table S5 as a user has it, in a folder whose name has a blank."""
     root = tmp_path_factory.mktemp("alpha") / "my table"
     source = PUBLISHED / "table_s5_alpha_measured.csv"
@@ -49,7 +48,7 @@ def alpha(tmp_path_factory: pytest.TempPathFactory) -> Folder:
 
 
 @slow
-def test_zeta_and_chi_of_table_s3(alpha: Folder) -> None:
+def test_zeta_and_chi_of_table_s3(alpha):
     rows = alpha.table("penetration.csv")
     printed = rows[rows["method"] == "dft-index, printed terms"].set_index("medium")
     assert [f"{printed.loc[m, 'zeta']:.2f}" for m in MEDIA] == [
@@ -71,7 +70,7 @@ def test_zeta_and_chi_of_table_s3(alpha: Folder) -> None:
 
 
 @slow
-def test_no_error_is_made_up(alpha: Folder) -> None:
+def test_no_error_is_made_up(alpha):
     """The table states none: there is no interval anywhere, and the page says so."""
     for name in ("coefficients", "penetration"):
         table = alpha.table(f"{name}.csv")
@@ -88,7 +87,7 @@ def test_no_error_is_made_up(alpha: Folder) -> None:
     assert (ledger["rows"].sum(), set(ledger["fate"])) == (455, {"used"})
 
 
-def test_stated_errors_become_intervals(tmp_path: Path) -> None:
+def test_stated_errors_become_intervals(tmp_path):
     """Also of the parts that a table knows nothing of: a surface, a start-up, a tare."""
     source = tmp_path / "alpha.csv"
     head = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x"
@@ -104,14 +103,14 @@ def test_stated_errors_become_intervals(tmp_path: Path) -> None:
 
 
 @slow
-def test_no_figure_of_logs_that_there_are_not(alpha: Folder) -> None:
+def test_no_figure_of_logs_that_there_are_not(alpha):
     figures = {path.stem for path in (alpha.root / "results" / "figures").glob("*.png")}
     assert {"alpha_maps", "fit_maps", "generic_profile"} <= figures
     assert not {"linearity", "stress_of_runs", "protocol_poppy_LP", "tare_poppy_LP"} & figures
 
 
 @slow
-def test_stress_on_another_grid(tmp_path: Path) -> None:
+def test_stress_on_another_grid(tmp_path):
     random = np.random.default_rng(1)
     rows = ["medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"]
     truth = {}
@@ -157,7 +156,7 @@ def test_stress_on_another_grid(tmp_path: Path) -> None:
 
 
 @slow
-def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Path) -> None:
+def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
     table, root = tmp_path / "one depth.csv", tmp_path / "lab"
     table.write_text(
         "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2\n"
@@ -185,7 +184,7 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path: Pa
     assert none["reason_code"] == "zero-depths"
 
 
-def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
+def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     """Slopes are those of the way down alone, or up alone, whatever stands beside it."""
     random = np.random.default_rng(1)
     there = np.linspace(0.1, 8, 200)
@@ -230,13 +229,11 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path: Path) -> None:
     assert fates["b60_g45", "excluded"] == 200
 
 
-def test_init_says_how_it_reads_the_columns(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_init_says_how_it_reads_the_columns(tmp_path, capsys, monkeypatch):
     """And reads the table once: it may be long."""
     reads: list[Path] = []
 
-    def counted(path: Path, *more: Any) -> Any:
+    def counted(path, *more):
         reads.append(path)
         return read_columns(path, *more)
 
@@ -252,8 +249,8 @@ def test_init_says_how_it_reads_the_columns(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="handed over through /proc")
 def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_changed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    tmp_path, monkeypatch
+):
     source = tmp_path / "stress.csv"
     source.write_text(
         "beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", encoding="utf-8"
@@ -287,7 +284,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
 
 
 @slow
-def test_a_run_reads_its_table_once(tmp_path: Path) -> None:
+def test_a_run_reads_its_table_once(tmp_path):
     """Of all processes of `rftfit run`, one parses the table."""
     source, patch = tmp_path / "stress.csv", tmp_path / "site" / "sitecustomize.py"
     rows = [f"0,90,{depth / 10},{depth / 30},0" for depth in range(1, 30)]
@@ -319,9 +316,7 @@ sys.addaudithook(hook)
 
 @pytest.mark.parametrize("holds", ["stress", "alpha"])
 @pytest.mark.parametrize("content", ["beta,gamma".encode("utf-16"), b"\xd0\xcf\x11\xe0"])
-def test_no_campaign_is_made_of_a_file_that_cannot_be_read(
-    tmp_path: Path, holds: str, content: bytes
-) -> None:
+def test_no_campaign_is_made_of_a_file_that_cannot_be_read(tmp_path, holds, content):
     source = tmp_path / "table.csv"
     source.write_bytes(content)
     assert main(["init", str(tmp_path / "c"), f"--{holds}-table", str(source)]) == 2

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from paper_grid import grid
@@ -16,13 +14,10 @@ from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 from rftfit.results import open_results
 
-if TYPE_CHECKING:
-    from campaigns import Folder
-
 pytestmark = pytest.mark.slow
 
 
-def test_alpha_is_table_s5(whole: Folder) -> None:
+def test_alpha_is_table_s5(whole):
     off = []
     for medium in MEDIA:
         table = whole.table(f"alpha/{medium}.csv")
@@ -35,7 +30,7 @@ def test_alpha_is_table_s5(whole: Folder) -> None:
     assert every.max() <= 0.01
 
 
-def test_intervals_cover_table_s5(whole: Folder) -> None:
+def test_intervals_cover_table_s5(whole):
     inside = []
     for medium in MEDIA:
         table = whole.table(f"alpha/{medium}.csv")
@@ -48,7 +43,7 @@ def test_intervals_cover_table_s5(whole: Folder) -> None:
     assert 0.925 <= share <= 0.975
 
 
-def test_coefficients_are_table_s2(whole: Folder) -> None:
+def test_coefficients_are_table_s2(whole):
     table = whole.table("coefficients.csv").set_index(["method", "medium", "coefficient"])
     for medium in (*MEDIA, "generic"):
         printed = coefficients(medium)
@@ -59,7 +54,7 @@ def test_coefficients_are_table_s2(whole: Folder) -> None:
                 assert abs(ours - printed[term]) <= tolerance, (medium, term)
 
 
-def test_chi_is_table_s3(whole: Folder) -> None:
+def test_chi_is_table_s3(whole):
     table = whole.table("penetration.csv").set_index(["method", "medium"])
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     for medium in MEDIA:
@@ -68,7 +63,7 @@ def test_chi_is_table_s3(whole: Folder) -> None:
         assert row["chi_lo"] <= row["chi"] <= row["chi_hi"]
 
 
-def test_sands_are_scaled(whole: Folder) -> None:
+def test_sands_are_scaled(whole):
     table = whole.table("penetration.csv").set_index("medium")
     for sand, slope in zip(SANDS, (0.69, 0.88, 0.76), strict=True):
         row = table.loc[sand]
@@ -79,7 +74,7 @@ def test_sands_are_scaled(whole: Folder) -> None:
         )
 
 
-def test_leg_curves_are_the_published_ones(whole: Folder) -> None:
+def test_leg_curves_are_the_published_ones(whole):
     published = {"laboratory": load("fig_s5"), "natural_sand": load("fig_s12")}
     for role, media in (("laboratory", MEDIA), ("natural_sand", SANDS)):
         keys = ["medium", "leg", "theta_deg"]
@@ -93,7 +88,7 @@ def test_leg_curves_are_the_published_ones(whole: Folder) -> None:
                 assert np.sqrt((off**2).mean()) < 0.07
 
 
-def test_ledger_accounts_for_every_row(whole: Folder) -> None:
+def test_ledger_accounts_for_every_row(whole):
     ledger = whole.table("ledger.csv")
     counted = ledger.groupby("file")["rows"].sum()
     raw = whole.root / "raw" / "paper"
@@ -107,7 +102,7 @@ def test_ledger_accounts_for_every_row(whole: Folder) -> None:
     assert ledger["reason"].notna().all()
 
 
-def test_reproduction_table_says_where_the_paper_differs(whole: Folder) -> None:
+def test_reproduction_table_says_where_the_paper_differs(whole):
     table = whole.table("reproduction.csv")
     assert list(table.columns) == ITEM_COLUMNS
     assert {"same", "differs", "paper inconsistent"} <= {*table["verdict"]} <= {*VERDICTS}
@@ -116,5 +111,5 @@ def test_reproduction_table_says_where_the_paper_differs(whole: Folder) -> None:
     assert (own["verdict"] == "same").all()
 
 
-def test_what_the_demonstration_says_rests_on_its_records(whole: Folder) -> None:
+def test_what_the_demonstration_says_rests_on_its_records(whole):
     assert untrue(open_results(whole.root)) == []

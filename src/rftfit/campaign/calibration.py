@@ -5,16 +5,12 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, get_args
+from pathlib import Path
+from typing import get_args
 
 from rftfit.campaign.config import ForceQuantity, Unit
 from rftfit.campaign.rows import number_of
 from rftfit.errors import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rftfit.campaign.load import Campaign
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
 _UNITS = {
@@ -33,12 +29,6 @@ class Calibration:
 
     gauges: tuple[str, ...]
     loads: tuple[tuple[str, str, tuple[float, ...]], ...]
-
-
-def calibration_of(campaign: Campaign) -> Calibration | None:
-    """Read the calibration that the config names, if it names one."""
-    named = campaign.config.force_log.calibration
-    return None if named is None else read_calibration(campaign.raw / named)
 
 
 def read_calibration(path: Path) -> Calibration:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 from rftfit.campaign.rows import Column
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 KINDS = ("plate", "rod", "leg", "leg_air")
 DIRECTIONS = {

@@ -7,12 +7,10 @@ import posixpath
 import re
 import stat
 import unicodedata
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from pathlib import Path
+from typing import Literal, NamedTuple
 
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 Status = Literal["file", "folder", "other", "missing", "outside", "refused"]
 

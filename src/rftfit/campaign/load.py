@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rftfit.campaign.calibration import read_calibration
+import numpy.typing as npt
+
+from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.config import PLATE_SHAPES, Config
-from rftfit.campaign.files import Folder, folded, inside
+from rftfit.campaign.files import Entry, Folder, folded, inside
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.reading import ModelFile, read_model
-from rftfit.campaign.sheet import Vocabulary, read_sheet, same_file_needs_one_clock
-from rftfit.campaign.tables import read_pushes
+from rftfit.campaign.schema import KeyPath
+from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
+from rftfit.campaign.tables import Push, TableRead, read_pushes
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy.typing as npt
-
-    from rftfit.campaign.files import Entry
-    from rftfit.campaign.schema import KeyPath
-    from rftfit.campaign.sheet import Run
-    from rftfit.campaign.tables import Push, TableRead
 
 RESULTS = "results"
 _CONFIG = "config/config.yaml"
@@ -67,6 +61,12 @@ class Campaign:
     def by_id(self) -> dict[str, Run]:
         """The runs by their run_id."""
         return {run.run_id: run for run in self.runs}
+
+    @cached_property
+    def calibration(self) -> Calibration | None:
+        """The calibration that the configuration names, if it names one."""
+        named = self.config.force_log.calibration
+        return None if named is None else read_calibration(self.raw / named)
 
     @cached_property
     def digests(self) -> dict[str, str]:

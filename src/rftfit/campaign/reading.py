@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from pathlib import Path
+from typing import Any, Generic, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -12,14 +14,8 @@ from pydantic import BaseModel, ValidationError
 from rftfit.campaign.files import read_text, unshowable
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, escaped
 from rftfit.campaign.rows import COMMA
-from rftfit.campaign.schema import TAG, Key, keys_at, tags_of
+from rftfit.campaign.schema import TAG, Key, KeyPath, keys_at, tags_of
 from rftfit.store.tables import NUMBER
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from rftfit.campaign.schema import KeyPath
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 16

@@ -11,33 +11,29 @@ import re
 import warnings
 import zipfile
 from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import islice, zip_longest
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.files import (
     BAG,
     DEVICE,
     BadPath,
+    Folder,
     decode,
     is_device,
     plain_path,
     read_bytes,
     unshowable,
 )
-from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, listed
+from rftfit.campaign.problems import CampaignError, Place, Problem, Severity, did_you_mean, listed
 from rftfit.store.tables import NUMBER
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
-    from pathlib import Path
-
-    import numpy as np
-    import numpy.typing as npt
-
-    from rftfit.campaign.files import Folder
-    from rftfit.campaign.problems import Severity
 
 MAX_BYTES = 50_000_000
 MAX_TEXT = 500_000_000
@@ -304,8 +300,6 @@ class Rows:
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
     ) -> Rows:
         """Put checked rows into columns."""
-        import numpy as np
-
         columns = {
             "row": np.array([draft.row for draft in drafts], dtype=np.int64),
             "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
@@ -323,8 +317,6 @@ class Rows:
 
 def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32]:
     """Place of each text among those of its column, to which new ones are added."""
-    import numpy as np
-
     return np.array([among.setdefault(text, len(among)) for text in texts], dtype=np.int32)
 
 
@@ -336,8 +328,6 @@ def read_columns(
     Returns its rows, the name that the file gives to each column, and all problems: where they are
     many, of the first rows.
     """
-    import numpy as np
-
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
@@ -384,7 +374,6 @@ def _quick(
     block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Read lines in which every cell is as it must be; None where one is not."""
-    import numpy as np
     import pyarrow as pa
     import pyarrow.csv as pacsv
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import BaseModel
 
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS, KINDS, SheetColumn
 from rftfit.campaign.config import Config
 from rftfit.errors import RftfitError
 from rftfit.store import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pydantic import BaseModel
 
 KeyPath = tuple[str | int, ...]
 TAG = "shape"

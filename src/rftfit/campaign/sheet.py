@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS
-from rftfit.campaign.config import PLATE_SHAPES
-from rftfit.campaign.files import folded
-from rftfit.campaign.problems import did_you_mean, listed
+from rftfit.campaign.config import PLATE_SHAPES, Config
+from rftfit.campaign.files import Folder, folded
+from rftfit.campaign.problems import Problem, did_you_mean, listed
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
-    from rftfit.campaign.files import Folder
-    from rftfit.campaign.problems import Problem
+from rftfit.conventions import file_extraction
 
 SCHEMA = Schema("sheet", COLUMNS, rows="runs")
 DEPTH_TOLERANCE_CM = 0.005
@@ -203,7 +198,6 @@ def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
     if draft.text["kind"] != "plate" or draft.yes("excluded"):
         return
     # numpy takes its time to import
-    from rftfit.conventions import file_extraction
 
     cell = (beta, gamma)
     if draft.text["direction"] == "extraction":

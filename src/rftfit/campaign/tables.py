@@ -6,9 +6,15 @@ import csv
 import io
 import math
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from rftfit.campaign.config import UNIT_AREA, Grid, Table
 from rftfit.campaign.files import decode, read_bytes
@@ -19,6 +25,7 @@ from rftfit.campaign.rows import (
     WORKBOOK,
     Column,
     DraftRow,
+    Line,
     Rows,
     Schema,
     number_of,
@@ -27,18 +34,8 @@ from rftfit.campaign.rows import (
 )
 from rftfit.campaign.sheet import Run, check_excluded
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-    from pathlib import Path
-
-    import numpy as np
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.rows import Line
-
-    FloatArray = npt.NDArray[np.float64]
-    _Grid = tuple[str, list[Line]]
+FloatArray = npt.NDArray[np.float64]
+_Grid = tuple[str, list[Line]]
 
 _ANGLES = tuple(
     Column(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
@@ -172,8 +169,6 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
     """
-    import pandas as pd
-
     columns = [
         replace(column, needed=False) if column.name.startswith("alpha_x") else column
         for column in ALPHA.columns
@@ -243,8 +238,6 @@ class _Checked:
 
     def measures(self, table: Table, tolerance: float) -> None:
         """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
-        import numpy as np
-
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
         largest = max(np.abs(np.nan_to_num(each)).max(initial=0) for each in angles)
@@ -273,8 +266,6 @@ class _Checked:
 
     def media(self, known: tuple[str, ...]) -> None:
         """Turn names of media into their places in the config; of a single one it may be left out."""
-        import numpy as np
-
         codes, places = self.rows.columns["medium"], []
         for name, code in self.rows.texts["medium"].items():
             own = name or (known[0] if len(known) == 1 else "")
@@ -286,9 +277,6 @@ class _Checked:
 
     def runs(self, known: tuple[str, ...], file: str) -> list[Push]:
         """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
-        import numpy as np
-        import pandas as pd
-
         columns, texts = self.rows.columns, self.rows.texts
         if columns["bad"].any():
             columns = {name: values[~columns["bad"]] for name, values in columns.items()}
@@ -363,8 +351,6 @@ def _note_depths(
     name: str, given: str,
 ) -> None:  # fmt: skip
     """Note what the depths of a run tell: several runs in one, or rows that are left out."""
-    import numpy as np
-
     depth = own["depth_cm"]
     ask = "give each push a run_id of its own"
     if not given:
@@ -388,8 +374,6 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
 
     A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
     """
-    import numpy as np
-
     wrong = np.zeros(depth.size, dtype=bool)
     if gamma == 0:
         order = np.argsort(depth, kind="stable")
@@ -415,8 +399,6 @@ def _turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
 
     A pause there is left to the sense that is not that of gamma.
     """
-    import numpy as np
-
     least = _TURN * float(depth.max() - depth.min())
     grown, shrunk = (
         int(np.argmax(sense * depth - np.minimum.accumulate(sense * depth) > least))

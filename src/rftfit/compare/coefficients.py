@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config
 from rftfit.measure.alpha import both, cell_at, column, directions
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import REASON, flags_of, quoted, reason_columns, reason_of, remark
@@ -24,11 +24,6 @@ from rftfit.model.scaling import (
     vertical_penetration,
 )
 from rftfit.reference import MEDIA, coefficients
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
@@ -88,8 +83,6 @@ def _misfit(fit: MediumFit) -> tuple[float, float]:
 
 def generic_rows(group: list[MediumFit]) -> pd.DataFrame:
     """Rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
-    import pandas as pd
-
     method, config = group[0].method, group[0].config
     m0 = generic(np.stack([fit.used for fit in group]))
     draws = generic(np.stack([fit.draws for fit in group], axis=1))

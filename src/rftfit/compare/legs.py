@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config, Leg
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import (
@@ -22,20 +26,11 @@ from rftfit.measure.flags import (
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import errors_behind, errors_known, interval
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import rotation
+from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import arc_of, leg_outline
 from rftfit.model.prediction import peaks_of_draws, predict
 from rftfit.model.profiles import Profile, TableProfile
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config, Leg
-    from rftfit.conventions import FloatArray
-    from rftfit.model.motion import Motion
-    from rftfit.results import Medium
+from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
     "medium", "leg", "profile", "theta_deg", "force_z_N", "force_z_lo_N", "force_z_hi_N",
@@ -193,8 +188,6 @@ def predicted_curves(medium: Medium) -> tuple[pd.DataFrame, Peaks]:
     which the penetration table says. A medium without a nine-term fit has no profile that needs one, and
     one that was pushed in every direction no map.
     """
-    import pandas as pd
-
     config, sand = medium.results.config, medium.name in medium.results.sands
     parts = []
     peaks: Peaks = {}
@@ -317,8 +310,6 @@ def leg_errors(
     bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
     medium, leg and component, `peaks` of `predicted_curves`.
     """
-    import pandas as pd
-
     keys = ["medium", "leg"]
     curves = dict(iter(measured.groupby(keys)))
     flags = {

@@ -9,17 +9,13 @@ every direction, so the unit is the spread of these differences in this medium.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
 from rftfit.model.shapes import published_shapes
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
 
 COLUMNS = [
     "medium", "run_id", "beta_deg", "gamma_deg", "n_others", "beside",
@@ -49,8 +45,6 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger difference in units of the spread of such differences. `apart`: whether that
     is more than chance explains.
     """
-    import pandas as pd
-
     names = [column(c) for c in "zx"]
     known = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
     if known.empty:

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rftfit.measure.alpha import cell_at, column, rows_at
 from rftfit.model.fourier import METHODS, TERMS, TERMS_Z
 from rftfit.model.scaling import AS_PRINTED, GENERIC
 from rftfit.reference import MEDIA, coefficients, load
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import pandas as pd
-
 
 SAME, DIFFERS, INCONSISTENT, UNJUDGED = "same", "differs", "paper inconsistent", "not judged"
 NOT_MEASURED = "not measured"
@@ -171,8 +167,6 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
 
     `published`: Medium to its key in the published tables.
     """
-    import pandas as pd
-
     items, up_and_down = [], {}
     for medium, table in tables.items():
         key = published.get(medium)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.compare.published import (
     CALIBRATED,
@@ -17,18 +19,11 @@ from rftfit.compare.published import (
     compare,
     stated,
 )
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, reason_cells, remark
 from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
-
 
 PAPER_SHARES = {20: 90.0, 35: 100.0}
 """Share of the measured speeds, %, that the paper's simulation meets within so many per cent."""
@@ -195,8 +190,6 @@ def optima(
     itself, it reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
     profile ``table``, the robot was calibrated on.
     """
-    import pandas as pd
-
     half = half_widths(widths, BEST)
     rows = []
     for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):

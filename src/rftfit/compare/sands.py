@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.load import Campaign
 from rftfit.compare.legs import bed_spread
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.errors import (
     Part,
@@ -32,14 +35,6 @@ from rftfit.measure.flags import (
 from rftfit.measure.slopes import GIVEN_DOF, combine_dof, student_quantile, zero_intercept
 from rftfit.measure.strokes import split_runs
 from rftfit.model.scaling import scale_new_medium
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.conventions import FloatArray
 
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",
                 "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "nonlinear_z_ratio", "zeta", "zeta_lo", "zeta_hi", *REASON]  # fmt: skip
@@ -177,8 +172,6 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
     `measured` and `predicted` are leg curves of the natural sands and their predictions by the
     scaled generic profile. With fewer than three legs there is no cross-validation.
     """
-    import pandas as pd
-
     if measured.empty or predicted.empty:
         return pd.DataFrame(columns=CORRECTION_COLUMNS)
     both = measured.merge(

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rftfit.compare.legs import COMPONENTS, WITHIN_PERCENT, extreme
 from rftfit.model.forces import forces_on
 from rftfit.model.motion import THETA_DEG, rotation
 from rftfit.model.outlines import arc_of, leg_outline
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    import pandas as pd
-
-    from rftfit.results import Medium
+from rftfit.results import Medium
 
 SENSITIVITY_COLUMNS = [
     "medium", "leg", "profile", "arc_deg", "arc_step_deg", "hip_height_cm", "hip_step_cm", "lead_cm",
@@ -37,8 +33,6 @@ def leg_sensitivity(
     thickness ahead of it. By the measured table, in natural sands by the scaled generic profile.
     `measured`: Curves of the leg stage, whose theta is compared. `errors`: Has the measured peaks.
     """
-    import pandas as pd
-
     names = ["medium", "leg", "profile", "component"]
     peaks = errors.set_index(names)["peak_measured_N"].to_dict()
     theta = {name: part["theta_deg"] for name, part in measured.groupby(["medium", "leg"])}

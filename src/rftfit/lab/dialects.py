@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.config import Config
 from rftfit.errors import InputError
-from rftfit.lab.write import fixed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.write import Column
+from rftfit.lab.write import Column, fixed
 
 
 def _labels(columns: Sequence[Column]) -> list[str]:

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
+from rftfit.campaign.config import AnyPlate, Leg
 from rftfit.campaign.problems import Place, Problem, did_you_mean, listed
 from rftfit.campaign.rows import number_of
 from rftfit.errors import InputError
+from rftfit.lab.plan import FloatArray, Motion
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+Sizes = Mapping[str, float]
+"""Size by name of the disturbance; one that is not there has no effect."""
 
-    from rftfit.campaign.config import AnyPlate
-    from rftfit.lab.plan import FloatArray, Motion
-
-    Sizes = Mapping[str, float]
-    """Size by name of the disturbance; one that is not there has no effect."""
-
-    Stream = Callable[[int], np.random.Generator]
-    """Random numbers by purpose."""
+Stream = Callable[[int], np.random.Generator]
+"""Random numbers by purpose."""
 
 NOTHING: Sizes = MappingProxyType({})
 

@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rftfit import __version__
+from rftfit.campaign.config import Config
 from rftfit.lab.dialects import WRITERS, dialect_of
-from rftfit.lab.disturb import NOTHING, described, sizes_of
+from rftfit.lab.disturb import NOTHING, Sizes, described, sizes_of
 from rftfit.lab.marker import remove, write_marker
-from rftfit.lab.plan import media_of, plan_runs
+from rftfit.lab.plan import Run, media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files
 from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.disturb import Sizes
-    from rftfit.lab.plan import Run
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import REENACTED
 from rftfit.errors import InputError, OutputError
 from rftfit.reference import CITATION
 from rftfit.store import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 MARKER = REENACTED
 

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from rftfit import reference
-from rftfit.campaign.config import Leg, Plate
+from rftfit.campaign.config import AnyPlate, Config, Leg, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from rftfit.campaign.config import AnyPlate, Config
-
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import Config
 from rftfit.errors import InputError
+from rftfit.lab.plan import Run
 from rftfit.lab.rig import Recording
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.plan import Run
 
 PAPER = "paper"
 PROTOCOLS = {

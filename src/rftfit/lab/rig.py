@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
+from rftfit.campaign.config import Config
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
-from rftfit.lab.plan import duration, motion_at, segments
-from rftfit.lab.truth import felt, granular_law, rod_law
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy.typing as npt
-
-    from rftfit.campaign.config import Config
-    from rftfit.lab.plan import FloatArray, Motion, Run, Segment
-    from rftfit.lab.truth import Forces
-
+from rftfit.lab.plan import FloatArray, Motion, Run, Segment, duration, motion_at, segments
+from rftfit.lab.truth import Forces, felt, granular_law, rod_law
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160

@@ -8,16 +8,13 @@ import io
 import math
 from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit import reference
+from rftfit.campaign.config import Config
+from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import fixed
-
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config
-    from rftfit.lab.plan import FloatArray
 
 MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""

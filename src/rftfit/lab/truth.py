@@ -5,19 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rftfit import reference
-from rftfit.campaign.config import Leg
+from rftfit.campaign.config import Config, Leg, Plate
 from rftfit.lab.disturb import AS_PUBLISHED, Bed, power_law
-from rftfit.lab.plan import CLEARANCE_CM, FloatArray, Motion, Segment, half_extents, plate_of
-
-if TYPE_CHECKING:
-    from rftfit.campaign.config import Config, Plate
-    from rftfit.lab.plan import Run
-
+from rftfit.lab.plan import CLEARANCE_CM, FloatArray, Motion, Run, Segment, half_extents, plate_of
 
 Forces = tuple[FloatArray, FloatArray]
 """Force (z, x) on the intruder in N, z up, x toward +x."""

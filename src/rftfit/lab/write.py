@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from rftfit.lab.plan import FloatArray, Run
-    from rftfit.lab.rig import Recording
-
+from rftfit.lab.plan import FloatArray, Run
+from rftfit.lab.rig import Recording
 
 NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
 _FORCE_DECIMALS = {"N": 5, "mN": 2, "kN": 8, "lbf": 5}

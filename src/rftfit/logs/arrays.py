@@ -7,11 +7,13 @@ import math
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -23,12 +25,6 @@ from rftfit.logs.base import (
     package_needed,
 )
 from rftfit.logs.units import names_and_units, unit_word
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
-    from pathlib import Path
-
-    from rftfit.conventions import FloatArray
 
 MOST_COLUMNS = 64
 """A table with more columns than this is a picture or a field, no log."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import csv
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+
+import numpy as np
 
 from rftfit.logs.base import LogError, PacketCount, RatedReader, number_or_zero
 from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique, unit_word
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy as np
 
 SEQUENCE = "RDT Sequence"
 STATUS = "the transducer reports an error or saturation (status is not 0x0)"

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Sequence
 from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES
 from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
 from rftfit.logs.text import (
@@ -23,13 +27,6 @@ from rftfit.logs.text import (
     utf16_of,
 )
 from rftfit.logs.units import is_units_row, names_and_units
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-
-    from rftfit.campaign.config import TextFormat
 
 DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
 """How the config names them."""

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rftfit.campaign.config import TextFormat
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.logs.base import Log, LogError, MixedClocksError, add_counts
+from rftfit.logs.base import Log, LogError, MixedClocksError, Reader, add_counts
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, head_of
 from rftfit.logs.rostopic import ECHO, is_echo
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
-
-    from rftfit.conventions import FloatArray
-    from rftfit.logs.base import Reader
 
 GAP_STEPS = 5.0
 """A step longer than this many median steps is shown as a gap."""

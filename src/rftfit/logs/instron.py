@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.delimited import DELIMITER_WORDS, DelimitedReader
-from rftfit.logs.text import Plan, TextReader, cells_of, lines_of, text_head
+from rftfit.logs.text import Line, Plan, TextReader, cells_of, lines_of, text_head
 from rftfit.logs.units import is_units_row
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.logs.text import Line
 
 
 class InstronReader(TextReader):

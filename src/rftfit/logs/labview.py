@@ -5,8 +5,9 @@ from __future__ import annotations
 import datetime as dt
 import math
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -23,14 +24,18 @@ from rftfit.logs.base import (
     number_or_zero,
     parallel_map,
 )
-from rftfit.logs.text import MAX_LINE, Kind, Layout, TextFile, lines_of, parse, text_head
+from rftfit.logs.text import (
+    MAX_LINE,
+    Kind,
+    Layout,
+    Line,
+    Rows,
+    TextFile,
+    lines_of,
+    parse,
+    text_head,
+)
 from rftfit.logs.units import names_and_units, unit_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from rftfit.logs.text import Line, Rows
 
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"

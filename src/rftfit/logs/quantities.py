@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from typing import TYPE_CHECKING
+from collections.abc import Collection
 
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from rftfit.conventions import FloatArray
-    from rftfit.logs.base import Log
+from rftfit.conventions import FloatArray
+from rftfit.logs.base import Log
 
 MEANING = {
     "time": "time",

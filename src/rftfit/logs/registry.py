@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from rftfit.campaign.config import AnyLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
 from rftfit.logs.arrays import ArraysReader
@@ -19,13 +23,6 @@ from rftfit.logs.rostopic import RostopicReader
 from rftfit.logs.tabular import ParquetReader, XlsxReader
 from rftfit.logs.tdms import TdmsReader
 from rftfit.logs.text import opened, unpacking_errors
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from importlib.metadata import EntryPoint
-    from pathlib import Path
-
-    from rftfit.campaign.config import AnyLog
 
 GROUP = "rftfit.dialects"
 """Entry points under which other packages bring dialects."""

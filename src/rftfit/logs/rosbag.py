@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -21,14 +24,6 @@ from rftfit.logs.base import (
     package_needed,
     text_option,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-    from typing import BinaryIO
-
-    from rftfit.conventions import FloatArray
-
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from rftfit.logs.base import PacketCount, ns_to_s
 from rftfit.logs.delimited import looked_at
 from rftfit.logs.text import Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique
-
-if TYPE_CHECKING:
-    import numpy as np
 
 RECEIVED = "received"
 STAMP = "header.stamp"

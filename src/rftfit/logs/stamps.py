@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.logs.base import ns_to_s
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rftfit.conventions import FloatArray
 
 NO_ZONE = "time is text without a time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"

@@ -6,12 +6,14 @@ import fnmatch
 import math
 import warnings
 import zipfile
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from copy import copy
 from dataclasses import replace
 from importlib import import_module
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,11 +21,6 @@ from rftfit.logs.base import Log, LogError, Reader, check_unpacked, ns_to_s, onl
 from rftfit.logs.stamps import of_moment, seconds_of
 from rftfit.logs.text import NUMBER
 from rftfit.logs.units import is_units_row, names_and_units, unit_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-    from typing import Self
 
 MOST_ROWS = 1_048_576
 _HEADER_ROWS = 60

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.logs.base import (
     ChannelClock,
     Log,
@@ -21,12 +24,6 @@ from rftfit.logs.base import (
     text_option,
 )
 from rftfit.logs.units import unit_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
-
-    from rftfit.conventions import FloatArray
 
 CUT = "cut in mid-segment"
 

@@ -9,12 +9,13 @@ import math
 import re
 import zlib
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from pathlib import Path
+from typing import Any, BinaryIO, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from rftfit.logs.base import (
     HEAD_BYTES,
     Log,
     LogError,
+    PacketCount,
     Reader,
     add_counts,
     check_size,
@@ -32,13 +34,6 @@ from rftfit.logs.base import (
     parallel_map,
 )
 from rftfit.logs.stamps import seconds_of, seconds_of_column
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
-    from typing import BinaryIO
-
-    from rftfit.logs.base import PacketCount
 
 CUT = "cut in mid-row"
 CELLS = "wrong number of cells"

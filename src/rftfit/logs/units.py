@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from rftfit.logs.quantities import guess
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 _SPELLINGS = {
     "N": "n newton newtons",

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import weighted_sum_variance
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.conventions import FloatArray
-
 
 _FIRST_SHARE = 0.02
 

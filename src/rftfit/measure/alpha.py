@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
+from rftfit.campaign.config import Errors, Grid
+from rftfit.conventions import FloatArray
 from rftfit.measure.errors import (
     ANGLE,
     AS_PREPARED,
@@ -49,16 +54,6 @@ from rftfit.measure.flags import (
 from rftfit.measure.laws import power_fit
 from rftfit.measure.slopes import combine_dof
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import Errors, Grid
-    from rftfit.conventions import FloatArray
-
-
 SAME_DIRECTION_DEG = 0.5
 """Farther than this in an angle, a cell is not the one that is looked for."""
 
@@ -98,10 +93,6 @@ def alpha_table(
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
     """
-    import pandas as pd
-
-    from rftfit.campaign.config import Errors, Grid
-
     errors = errors or Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]

@@ -6,12 +6,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
-from rftfit.campaign.config import UNIT_AREA, CheckName
+from rftfit.campaign.config import UNIT_AREA, CheckName, Config, Medium
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import both, cell_at, column, rows_at
 from rftfit.measure.fits import LEAST_WORK, is_symmetric
 from rftfit.measure.flags import (
@@ -27,18 +33,7 @@ from rftfit.measure.flags import (
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.strokes import split_runs
 
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import Config, Medium
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-
-    Tables = Mapping[str, pd.DataFrame]
+Tables = Mapping[str, pd.DataFrame]
 
 PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
 UNUSABLE, DOUBTFUL = "unusable", "doubtful"

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
-
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-
 
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1

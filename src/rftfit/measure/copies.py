@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+import pandas as pd
 
 from rftfit.campaign.config import UNIT_AREA
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, reason_cells, remark
 from rftfit.measure.strokes import split_runs
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
 
 _LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
 """Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times

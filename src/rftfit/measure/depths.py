@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+import pandas as pd
+
+from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
 from rftfit.measure.checks import ACCEPTED, FAILED
 from rftfit.measure.fits import fit_medium
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    import pandas as pd
-
-    from rftfit.campaign.load import Campaign
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
@@ -44,8 +40,6 @@ def alpha_at_depths(
     `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium; `cells`: makes
     a table of alpha from fits, at a depth.
     """
-    import pandas as pd
-
     config = campaign.config
     parts = [tables["alpha"].iloc[:0].copy()]
     parts[0].insert(3, "depth_cm", 0.0)

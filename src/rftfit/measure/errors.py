@@ -8,23 +8,16 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config, Errors
+from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config, Errors
-    from rftfit.conventions import FloatArray
-
 
 NOISE, STARTUP, SURFACE, ANGLE, BED, CURVATURE, TARE, ROD, SESSION, TURN = SOURCES = (
     "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "rod", "session", "turn",

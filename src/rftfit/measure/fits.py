@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
-from rftfit.conventions import file_extraction
+from rftfit.campaign.config import AnyPlate, Config, Container, Fit
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray, file_extraction
 from rftfit.measure.flags import (
     FLAGS,
     MARKS,
@@ -32,18 +38,6 @@ from rftfit.measure.slopes import (
     zero_intercept,
 )
 from rftfit.measure.strokes import split_runs
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import AnyPlate, Config, Container, Fit
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-
 
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
@@ -357,8 +351,6 @@ def fit_medium(
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
     fitted or not; the rows of the strokes handed on.
     """
-    import pandas as pd
-
     ledger = Ledger()
     where = split_runs(tared)
     columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
@@ -538,8 +530,6 @@ def leg_curves(
     `status` and `tared` are tables of the ingest and tare stages. The errors of the zero are the
     same along a curve.
     """
-    import pandas as pd
-
     ledger = Ledger()
     where = split_runs(tared)
     facts = {row["run_id"]: row for row in status.to_dict("records")}

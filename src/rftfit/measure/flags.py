@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from rftfit.campaign.tables import OTHER_SENSE
 from rftfit.logs.base import FINITE
 from rftfit.logs.text import CELLS, CUT, NUMBER
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
-
-    import numpy.typing as npt
-    import pandas as pd
 
 DUPLICATE = "duplicated row"
 BACKWARDS = "time runs backwards"

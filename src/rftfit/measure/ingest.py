@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config, Transducer
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.text import OF_CELLS
@@ -33,6 +38,7 @@ from rftfit.measure.pairs import (
     FORCE_TO_N,
     LENGTH_TO_CM,
     TIME_TO_S,
+    Pair,
     factor,
     gaps,
     load_pairs,
@@ -41,21 +47,8 @@ from rftfit.measure.pairs import (
 )
 from rftfit.measure.slopes import GIVEN_DOF
 from rftfit.measure.strokes import Motion, find_stroke, join_runs
-from rftfit.measure.surface import Surface, compliance_of, find_surface
+from rftfit.measure.surface import Compliance, Surface, compliance_of, find_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config, Transducer
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-    from rftfit.measure.pairs import Pair
-    from rftfit.measure.surface import Compliance
-
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
@@ -164,8 +157,6 @@ def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Dat
     Returns a row per force sample; a row per run: status, reason, flags, clock and zero; the rows of
     all logs but the good ones of the strokes.
     """
-    import pandas as pd
-
     traces, rows, ledger = ingest_traces(campaign, medium)
     return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
@@ -237,8 +228,6 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
 
 def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
     """Put the columns of some runs, in the order of `SAMPLE_COLUMNS`, into one long table."""
-    import pandas as pd
-
     parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
     samples = join_runs(parts, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.campaign.config import Law
+from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import Slope, combine_dof, free_intercept, weighted_sum_variance
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rftfit.campaign.config import Law
-    from rftfit.conventions import FloatArray
 
 _STEPS, _SMALL, _LEAST_P, _MOST_P = 8, 1e-6, 0.2, 3.0
 

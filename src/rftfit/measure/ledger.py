@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.sheet import Run
 from rftfit.errors import RftfitError
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.sheet import Run
 
 
 class RowStatus(IntEnum):
@@ -74,16 +69,12 @@ class Ledger:
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""
-        import pandas as pd
-
         rows = ((*key, *reason_cells(why), n) for (*key, why), n in self.counts.items())
         return pd.DataFrame(sorted(rows), columns=COLUMNS)
 
 
 def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Join ledgers; a run in air that serves several media is read for each but counted once."""
-    import pandas as pd
-
     book = pd.concat([part.fillna({"medium": ""}) for part in parts], ignore_index=True)
     in_air = book["kind"] == "leg_air"
     once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])

@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.calibration import calibration_of
-from rftfit.campaign.config import ForceLog
+from rftfit.campaign.calibration import Calibration
+from rftfit.campaign.config import AnyLog, Column, Config, ForceLog
+from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import unknown_word
-from rftfit.logs.base import Log, LogError
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
+from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from rftfit.campaign.calibration import Calibration
-    from rftfit.campaign.config import AnyLog, Column, Config
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-    from rftfit.logs.base import Reader
-
 
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
 FORCE_TO_N = {
@@ -261,7 +253,7 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     """
     config, units = campaign.config, chain_units(campaign.config)
     force_reader, motion_reader = readers(campaign)
-    force_of = partial(_force, config, units, calibration_of(campaign))
+    force_of = partial(_force, config, units, campaign.calibration)
     zeros: dict[str, Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
         part = runs[first : first + _AT_A_TIME]
@@ -290,7 +282,7 @@ def one_table(config: Config, run: Run) -> bool:
 
 def readers(campaign: Campaign) -> tuple[Reader, Reader]:
     """Return the readers of force and of motion logs, of the columns only that the config names."""
-    config, calibration = campaign.config, calibration_of(campaign)
+    config, calibration = campaign.config, campaign.calibration
     gauges = calibration.gauges if calibration is not None else ()
 
     def reader(source: AnyLog, key: str) -> Reader:

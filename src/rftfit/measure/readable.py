@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
-from rftfit.campaign.problems import Place, Problem
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.problems import Place, Problem, Severity
+from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Remark, flags_of, reason_of
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.problems import Severity
-    from rftfit.campaign.sheet import Run
 
 LARGEST_BYTES = 20_000_000
 """Larger logs are left to the run itself."""

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
-from rftfit.conventions import direction, intrusion_angle
+from rftfit.campaign.config import Arm
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray, direction, intrusion_angle
 from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Arm
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-
 
 UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
@@ -338,8 +331,6 @@ def join_runs(
     parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
 ) -> pd.DataFrame:
     """Put columns of several runs into one long table; names are categories, which keeps it small."""
-    import pandas as pd
-
     sizes = [part[columns[0]].size for part in parts.values()]
     codes = np.repeat(np.arange(len(parts)), sizes)
     data: dict[str, object] = {

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
-
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-
 
 WINDOWS = (0.7, 1.0, 1.4)
 """Windows that are tried, relative to the one asked for; the middle one counts."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
@@ -14,12 +15,6 @@ from rftfit.measure.flags import flag_columns, reason_columns, remark
 from rftfit.measure.ingest import PHASES, RUN_COLUMNS, readings_digest, samples_table
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.campaign.load import Campaign
-
 
 _FEWEST_READINGS = 8
 """Different stresses of a run by which a copy is known: fewer, with two or three digits, may be equal by chance."""
@@ -29,8 +24,6 @@ def ingest_table(
     campaign: Campaign, medium: str
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
-    import pandas as pd
-
     parts: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
     known = {"zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": GIVEN_DOF, "clock_se_s": 0.0}
@@ -67,8 +60,6 @@ def fit_alpha_table(
     campaign: Campaign, medium: str, tared: pd.DataFrame
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """As `rftfit.measure.fits.fit_medium`, of slopes that the table gives."""
-    import pandas as pd
-
     ledger, level = Ledger(), campaign.config.fit.confidence
     rows = []
     for run in campaign.runs_of(medium):

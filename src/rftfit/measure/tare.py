@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.strokes import join_runs, strokes
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.conventions import FloatArray
-    from rftfit.measure.strokes import Samples
-
+from rftfit.measure.strokes import Samples, join_runs, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
@@ -77,8 +71,6 @@ def tare_medium(
     Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
     run, its valid range or why there is none, and tares that are none; the rows of the tare runs and of runs without a tare.
     """
-    import pandas as pd
-
     ledger = Ledger()
     found = strokes(traces)
     refused = {row["run_id"]: reason_of(row) for row in status.to_dict("records")}

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.campaign.config import Leg
+from rftfit.campaign.config import AnyPlate, Leg
+from rftfit.conventions import FloatArray
 from rftfit.measure.fits import half_extent
 from rftfit.measure.flags import Refused
 from rftfit.measure.slopes import weighted_sum_variance
-
-if TYPE_CHECKING:
-    from rftfit.campaign.config import AnyPlate
-    from rftfit.conventions import FloatArray
 
 MIN_SAMPLES = 50
 _FEWEST = 10

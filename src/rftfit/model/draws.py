@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import zlib
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
+from rftfit.campaign.config import Config
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import ROD, SESSION, SOURCES, TARE, TURN
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
 
 _MANY = 1e6
 

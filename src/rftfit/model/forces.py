@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.model import reference_kernel
-from rftfit.model.profiles import combine
-
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-    from rftfit.model.outlines import Outline
-    from rftfit.model.profiles import Profile
-
+from rftfit.model.outlines import Outline
+from rftfit.model.profiles import Profile, combine
 
 _MOST_AT_ONCE = 2_000_000
 

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.symmetry import Rectangle
-
+from rftfit.conventions import FloatArray
+from rftfit.model.symmetry import WIDEST_DEG, Rectangle, rectangle, torus
 
 # --- The nine-term Fourier model of alpha(beta, gamma) and the two ways of fitting it.
 

@@ -13,21 +13,18 @@ references to arrays, which would cost as much as the forces of a block.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from rftfit.conventions import FloatArray
+from rftfit.model.profiles import Pack
 
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Pack
-
-    IntArray = npt.NDArray[np.int64]
-    _F = TypeVar("_F", bound=Callable[..., Any])
+IntArray = npt.NDArray[np.int64]
+_F = TypeVar("_F", bound=Callable[..., Any])
 
 # as in `rftfit.model.profiles`, which the cache does not watch
 _FOURIER, _TABLE, _NEGLIGIBLE, _STILL = 0, 1, 1e-9, 1e-12

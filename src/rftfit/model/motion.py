@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.rows import Column, Schema, read_rows
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray
 
 
 @dataclass(frozen=True)

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
+from rftfit.campaign.config import Leg
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.rows import Column, Schema, read_rows
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy.typing as npt
-
-    from rftfit.campaign.config import Leg
-    from rftfit.conventions import FloatArray
-
+from rftfit.conventions import FloatArray
 
 # --- Thin outlines in the plane: arcs of any curvature, the model legs, any line of points.
 

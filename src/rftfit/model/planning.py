@@ -6,15 +6,17 @@ covariance of target and alpha at all nodes, conditioned on one push after the o
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from rftfit.campaign.problems import choose
+from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import rotation
+from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import Outline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
@@ -31,15 +33,7 @@ from rftfit.model.shapes import (
     usual_error,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.motion import Motion
-
-    Numbers = Callable[[FloatArray, Map], FloatArray]
+Numbers = Callable[[FloatArray, Map], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -190,8 +184,6 @@ class Plan:
             on its way back), ``runs`` (so far), ``half_width_percent`` of the target's interval, root
             mean square over its parts.
         """
-        import pandas as pd
-
         rows, runs = [], 0
         for number, step in enumerate(self.steps):
             runs += step.runs

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config
+from rftfit.conventions import FloatArray
 from rftfit.model.draws import interval
-from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import rotation
+from rftfit.model.forces import Forces, force_draws, forces_on
+from rftfit.model.motion import Motion, rotation
+from rftfit.model.outlines import Outline
 from rftfit.model.profiles import FourierProfile, Profile
 from rftfit.model.reference_kernel import place, submerged
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
-    from rftfit.model.forces import Forces
-    from rftfit.model.motion import Motion
-    from rftfit.model.outlines import Outline
-    from rftfit.model.scaling import ScaledMedium
+from rftfit.model.scaling import ScaledMedium
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
@@ -78,8 +71,6 @@ def predict(
     >>> round(float(forces["force_z_N"].max()), 1)
     8.9
     """
-    import pandas as pd
-
     motion = rotation() if motion is None else motion
     best = forces_on(profile, outline, motion.poses)
     ends: Ends = {}

@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 from pydantic import ValidationError
 
 import rftfit
 from rftfit.campaign.files import read_text
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.reading import ModelFile, check_model
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, fit_lsq, kept_terms
@@ -36,14 +40,6 @@ from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.shapes import Map
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
 
 MARK = f'{{\n "format": "{FORMAT}"'
 """How a file of this program begins."""
@@ -343,8 +339,6 @@ def _made(
 
 def pushes_in_profile(path: Path) -> pd.DataFrame:
     """The pushes behind a profile file, as `rftfit.estimate_map` takes them."""
-    import pandas as pd
-
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
     table = pd.DataFrame(read_content(path).pushes.model_dump()).rename(columns=names)
     return table.astype(float)

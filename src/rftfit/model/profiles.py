@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from rftfit.campaign.problems import choose
-from rftfit.conventions import wrap_beta, wrap_gamma
+from rftfit.conventions import FloatArray, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import both, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
     from rftfit.model.scaling import ScaledMedium
 
-    IndexArray = npt.NDArray[np.signedinteger]
+IndexArray = npt.NDArray[np.signedinteger]
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
 """Profiles of a medium: alpha as measured; completed by the shape that known media share; its nine terms;

@@ -7,15 +7,10 @@ pictures. Elements are arrays (..., 8): centre x, z (cm), unit tangent x, z, hal
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from rftfit.conventions import intrusion_angle, wrap_beta
-
-if TYPE_CHECKING:
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
+from rftfit.conventions import FloatArray, intrusion_angle, wrap_beta
+from rftfit.model.profiles import Profile
 
 
 def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:

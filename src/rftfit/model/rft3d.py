@@ -7,16 +7,11 @@ each ``f`` a polynomial of third degree in ``v.g``, ``m.g`` and ``m.v``, the sam
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import numpy.typing as npt
 
+from rftfit.conventions import FloatArray
 from rftfit.model.profiles import TableProfile
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
 
 _COEFFICIENTS = np.array([
     [0.00212, -0.02320, -0.20890, -0.43083, -0.00259, 0.48872, -0.00415, 0.07204, -0.02750, -0.08772,

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
+from rftfit.campaign.config import Config
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import both, cell_at, column, directions, flagged
 from rftfit.measure.checks import usable
 from rftfit.measure.flags import Remark, quoted, remark, say
@@ -25,18 +30,8 @@ from rftfit.model.fourier import (
     fit_lsq,
     kept_terms,
 )
-from rftfit.model.profiles import scaled_generic
+from rftfit.model.profiles import FourierProfile, scaled_generic
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import FourierProfile
 
 GENERIC = "generic"
 
@@ -362,8 +357,6 @@ class ScaledMedium(Scaled):
             ``beta_deg, gamma_deg``, and ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
             ``alpha_z_hi_N_per_cm3``, the same of ``alpha_x``.
         """
-        import pandas as pd
-
         return pd.DataFrame(self.columns())
 
     def columns(self) -> dict[str, FloatArray]:

@@ -14,15 +14,19 @@ mean is its number, their quantiles are its interval.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from importlib.resources import files
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
+from rftfit.campaign.config import Config
 from rftfit.campaign.tables import ALPHA
-from rftfit.conventions import mirror
+from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
 from rftfit.measure.alpha import SAME_DIRECTION_DEG, both, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
@@ -32,16 +36,7 @@ from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    import numpy.typing as npt
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
-
-    Angles = tuple[FloatArray, FloatArray]
+Angles = tuple[FloatArray, FloatArray]
 
 DRAWS, SEED = 1000, 2013
 """Draws of a map behind its intervals, and their seed."""
@@ -912,8 +907,6 @@ class Map:
             ``beta_deg, gamma_deg``; ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
             ``alpha_z_hi_N_per_cm3``, the same of ``alpha_x``; ``source``: measured or estimated.
         """
-        import pandas as pd
-
         return pd.DataFrame(self.columns())
 
     def columns(self) -> dict[str, npt.NDArray[np.generic]]:

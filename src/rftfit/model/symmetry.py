@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from rftfit.conventions import mirror
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray, mirror
 
 AXIS_TOLERANCE_DEG = 0.5
 """Angles of a table closer than this lie on one line of its grid."""

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from rftfit.campaign.columns import COLUMNS
 from rftfit.errors import InputError
 
 PARTS = ("measure", "profile", "predict", "robot", "run", "commands")
@@ -128,8 +129,6 @@ def _table(part: str, entry: dict[str, Any], common: dict[str, Column]) -> Outpu
 
 def _sheet_columns() -> tuple[Column, ...]:
     """Columns of the run sheet, from the definition that also reads it."""
-    from rftfit.campaign.columns import COLUMNS
-
     return tuple(
         Column(
             one.name, "number" if one.form == "number" else "text", "as in the run sheet",

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from rftfit.figures.captions import percent, span
 from rftfit.figures.style import number
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def share(x: float | None) -> str:

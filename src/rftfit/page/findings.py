@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.captions import (
@@ -25,14 +27,8 @@ from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of, remark
 from rftfit.page.cells import records
+from rftfit.results import Results
 from rftfit.robot.speeds import share_within
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    import pandas as pd
-
-    from rftfit.results import Results
 
 _MOST_MEDIA = 3
 

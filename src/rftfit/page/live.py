@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Leg
+from rftfit.conventions import FloatArray
 from rftfit.figures.captions import PROFILES, name_of
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
@@ -19,8 +23,14 @@ from rftfit.model.fourier import TERMS
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
 from rftfit.model.planning import plan
-from rftfit.model.prediction import find_peaks, predict
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.model.prediction import Peak, find_peaks, predict
+from rftfit.model.profiles import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 from rftfit.model.scaling import (
     GENERIC,
     Reference,
@@ -33,17 +43,7 @@ from rftfit.model.scaling import (
 from rftfit.model.shapes import Pushes, estimate, usual_error
 from rftfit.page.findings import usable
 from rftfit.reference import BETA_DEG, GAMMA_DEG
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Leg
-    from rftfit.conventions import FloatArray
-    from rftfit.model.prediction import Peak
-    from rftfit.model.profiles import Profile
-    from rftfit.results import Results
+from rftfit.results import Results
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""

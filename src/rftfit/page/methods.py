@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+
+import pandas as pd
 
 import rftfit
-from rftfit.campaign.config import Disc, Plate
+from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
 from rftfit.figures.style import number
@@ -21,17 +23,10 @@ from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import GENERIC, published
 from rftfit.page.findings import listed, usable
 from rftfit.page.live import scaled_from_print
+from rftfit.page.outcome import Outcome
+from rftfit.results import Results
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config, Leg
-    from rftfit.page.outcome import Outcome
-    from rftfit.results import Results
 
 
 def settings_digest(config: Config) -> str:

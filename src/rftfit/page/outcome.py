@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.captions import in_brackets, name_of, percent, span
@@ -13,9 +13,7 @@ from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.page.cells import records
-
-if TYPE_CHECKING:
-    from rftfit.results import Results
+from rftfit.results import Results
 
 SOUND, NOTHING = "sound", "no result"
 """Verdicts on the data of a medium, besides those of the checks."""

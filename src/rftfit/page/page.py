@@ -5,17 +5,29 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import pandas as pd
 from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.compare.sensitivity import shapes, told
+from rftfit.figures import (  # noqa: F401
+    generic,
+    legs,
+    maps,
+    plates,
+    protocol,
+    quality,
+    robot,
+    sands,
+)
 from rftfit.figures.captions import of_method
-from rftfit.figures.registry import figures, greek, has_intervals
+from rftfit.figures.registry import Declared, figures, greek, has_intervals
 from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
@@ -24,18 +36,10 @@ from rftfit.page import tables
 from rftfit.page.findings import findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
-from rftfit.page.outcome import believed, outcome_of_runs
+from rftfit.page.outcome import Outcome, believed, outcome_of_runs
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
+from rftfit.results import Results
 from rftfit.store.environment import versions
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import pandas as pd
-
-    from rftfit.figures.registry import Declared
-    from rftfit.page.outcome import Outcome
-    from rftfit.results import Results
 
 SCRIPTS = (
     "kernel.js", "scaling.js", "drawing.js", "tables.js", "maps.js", "curves.js", "viewer.js",
@@ -75,8 +79,6 @@ _COMPONENT = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b")
 
 def report(results: Results) -> tuple[str, pd.DataFrame]:
     """Make the page, and the table of what was found."""
-    import pandas as pd
-
     return page(results), pd.DataFrame(findings(results), columns=["finding", "section"])
 
 
@@ -221,16 +223,6 @@ class Picture:
 def pictures(results: Results) -> list[Picture]:
     """Every figure that was drawn, in the order in which figures are shown."""
     # their captions are text of the page: a changed one makes it again
-    from rftfit.figures import (  # noqa: F401
-        generic,
-        legs,
-        maps,
-        plates,
-        protocol,
-        quality,
-        robot,
-        sands,
-    )
 
     return [
         _picture(results, one, medium)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from rftfit.model import reference_kernel
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
 from rftfit.page.live import profiles
-
-if TYPE_CHECKING:
-    from rftfit.results import Results
+from rftfit.results import Results
 
 FLAT, REVERSED = "flat_leg", "reversed_c_leg"
 _BY_MODEL = ("table", "fourier")

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.errors import InputError
 from rftfit.figures.captions import name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
 from rftfit.page.live import as_lists
+from rftfit.results import Results
 from rftfit.robot.speeds import held_from_alpha, share_within
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.results import Results
 
 DIGITS = 5
 CURVATURE = "R\N{PRIME}/r"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from markupsafe import Markup
 
@@ -25,19 +26,14 @@ from rftfit.page.outcome import (
     NOTHING,
     SOUND,
     VERDICT_WORDS,
+    Outcome,
     gravest_doubt,
     rows_by_reason,
     verdict_of,
     verdicts_on_legs,
 )
-from rftfit.page.reversal import FLAT, REVERSED, reversals
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.page.outcome import Outcome
-    from rftfit.page.reversal import Reversal
-    from rftfit.results import Results
+from rftfit.page.reversal import FLAT, REVERSED, Reversal, reversals
+from rftfit.results import Results
 
 ALPHA_Z = Markup("\N{GREEK SMALL LETTER ALPHA}<sub>z</sub>")
 ZETA, CHI = "\N{GREEK SMALL LETTER ZETA}", "\N{GREEK SMALL LETTER CHI}"

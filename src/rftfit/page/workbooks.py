@@ -6,7 +6,11 @@ import datetime as dt
 import io
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+from xlsxwriter.worksheet import Worksheet
 
 import rftfit
 from rftfit import reference
@@ -16,14 +20,7 @@ from rftfit.figures.style import level
 from rftfit.measure.flags import say
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    import pandas as pd
-    from xlsxwriter.worksheet import Worksheet
-
-    from rftfit.results import Results
+from rftfit.results import Results
 
 # the file's own date; a real one would make every file differ
 _CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)

@@ -7,12 +7,9 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    import pandas as pd
+import pandas as pd
 
 CITATION = (
     "Li, C., Zhang, T. and Goldman, D. I., A Terradynamics of Legged Locomotion on Granular "
@@ -41,7 +38,6 @@ NAMES = ("table_s1", "table_s2", "table_s3", "table_s4", "table_s5", "fig_s5", "
 
 @cache
 def _read(name: str) -> pd.DataFrame:
-    import pandas as pd
 
     with files(__name__).joinpath(f"{name}.csv").open(encoding="utf-8") as handle:
         return pd.read_csv(handle, comment="#")

@@ -7,20 +7,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from rftfit.model.outlines import arc, polyline
+from rftfit.conventions import FloatArray
+from rftfit.model.outlines import Outline, arc, polyline
+from rftfit.model.profiles import Profile
 from rftfit.model.reference_kernel import element_forces, place
+from rftfit.robot.config import Robot
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.outlines import Outline
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
 
-    IntArray = npt.NDArray[np.int64]
+IntArray = npt.NDArray[np.int64]
 
 
 NEWTON_IN_G_CM_PER_S2 = 1e5

@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -16,9 +17,6 @@ from rftfit.campaign.reading import read_model
 from rftfit.campaign.schema import json_schema
 from rftfit.errors import RftfitError
 from rftfit.store import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 Point = Annotated[tuple[float, float], Field(strict=False)]
 STANDARD_GRAVITY_CM_PER_S2 = 980.665

@@ -9,26 +9,21 @@ cancels.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
+from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
-    from rftfit.robot.config import Robot
-
 
 DRAWS = 8
 """For speeds, in dozens of conditions: a half width is then known to a quarter of itself."""
@@ -195,8 +190,6 @@ def widths(
 
     The spread of each profile is a stack of draws. Returns `WIDTH_COLUMNS` without the medium.
     """
-    import pandas as pd
-
     known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
     places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
     conditions = [Condition(*place) for place in dict.fromkeys(places)]

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.model.outlines import arc
+from rftfit.model.profiles import Profile
 from rftfit.robot.body import element_series
-from rftfit.robot.run import simulate
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
-    from rftfit.robot.run import RobotRun
-
+from rftfit.robot.config import Robot
+from rftfit.robot.run import RobotRun, simulate
 
 # --- Pictures of the running robot for the report page: poses and the force on every element.
 
@@ -115,8 +110,6 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
 
     A row an element; x counts from the centre of mass. `samples`: Of the run's series, in a stride.
     """
-    import pandas as pd
-
     assert run.series is not None
     last = run.series.last(samples)
     hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Remark, remark, say
-from rftfit.robot.body import assemble
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.body import Parts
-    from rftfit.robot.config import Numerics, Robot
+from rftfit.model.profiles import Profile
+from rftfit.robot.body import Parts, assemble
+from rftfit.robot.config import Numerics, Robot
 
 
 @dataclass(frozen=True)
@@ -71,8 +67,6 @@ class Series:
 
     def table(self) -> pd.DataFrame:
         """All of it as a table, units in the names; forces as ``force_z_tripod_1_N``."""
-        import pandas as pd
-
         columns = {
             name: getattr(self, name)
             for name in self.__dataclass_fields__

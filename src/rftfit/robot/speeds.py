@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of, remark
+from rftfit.reference import load
 from rftfit.robot.intervals import SPEED, half_widths
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    import pandas as pd
-
 
 MEASURED = [
     "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz",
@@ -44,8 +41,6 @@ def measured_speeds(
 
     `calibrated`: Curvature and frequency (Hz) of the conditions that the robot was calibrated on.
     """
-    import pandas as pd
-
     rows = []
     for name, part in trials.groupby("condition", sort=False):
         good = part[part["status"] == "used"]
@@ -75,10 +70,6 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
 
     Standing still is left out. The figure shows means of three trials; their scatter was not read.
     """
-    import pandas as pd
-
-    from rftfit.reference import load
-
     table = load("fig_4c")
     rows = []
     table = table[table["stride_frequency_Hz"] > 0.01]
@@ -104,8 +95,6 @@ def speed_errors(
     Every measured condition is simulated at its own curvature and frequency: nothing is
     interpolated. NaN with a reason where either speed is not known.
     """
-    import pandas as pd
-
     rows = []
     half = half_widths(widths, SPEED)
     for profile, part in speed.groupby("profile", sort=False):

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of
 from rftfit.model.planning import Target
-from rftfit.model.profiles import TableProfile
-from rftfit.robot.run import Condition, simulate
+from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.shapes import Map
+from rftfit.robot.config import Robot
+from rftfit.robot.run import Condition, RobotRun, simulate
 from rftfit.store.environment import usable_cores
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    import pandas as pd
-
-    from rftfit.conventions import FloatArray
-    from rftfit.model.profiles import Profile
-    from rftfit.model.shapes import Map
-    from rftfit.robot.config import Robot
-    from rftfit.robot.run import RobotRun
-
 
 PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
 """The three starting phases: alternating tripods repeat every half turn, of which these are thirds."""
@@ -146,15 +139,11 @@ def row_of(run: RobotRun) -> tuple[object, ...]:
 
 def speed_table(rows: Iterable[tuple[object, ...]]) -> pd.DataFrame:
     """Write rows of runs (`row_of`) as a table."""
-    import pandas as pd
-
     return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Mean, least and greatest speed over the starting phases whose runs are steady; NaN where none is."""
-    import pandas as pd
-
     groups: dict[tuple[float, float], list[dict[Any, Any]]] = {}
     for row in table.to_dict("records"):
         groups.setdefault((row["curvature_times_R"], row["frequency_Hz"]), []).append(row)

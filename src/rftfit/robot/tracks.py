@@ -4,30 +4,22 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, RobotRuns
 from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.load import root_of
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.reading import read_model
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.rows import Column, DraftRow, Schema, read_rows
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.flags import Remark, remark
 from rftfit.robot.config import read_robot
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-    from pathlib import Path
-
-    from rftfit.campaign.config import RobotRuns
-    from rftfit.campaign.problems import Problem
-    from rftfit.campaign.rows import DraftRow
-    from rftfit.conventions import FloatArray
-
 
 # --- The robot's run sheet: which marker track is a trial of which condition.
 
