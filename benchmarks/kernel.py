@@ -22,7 +22,7 @@ import numpy as np
 from turning import sweep, sweep_draws
 
 from rftfit import reference
-from rftfit.measure.alpha import both, directions
+from rftfit.measure.alpha import alpha_columns, directions
 from rftfit.model.fourier import as_array, fit_lsq
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
@@ -83,7 +83,7 @@ def all_draws(stacks: list[TableProfile]) -> None:
 def main() -> None:
     table = TableProfile.published("poppy_LP")
     cells = reference.load("table_s5").query("medium == 'poppy_LP'")
-    nine = FourierProfile(as_array(fit_lsq(*directions(cells), *both(cells))))
+    nine = FourierProfile(as_array(fit_lsq(*directions(cells), *alpha_columns(cells))))
     profiles: dict[str, Profile] = {
         "nine terms": nine, "table": table, "depth-only": DepthOnlyProfile.of(table),
     }  # fmt: skip

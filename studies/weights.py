@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 import rftfit
-from rftfit.measure.alpha import both, cell_at, column, directions
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
 from rftfit.model.fourier import TERMS, fit_lsq, kept_terms
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.symmetry import torus
@@ -26,11 +26,11 @@ def main(folder: str) -> None:
     for name in results.laboratory:
         table = results[name].alpha
         whole = torus(*directions(table))
-        completed = whole.beta, whole.gamma, *whole.complete(*both(table))
+        completed = whole.beta, whole.gamma, *whole.complete(*alpha_columns(table))
         down = cell_at(table, 0, 90)
         for weights, cells in (
             ("before", completed),
-            ("one each", (*directions(table), *both(table))),
+            ("one each", (*directions(table), *alpha_columns(table))),
         ):
             fit = fit_lsq(*cells, kept_terms(fit_lsq(*cells), PAPER_RULE))
             zeta = float(vertical_penetration(fit))

@@ -12,7 +12,7 @@ from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import direction
 from rftfit.measure.flags import Refused
-from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, Motion, find_stroke
+from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
 
 AIR_CM = 2.0
 NAN = float("nan")
@@ -89,7 +89,7 @@ class Pushes:
                 np.round(x / step) * step,
                 np.round((z + self.top_cm) / step) * step - self.top_cm,
             )
-        return Motion(time, x, z + self.top_cm, np.zeros(time.size))
+        return IntruderPath(time, x, z + self.top_cm, np.zeros(time.size))
 
     def strokes(self, *, back=False):
         """Start and end, s, of each push that goes below the surface, or of each pull."""

@@ -33,7 +33,7 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import optima
 from rftfit.compare.sensitivity import leg_sensitivity
-from rftfit.measure.alpha import both, column, directions
+from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
@@ -283,7 +283,7 @@ FRAMES: dict[str, Any] = {
 
 
 def _fit(table):
-    return fit_lsq(*directions(table), *both(table))
+    return fit_lsq(*directions(table), *alpha_columns(table))
 
 
 def _one_test(medium):

@@ -9,7 +9,7 @@ import pytest
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
-from rftfit.measure.strokes import Motion
+from rftfit.measure.strokes import IntruderPath
 
 LIMIT = 0.05
 
@@ -47,7 +47,7 @@ class Rig:
             )
         z = 1.6 - moved + random.normal(0, 0.0003, tick.size)
         angle = np.radians(30 + random.normal(0, 0.02, tick.size))
-        self.motion = Motion(1000 + tick + offset, np.zeros(tick.size), z, angle)
+        self.motion = IntruderPath(1000 + tick + offset, np.zeros(tick.size), z, angle)
 
     def fit(self):
         force = moving_spans(self.force_time, self.line, 0.5)
@@ -168,4 +168,4 @@ def test_one_clock_has_no_error():
 
 def test_motion_log_of_two_samples_has_no_stretch():
     two = np.zeros(2)
-    assert Motion(np.arange(2.0), two, two, two).spans(Arm()).shape == (0, 2)
+    assert IntruderPath(np.arange(2.0), two, two, two).spans(Arm()).shape == (0, 2)

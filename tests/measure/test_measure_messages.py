@@ -17,7 +17,7 @@ from rftfit.measure.ingest import ForceReadings, find_clock, place_surface, read
 from rftfit.measure.ingest import _flags as stroke_flags
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.pairs import completed
-from rftfit.measure.strokes import Motion, find_stroke
+from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface
 
 NAN = float("nan")
@@ -29,7 +29,7 @@ PUSH = Run(
 
 def path(depth):
     time = np.linspace(0, 10, depth.size)
-    return Motion(time, np.zeros_like(depth), -depth, np.zeros_like(depth))
+    return IntruderPath(time, np.zeros_like(depth), -depth, np.zeros_like(depth))
 
 
 def changed(config, section, **values):
@@ -68,7 +68,7 @@ def test_a_surface_that_cannot_be_found(paper_config):
     run = replace(PUSH, intruder=name)
     tilted = replace(run, beta_deg=30.0)
     push = make_push(2)
-    motion = Motion(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
+    motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
     with pytest.raises(ValueError, match=r"surface.method find works for flat plates pushed down"):
         place_surface(config, tilted, motion, push.force_time, push.force, 0.0)
     with pytest.raises(ValueError, match=r"surface not found well enough: .* allowed: 1e-06 cm"):
@@ -132,12 +132,12 @@ def test_a_large_rise_is_not_called_noise():
 def test_a_motion_up_toward_minus_x(paper_config):
     time = np.linspace(0, 10, 500)
     up = np.linspace(0, 5, 500)
-    motion = Motion(time, 3 - up, up - 6, np.zeros(500))
+    motion = IntruderPath(time, 3 - up, up - 6, np.zeros(500))
     run = replace(PUSH, direction="extraction", gamma_deg=-45.0)
     arm = paper_config.arm.model_copy(update={"speed_cm_per_s": 0.7})
     start, end = find_stroke(motion, motion.spans(arm), run, arm)
     assert end - start > 9
-    back = Motion(time, up, up - 6, np.zeros(500))
+    back = IntruderPath(time, up, up - 6, np.zeros(500))
     with pytest.raises(ValueError, match=r"along gamma = -135.0 deg; .* is along -45.0 deg"):
         find_stroke(back, back.spans(arm), run, arm)
 

@@ -14,7 +14,7 @@ from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused
-from rftfit.measure.strokes import Motion, find_stroke
+from rftfit.measure.strokes import IntruderPath, find_stroke
 
 FEW = 40
 """`make strokes` judges 500."""
@@ -46,7 +46,7 @@ def legs(*ends_deg):
     way = np.radians(np.repeat(ends_deg, 2))
     times = np.cumsum([0, *(1 if a == b else abs(a - b) / 0.2 for a, b in pairwise(way))])
     time = np.arange(0, times[-1], 0.02)
-    return Motion(time, 0 * time, 0 * time, np.interp(time, times, way))
+    return IntruderPath(time, 0 * time, 0 * time, np.interp(time, times, way))
 
 
 SEVERAL = [
@@ -79,7 +79,7 @@ def test_two_directions_in_one_log():
     parts = zip(vars(down).values(), vars(slanted).values(), strict=True)
     time, x, z, angle = (np.concatenate(part) for part in parts)
     time[down.time.size :] += down.time[-1] + 1
-    both, arm = Motion(time, x, z, angle), Arm()
+    both, arm = IntruderPath(time, x, z, angle), Arm()
     ends = [find_stroke(both, both.spans(arm), row(gamma, 1), arm) for gamma in (90, 45)]
     np.testing.assert_allclose(ends, [[3.0, 6.0], [16.8, 20.0]], atol=0.1)
 
@@ -110,7 +110,7 @@ def test_out_and_back_of_real_machines(file, columns, speed_cm_per_s, ends):
 
     rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)
     time, down = (rows[column].to_numpy(float) for column in columns)
-    motion = Motion(time, 0 * time, -0.3 - down / 10, 0 * time)
+    motion = IntruderPath(time, 0 * time, -0.3 - down / 10, 0 * time)
     arm = Arm(speed_cm_per_s=speed_cm_per_s)
     runs = row(90), row(90, way="extraction")
     found = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]

@@ -10,7 +10,7 @@ from paper_grid import by_hand
 import rftfit
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
-from rftfit.measure.alpha import both, directions
+from rftfit.measure.alpha import alpha_columns, directions
 
 pytestmark = pytest.mark.slow
 
@@ -46,14 +46,14 @@ def test_every_scattered_direction_is_measured(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
     found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
     assert found == set(directions_of("scattered:40", 2013))
-    assert np.isfinite(both(table)).all()
+    assert np.isfinite(alpha_columns(table)).all()
     assert min(shares(table)) >= 0.9
     assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()
 
 
 def test_coefficients_are_least_squares_over_the_forty(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
-    full = by_hand(*directions(table), *both(table))
+    full = by_hand(*directions(table), *alpha_columns(table))
     rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
     part = np.abs(full) / abs(full[0])
     np.testing.assert_allclose(rows["relative_to_A00"], part, rtol=1e-4)
@@ -67,7 +67,7 @@ def test_between_the_pushes_and_far_from_them(scattered):
     medium = rftfit.open(scattered.root)["poppy_LP"]
     table = medium.profile("table")
     beta, gamma = directions(medium.alpha)
-    for found, wanted in zip(table.alpha(beta, gamma), both(medium.alpha), strict=True):
+    for found, wanted in zip(table.alpha(beta, gamma), alpha_columns(medium.alpha), strict=True):
         np.testing.assert_allclose(found, wanted, atol=0.02)
     # the same from behind
     image = table.alpha(-beta, np.pi - gamma)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
-from rftfit.measure.alpha import both, cell_at, column, directions
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import REASON, flags_of, quoted, reason_columns, reason_of, remark
 from rftfit.model.draws import interval
@@ -75,7 +75,7 @@ def _misfit(fit: MediumFit) -> tuple[float, float]:
     z, x = (
         float(np.sqrt(np.nanmean((alpha - part) ** 2)))
         for alpha, part in zip(
-            both(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True
+            alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True
         )
     )
     return z, x

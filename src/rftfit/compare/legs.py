@@ -12,7 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Leg
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import both, cell_at, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import (
     REASON,
@@ -148,7 +148,7 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     if medium.name not in medium.results.laboratory or not errors_known(table):
         return {}
     profile = medium.profile("table", draws=False)
-    alpha = np.where(flagged(table), 0.0, both(table))
+    alpha = np.where(flagged(table), 0.0, alpha_columns(table))
     sound = TableProfile(alpha[0], alpha[1], *directions(table))
     shown, rests = {}, {}
     for name, leg in config.legs.items():

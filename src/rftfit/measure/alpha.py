@@ -372,14 +372,14 @@ def directions(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def both(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+def alpha_columns(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
     return table[column("z")].to_numpy(float), table[column("x")].to_numpy(float)
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
-    return np.isfinite(both(table)[0]) & flagged_with(table, "not-linear", "few-depths")
+    return np.isfinite(alpha_columns(table)[0]) & flagged_with(table, "not-linear", "few-depths")
 
 
 def window_of(table: pd.DataFrame) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from rftfit.campaign.config import UNIT_AREA, CheckName, Config, Medium
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import both, cell_at, column, rows_at
+from rftfit.measure.alpha import alpha_columns, cell_at, column, rows_at
 from rftfit.measure.fits import LEAST_WORK, is_symmetric
 from rftfit.measure.flags import (
     FLAGS,
@@ -252,9 +252,9 @@ class _Cells:
 
     @classmethod
     def of(cls, alpha: pd.DataFrame) -> _Cells:
-        known = np.flatnonzero(np.isfinite(both(alpha)).all(axis=0))
+        known = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
         table = alpha.iloc[known].reset_index(drop=True)
-        force = np.stack(both(table))
+        force = np.stack(alpha_columns(table))
         se = np.nan_to_num(np.stack([table[column(c, "_se")].to_numpy(float) for c in "zx"]))
         gamma = np.radians(table["gamma_deg"].to_numpy(float))
         turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
@@ -367,7 +367,7 @@ def check_axes(
         names: tuple[CheckName, ...] = ("work", "symmetry", "up_down")
         return [Check(name, NOT_CHECKED, "no cell has alpha") for name in names]
     done, least = cells.work
-    back = alpha[np.isfinite(both(alpha)).all(axis=0)][done < -least]
+    back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
     runs = " ".join(back["run_ids"]).split() if "run_ids" in back else []
     given = f"{cells.back} of {count} cells give energy back"
     said = (

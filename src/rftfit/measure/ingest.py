@@ -42,11 +42,11 @@ from rftfit.measure.pairs import (
     factor,
     gaps,
     load_pairs,
-    one_table,
     readers,
+    same_table,
 )
 from rftfit.measure.slopes import GIVEN_DOF
-from rftfit.measure.strokes import Motion, find_stroke, join_runs
+from rftfit.measure.strokes import IntruderPath, find_stroke, join_runs
 from rftfit.measure.surface import Compliance, Surface, compliance_of, find_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, zero_of_log
 
@@ -249,7 +249,7 @@ def ingest_run(
     not known.
     """
     # a line that holds force and motion is counted once, by what became of its force
-    once = one_table(config, run) and pair.force.rows == pair.motion.rows
+    once = same_table(config, run) and pair.force.rows == pair.motion.rows
     reasons = [remark("excluded", why=run.reason)] if run.excluded else pair.problems
     if not reasons and isinstance(compliance, InputError):
         reasons = [quoted(compliance, "rigid-contact")]
@@ -413,7 +413,7 @@ def read_force(config: Config, log: Log) -> ForceReadings:
     return ForceReadings(time, force, log.columns.get("arm_moving"), saturated, channels)
 
 
-def read_motion(config: Config, run: Run, log: Log) -> Motion:
+def read_motion(config: Config, run: Run, log: Log) -> IntruderPath:
     """Turn a motion log into the lab frame; a run's own ``surface_z_mm`` goes before the arm's."""
 
     def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
@@ -425,7 +425,7 @@ def read_motion(config: Config, run: Run, log: Log) -> Motion:
     x, z = (column(quantity, LENGTH_TO_CM, unit) for quantity in ("x", "z"))
     angle = column("angle", ANGLE_TO_RAD, "deg")
     x -= config.arm.middle_x_mm / 10
-    return Motion(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
+    return IntruderPath(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
 
 
 def without_repeats(config: Config, log: Log) -> Log:
@@ -444,7 +444,7 @@ def _repeating(run: Run, again: np.ndarray) -> list[Remark]:
 
 
 def find_clock(
-    config: Config, run: Run, readings: ForceReadings, motion: Motion, spans: FloatArray
+    config: Config, run: Run, readings: ForceReadings, motion: IntruderPath, spans: FloatArray
 ) -> tuple[ClockFit, Alignment | None]:
     """Align the clocks of force and motion log in the way the config asks for.
 
@@ -473,8 +473,13 @@ def find_clock(
 
 
 def place_surface(
-    config: Config, run: Run, motion: Motion, time: FloatArray, lift: FloatArray, clock_se_s: float
-) -> tuple[Motion, Surface | None]:
+    config: Config,
+    run: Run,
+    motion: IntruderPath,
+    time: FloatArray,
+    lift: FloatArray,
+    clock_se_s: float,
+) -> tuple[IntruderPath, Surface | None]:
     """Count z from the free surface that the force shows, where the config asks for that.
 
     `time` (s, on the motion log's clock) and `lift` (N, zero not yet removed) are of the force log;
@@ -526,7 +531,7 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
 
 
 def _common(
-    motion: Motion, time: FloatArray, lift: FloatArray
+    motion: IntruderPath, time: FloatArray, lift: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Time, depth and lift of the force readings that were made while the motion was logged."""
     inside = (time >= motion.time[0]) & (time <= motion.time[-1])
@@ -534,7 +539,7 @@ def _common(
 
 
 def _row_status(
-    config: Config, motion: Motion, time: FloatArray, saturated: np.ndarray
+    config: Config, motion: IntruderPath, time: FloatArray, saturated: np.ndarray
 ) -> np.ndarray:
     """`RowStatus` of each force sample, by what the two logs themselves show."""
     why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
@@ -566,7 +571,7 @@ def _damage(config: Config, run: Run, force: Log, motion: Log) -> list[Remark]:
     for own, other, log, part in zip(lost, lost[::-1], (force, motion), parts, strict=True):
         for reason, count in own.items():
             # of one table a line, unlike a cell, is lost to both logs
-            whole = one_table(config, run) and reason not in OF_CELLS
+            whole = same_table(config, run) and reason not in OF_CELLS
             both = whole and other.get(reason) == count
             file = log.path.name + ("" if both else part)
             code = dropped_rows(reason).code
@@ -628,7 +633,7 @@ def account_unclaimed(campaign: Campaign) -> Ledger:
                 counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
             except LogError as error:
                 counts.append(error.rows)
-        if one_table(campaign.config, run) and counts[0] == counts[1]:
+        if same_table(campaign.config, run) and counts[0] == counts[1]:
             counts.pop()
         for file, rows in zip(files, counts, strict=False):
             ledger.add(run, file, DROPPED, rows, remark("unclaimed"))

@@ -84,12 +84,12 @@ def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 def check(
     book: pd.DataFrame,
     runs: pd.DataFrame,
-    one_table: Collection[str] = (),
+    same_table: Collection[str] = (),
     expected: Iterable[str] = (),
 ) -> None:
     """Compare the ledger with the run sheet, and with the number of rows in each log that was read.
 
-    `runs`: Table of the ingest stage. `one_table`: Runs with force and motion in one table, where
+    `runs`: Table of the ingest stage. `same_table`: Runs with force and motion in one table, where
     lines that hold both are counted once. `expected`: Runs that must be in the ledger.
     """
     absent = sorted(set(expected) - set(book["run_id"]))
@@ -99,7 +99,7 @@ def check(
     # lost samples are no lines of any file
     lines = book[book["fate"] != LOST]
     counted = lines.groupby("run_id")["rows"].sum().reindex(read.index)
-    twice = read.index.isin(list(one_table)) & (read["rows_force"] == read["rows_motion"])
+    twice = read.index.isin(list(same_table)) & (read["rows_force"] == read["rows_motion"])
     wanted = read["rows_force"] + read["rows_motion"].mask(twice, 0)
     wrong = counted[counted != wanted]
     if not wrong.empty:

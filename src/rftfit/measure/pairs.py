@@ -270,7 +270,7 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
             yield run, Pair(loaded, moved, zeros.get(run.zero_log))
 
 
-def one_table(config: Config, run: Run) -> bool:
+def same_table(config: Config, run: Run) -> bool:
     """Tell whether force and motion of a run are columns of one table: a line may hold both."""
 
     def table(source: AnyLog) -> tuple[object, ...]:

@@ -29,7 +29,7 @@ _TOLD = 6
 
 
 @dataclass(frozen=True)
-class Motion:
+class IntruderPath:
     """Path of the intruder on the motion log's clock; arrays of shape (n,).
 
     `time` (s) increases; `x`, `z` (cm) of the reference point in the lab frame; `angle` (rad): beta of a
@@ -113,7 +113,7 @@ class Motion:
         )
 
 
-def find_stroke(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
+def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
     """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
     if run.kind in ("leg", "leg_air"):
         return _chosen(_rotations(motion, spans), run, "deg")
@@ -143,7 +143,7 @@ def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, floa
     return strokes[(run.stroke or 1) - 1][1:]
 
 
-def _along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> list[_Found]:
+def _along(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> list[_Found]:
     """Straight stretches below the surface along the path that the sheet names."""
     wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.way_deg)))
     along: list[_Found] = []
@@ -175,7 +175,7 @@ def _along(motion: Motion, spans: FloatArray, run: Run, arm: Arm) -> list[_Found
     return along
 
 
-def _straight(motion: Motion, start: float, end: float) -> list[tuple[float, float]]:
+def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[float, float]]:
     """Part a stretch where it turns back and at its corners: an arm may do so without a pause."""
     first, last = np.searchsorted(motion.time, start, "right"), np.searchsorted(motion.time, end)
     time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
@@ -226,7 +226,7 @@ def _corner(x: FloatArray, z: FloatArray) -> int | None:
     return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner
 
 
-def _below(motion: Motion, start: float, end: float) -> tuple[float, float]:
+def _below(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
     """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
@@ -247,7 +247,7 @@ def _below(motion: Motion, start: float, end: float) -> tuple[float, float]:
     return start, end
 
 
-def _uneven_pushes(motion: Motion) -> list[_Found]:
+def _uneven_pushes(motion: IntruderPath) -> list[_Found]:
     """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
     if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() <= 0:
@@ -266,7 +266,7 @@ def _uneven_pushes(motion: Motion) -> list[_Found]:
     return found
 
 
-def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -> None:
+def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
     """Refuse a plate at another angle, or a horizontal run at another depth, than the sheet says."""
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(float(np.median(motion.angle[inside])))
@@ -279,7 +279,7 @@ def _check_plate(motion: Motion, start: float, end: float, run: Run, arm: Arm) -
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 
-def _rotations(motion: Motion, spans: FloatArray) -> list[_Found]:
+def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_Found]:
     """Turns of a leg toward positive theta."""
     turns = [
         math.degrees(float(np.diff(np.interp(span, motion.time, motion.angle))[0]))

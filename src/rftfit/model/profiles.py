@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, wrap_beta, wrap_gamma
-from rftfit.measure.alpha import both, column, directions
+from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
@@ -296,7 +296,7 @@ class TableProfile(Profile):
             for row in empty.to_dict("records")
             if isinstance(row.get("reason"), str)
         }
-        return cls(*both(table), *directions(table), name, reasons, spread)
+        return cls(*alpha_columns(table), *directions(table), name, reasons, spread)
 
     def _why(
         self,

@@ -16,7 +16,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import both, cell_at, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
 from rftfit.measure.checks import usable
 from rftfit.measure.flags import Remark, quoted, remark, say
 from rftfit.measure.slopes import student_quantile
@@ -525,7 +525,7 @@ def _published_as(table: pd.DataFrame, config: Config) -> str:
 
 def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     """Fit one alpha table by one method, with the terms that are kept."""
-    alpha, angles, doubtful = both(table), directions(table), flagged(table)
+    alpha, angles, doubtful = alpha_columns(table), directions(table), flagged(table)
     bare = np.where(doubtful, np.nan, alpha)
     if config.fit.flagged == "leave_out":
         alpha = bare[0], bare[1]

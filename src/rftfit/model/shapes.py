@@ -28,7 +28,7 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.tables import ALPHA
 from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
-from rftfit.measure.alpha import SAME_DIRECTION_DEG, both, column, directions, flagged
+from rftfit.measure.alpha import SAME_DIRECTION_DEG, alpha_columns, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.profiles import TableProfile
@@ -380,7 +380,7 @@ def estimate_map(
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     """The cells of an alpha table as pushes, with their errors and what these share."""
     beta_deg = table["beta_deg"].to_numpy(float)
-    alpha = np.stack(both(table))
+    alpha = np.stack(alpha_columns(table))
     if config.fit.flagged == "leave_out":
         alpha = np.where(flagged(table), np.nan, alpha)
     # a plate at -90 degrees is the one at 90

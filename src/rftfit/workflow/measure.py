@@ -14,7 +14,7 @@ from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.flags import MARKS, reason_columns
 from rftfit.measure.ingest import account_unclaimed, ingest_medium
 from rftfit.measure.ledger import check, join
-from rftfit.measure.pairs import one_table
+from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 
@@ -121,6 +121,6 @@ def ledger(results: Results) -> pd.DataFrame:
     if campaign.robot_medium:
         parts.append(results.table("ledger/robot.csv"))
     book = join([*parts, account_unclaimed(campaign).table()])
-    once = {run.run_id for run in campaign.runs if one_table(campaign.config, run)}
+    once = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
     check(book, results.joined("runs/{medium}.csv"), once, campaign.by_id)
     return book

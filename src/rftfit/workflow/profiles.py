@@ -15,7 +15,7 @@ from rftfit.compare.coefficients import (
     sand_row,
 )
 from rftfit.errors import InputError
-from rftfit.measure.alpha import both, column, directions
+from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.flags import MARKS, reason_columns
 from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
@@ -42,7 +42,7 @@ def symmetry(results: Results) -> pd.DataFrame:
     for medium in results.laboratory:
         table = results.alpha_table(medium)
         whole = torus(*directions(table))
-        alpha = whole.complete(*both(table))
+        alpha = whole.complete(*alpha_columns(table))
         marks = (next(iter(table[name]), "") for name in MARKS)
         columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha, *marks)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
@@ -76,7 +76,7 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     import pandas as pd
 
     tables = {medium: results[medium].alpha for medium in results.laboratory}
-    bic = {name: select_bic(*directions(one), *both(one)) for name, one in tables.items()}
+    bic = {name: select_bic(*directions(one), *alpha_columns(one)) for name, one in tables.items()}
     fits = fit_media(list(tables.values()), results.config)
     rows = [row for fit in fits for row in coefficient_rows(fit, bic[fit.medium])]
     terms = [
