@@ -22,7 +22,7 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid
 from rftfit.reference import coefficients as printed
 from rftfit.robot.run import Condition
 from rftfit.robot.speeds import published_speeds, share_within, speed_errors
-from rftfit.robot.sweep import mean_speed, optimum, row_of, run_all, speed_table
+from rftfit.robot.sweep import mean_speed, optimum, run_all, speed_table
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -104,7 +104,7 @@ def compared(
     """Run every measured condition, from one starting phase: a table as of `speed_errors`."""
     places = zip(measured["frequency_Hz"], measured["curvature_times_R"], strict=True)
     runs = run_all(robot, profile, [Condition(*place) for place in places], threads)
-    return speed_errors(measured, mean_speed(speed_table(map(row_of, runs))).assign(profile="one"))
+    return speed_errors(measured, mean_speed(speed_table(runs)).assign(profile="one"))
 
 
 def summary(errors: pd.DataFrame) -> tuple[int, int, float, float, float]:

@@ -18,7 +18,6 @@ from rftfit.robot.intervals import (
     BEST,
     SPEED,
     WIDTH_COLUMNS,
-    bent,
     best_width,
     coarser,
     each_draw,
@@ -26,6 +25,7 @@ from rftfit.robot.intervals import (
     speed_widths,
     speeds_of,
     widths,
+    with_arc_scaled,
 )
 from rftfit.robot.run import Condition
 
@@ -85,13 +85,13 @@ def test_widths_hold_what_another_arc_does():
         speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0].half
         for size in (0.0, 1.0, 2.0)
     )
-    near = bent(Condition(5.0, 0.8), 0.01)
+    near = with_arc_scaled(Condition(5.0, 0.8), 1.01)
     assert math.asin(near.curvature_times_R) == pytest.approx(1.01 * math.asin(0.8))
     own, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
     assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - own)), rel=1e-3)
     assert exact < small < large
-    assert bent(Condition(5.0, 0.0), 0.01).curvature_times_R == 0
-    assert 0.99 < bent(Condition(5.0, 1.0), 0.01).curvature_times_R < 1
+    assert with_arc_scaled(Condition(5.0, 0.0), 1.01).curvature_times_R == 0
+    assert 0.99 < with_arc_scaled(Condition(5.0, 1.0), 1.01).curvature_times_R < 1
 
 
 def test_the_coarser_step_changes_no_width():

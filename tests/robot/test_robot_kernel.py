@@ -107,14 +107,15 @@ def test_constants_are_those_of_the_profiles():
 
 
 def test_compiled_code_needs_no_other_file():
-    # all that is compiled stands in one file: what it calls is either in it, or of numba's world
+    # all that is compiled stands in one file, but for types, which are not compiled
     tree = ast.parse(Path(kernel.__file__).read_text(encoding="utf-8"))
-    found = [
-        node
+    found = {
+        alias.name
         for node in tree.body
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rftfit")
-    ]
-    assert found == []
+        for alias in node.names
+    }
+    assert found == {"FloatArray", "Pack"}
 
 
 @pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them

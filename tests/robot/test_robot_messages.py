@@ -50,7 +50,7 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     )  # fmt: skip
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
     monkeypatch.setattr(stage, "read_track", lambda _: track)
-    monkeypatch.setattr(stage, "pace", lambda *_: SimpleNamespace(flags=()))
+    monkeypatch.setattr(stage, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
     with pytest.raises(
         RftfitError, match=r"the rows of a.csv do not add up: 9 counted, 10 in the file"
     ):

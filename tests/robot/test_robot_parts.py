@@ -11,7 +11,7 @@ import pytest
 from rftfit.measure.flags import codes_of, remark
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics
-from rftfit.robot.run import fallen, highest_point, irregular, settled
+from rftfit.robot.run import highest_point, irregular, settled, tipped_or_buried
 
 
 def test_areas_and_lengths_are_those_of_the_robot(robot):
@@ -90,17 +90,17 @@ def test_fallen_is_past_its_limit_and_names_the_stride(robot):
     ends = np.zeros((4, 6))
     for pitch_deg, outcome in ((90.0, None), (90.5, "tipped"), (-90.0, None), (-90.5, "tipped")):
         ends[-1, 1:3] = 7.0, math.radians(pitch_deg) * (1 - 1e-12)
-        verdict = fallen(parts, ends, numerics)
+        verdict = tipped_or_buried(parts, ends, numerics)
         assert (verdict.outcome if verdict else None) == outcome
         if verdict:
             assert (codes_of(verdict.why), verdict.why[0].values["stride"]) == ("tipped", 3)
             assert verdict.averaged == 0
     for height, outcome in ((-1.999, None), (-2.001, "buried")):
         ends[-1, 1:3] = height, 0.0
-        verdict = fallen(parts, ends, numerics)
+        verdict = tipped_or_buried(parts, ends, numerics)
         assert (verdict.outcome if verdict else None) == outcome
     ends[-1] = math.nan
-    unknown = fallen(parts, ends, numerics)
+    unknown = tipped_or_buried(parts, ends, numerics)
     assert unknown is not None
     assert (unknown.outcome, codes_of(unknown.why)) == ("not steady", "force-unknown")
 

@@ -10,17 +10,10 @@ from convergence import step_convergence
 
 from rftfit.measure.flags import codes_of
 from rftfit.model.profiles import FourierProfile
-from rftfit.robot.body import assemble, element_series
+from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics, Robot
-from rftfit.robot.run import (
-    Condition,
-    fallen,
-    highest_point,
-    irregular,
-    settled,
-    simulate,
-    start_state,
-)
+from rftfit.robot.motion import element_series
+from rftfit.robot.run import Condition, simulate, start_state
 
 
 def changed(robot, **numerics):
@@ -96,47 +89,6 @@ def test_buried(robot, nine):
     assert math.isnan(run.speed_cm_per_s)
 
 
-def test_what_settled_means():
-    numerics = Numerics()
-    even = np.zeros((8, 6))
-    even[:, 0] = 10.0 * np.arange(8)
-    assert settled(even, 2, 1.0, numerics)
-    assert not settled(even[:6], 2, 1.0, numerics)  # its first two strides are the transient
-    for column, much, little in ((0, 0.2, 0.05), (1, 0.06, 0.04), (2, 0.02, 0.01)):
-        for change, expected in ((much, False), (little, True)):
-            moved = even.copy()
-            moved[-1, column] += change
-            assert settled(moved, 2, 1.0, numerics) == expected, (column, change)
-
-
-def test_irregular_runs():
-    numerics = Numerics()
-    bouncing = np.tile([20.0, 30.0, 25.0], 8)
-    verdict = irregular(bouncing, numerics)
-    assert (verdict.outcome, verdict.averaged) == ("steady", 16)
-    assert codes_of(verdict.why) == "irregular thirds"
-    verdict = irregular(np.linspace(10, 30, 24), numerics)
-    assert (verdict.outcome, verdict.averaged) == ("not steady", 0)
-    assert codes_of(verdict.why) == "thirds"
-    assert irregular(np.ones(2), numerics).outcome == "not steady"
-
-
-def test_fallen(robot):
-    parts, numerics = assemble(robot, 1.0), robot.numerics
-    ends = np.zeros((2, 6))
-    ends[:, 1] = 3.0
-    assert fallen(parts, ends, numerics) is None
-    np.testing.assert_allclose(highest_point(parts, ends[-1]), 3.0 + 2.0)
-    for column, value, outcome in (
-        (2, 1.6, "tipped"), (2, -1.6, "tipped"), (1, -2.1, "buried"), (1, math.nan, "not steady"),
-    ):  # fmt: skip
-        worse = ends.copy()
-        worse[-1, column] = value
-        verdict = fallen(parts, worse, numerics)
-        assert verdict is not None
-        assert verdict.outcome == outcome
-
-
 @pytest.mark.parametrize(
     ("condition", "words"),
     [
@@ -155,7 +107,7 @@ def test_series(robot, table):
     run = simulate(robot, table, 2.0, 1.0, 1 / 6, samples_per_stride=50)
     s = run.series
     assert s is not None
-    assert s.groups == ("belly", "front", "rear", "tripod_1", "tripod_2")
+    assert tuple(s.force_z_N) == ("belly", "front", "rear", "tripod_1", "tripod_2")
     assert len(s.time_s) == 50 * run.strides
     np.testing.assert_allclose(np.diff(s.time_s), 0.5 / 50)
     np.testing.assert_allclose(s.leg_angle_deg[:3], [60.0, 67.2, 74.4])
@@ -163,8 +115,8 @@ def test_series(robot, table):
     # in the mean over steady strides the ground bears the weight and neither speeds up nor turns
     last = slice(-50 * run.averaged, None)
     weight_N = 150 * 980.665e-5
-    lift = sum(s.force_z_N[name][last].mean() for name in s.groups)
-    thrust = sum(s.force_x_N[name][last].mean() for name in s.groups)
+    lift = sum(force[last].mean() for force in s.force_z_N.values())
+    thrust = sum(force[last].mean() for force in s.force_x_N.values())
     np.testing.assert_allclose(lift, weight_N, rtol=0.03)
     assert abs(thrust) < 0.03 * weight_N
     assert s.drive_moment_N_cm[last].mean() > 0
@@ -182,9 +134,8 @@ def test_series(robot, table):
 def test_elements_over_time(robot, table):
     run = simulate(robot, table, 2.0, 1.0, samples_per_stride=20, strides=2)
     assert run.series is not None
-    groups = element_series(robot, table, run, every=4)
-    assert tuple(groups) == run.series.groups
-    every = element_series(robot, table, run)["belly"]
+    groups = element_series(robot, table, run.condition, run.series, every=4)
+    every = element_series(robot, table, run.condition, run.series)["belly"]
     np.testing.assert_array_equal(every.at_x_cm[::4], groups["belly"].at_x_cm)
     legs, belly = groups["tripod_1"], groups["belly"]
     assert legs.ends_x_cm.shape == (10, 3, 30, 2)
@@ -203,8 +154,6 @@ def test_elements_over_time(robot, table):
     assert (belly.ends_x_cm[:, 0, -1, 1] > belly.ends_x_cm[:, 0, 0, 0]).all()
     pitch = np.degrees(np.arctan2(np.where(rising, z, -z), x))
     np.testing.assert_allclose(pitch, run.series.pitch_deg[::4], atol=1e-6)
-    with pytest.raises(ValueError, match="samples_per_stride"):
-        element_series(robot, table, simulate(robot, table, 2.0, 1.0, strides=1))
 
 
 def test_speed_converges_with_the_step(robot, table):

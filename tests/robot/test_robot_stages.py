@@ -27,7 +27,7 @@ from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import conditions_of, row_of, run_all, speed_table
+from rftfit.robot.sweep import conditions_of, run_all, speed_table
 from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
 from rftfit.workflow.job import main
@@ -250,7 +250,7 @@ def test_tables(root, straight, monkeypatch):
          "source": "marker tracks", "reason": "", "reason_code": ""}
     )  # fmt: skip
     write_csv(seen, root / "results" / "robot" / "measured.csv")
-    table = speed_table(map(row_of, straight[1]))
+    table = speed_table(straight[1])
     table.insert(0, "profile", "table")
     table.insert(1, "medium", "poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)

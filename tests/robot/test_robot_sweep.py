@@ -7,14 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from rftfit.robot.run import Condition, RobotRun
+from rftfit.robot.run import Condition
 from rftfit.robot.sweep import (
     PHASES_TURNS,
     RUN_COLUMNS,
     best_curvature,
     mean_speed,
     paper_conditions,
-    row_of,
     run_all,
     speed_table,
 )
@@ -48,29 +47,13 @@ CONDITIONS = [
 
 
 def test_runs_do_not_depend_on_threads(robot, nine):
-    told: list[RobotRun] = []
-    two = run_all(robot, nine, CONDITIONS, threads=2, on_done=told.append)
-    one = run_all(robot, nine, CONDITIONS, threads=1)
-    assert sorted(CONDITIONS.index(run.condition) for run in told) == list(range(len(CONDITIONS)))
+    two, one = (run_all(robot, nine, CONDITIONS, threads) for threads in (2, 1))
     assert [run.condition for run in two] == CONDITIONS
     assert [run.speed_cm_per_s for run in two] == [run.speed_cm_per_s for run in one]
 
 
-def test_interrupting_keeps_what_is_done(robot, nine):
-    done: list[RobotRun] = []
-
-    def stop(run):
-        done.append(run)
-        if len(done) == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_all(robot, nine, CONDITIONS, threads=1, on_done=stop)
-    assert len(done) == 3
-
-
 def test_tables(robot, nine):
-    table = speed_table(map(row_of, run_all(robot, nine, CONDITIONS)))
+    table = speed_table(run_all(robot, nine, CONDITIONS))
     assert tuple(table.columns) == RUN_COLUMNS
     assert (table["outcome"] == "steady").all()
     means = mean_speed(table)

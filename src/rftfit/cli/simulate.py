@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,13 +70,13 @@ def write_animation(
 ) -> list[Path]:
     """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand; the files written."""
     from rftfit.figures.animation import gif_bytes, mp4_bytes, pictures
-    from rftfit.robot.body import element_series
+    from rftfit.robot.motion import element_series
     from rftfit.store import write_bytes
 
     assert run.series is not None
     every = samples // 25  # pictures in a stride
     tail = run.series.last(2 * samples)  # only what is shown is worked out
-    elements = element_series(robot, profile, replace(run, series=tail), every)
+    elements = element_series(robot, profile, run.condition, tail, every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step = float(time[1] - time[0])
     # up to four times slower than life, so that a stride of 5 Hz can be followed

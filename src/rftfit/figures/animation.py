@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
-    from rftfit.robot.body import ElementSeries
+    from rftfit.robot.motion import ElementSeries
 
     Picture = npt.NDArray[np.uint8]
 

@@ -1,22 +1,16 @@
-"""A robot as the arrays that the time-stepper needs, and where every element is during a run."""
+"""A robot as the arrays that the time-stepper needs."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.outlines import Outline, arc, polyline
-from rftfit.model.profiles import Profile
-from rftfit.model.reference_kernel import element_forces, place
+from rftfit.model.reference_kernel import place
 from rftfit.robot.config import Robot
-
-if TYPE_CHECKING:
-    from rftfit.robot.run import RobotRun
 
 IntArray = npt.NDArray[np.int64]
 
@@ -99,48 +93,3 @@ def assemble(robot: Robot, curvature_times_R: float) -> Parts:
         np.concatenate([hips for *_, hips in groups]),
         np.append(per_newton, robot.numerics.gravity_cm_per_s2),
     )
-
-
-@dataclass(frozen=True)
-class ElementSeries:
-    """Elements of one group over time, shape (samples, members, elements): force and where it acts.
-
-    `ends_x_cm`, `ends_z_cm`: With a last axis for the two ends of each element.
-    """
-
-    ends_x_cm: FloatArray
-    ends_z_cm: FloatArray
-    force_x_N: FloatArray
-    force_z_N: FloatArray
-    at_x_cm: FloatArray
-    at_z_cm: FloatArray
-
-
-def element_series(
-    robot: Robot, profile: Profile, run: RobotRun, every: int = 1
-) -> dict[str, ElementSeries]:
-    """Place all elements of a run and give the force on each, by group, at `every` so many samples.
-
-    `profile`: The one that the run was made with. As movies S5 and S6 show it.
-    """
-    if run.series is None:
-        raise ValueError("the run was made without samples; ask for samples_per_stride")
-    parts = assemble(robot, run.condition.curvature_times_R)
-    rate = 2 * math.pi * run.condition.frequency_Hz
-    turned = np.radians(run.series.leg_angle_deg[::every])
-    samples = [
-        parts.place(state, turn, rate)
-        for state, turn in zip(run.series.states[::every], turned, strict=True)
-    ]
-    result = {}
-    for name, placed in zip(parts.names, zip(*samples, strict=True), strict=True):
-        elements = np.stack(placed)
-        x, z, tx, tz, half = np.moveaxis(elements, -1, 0)[:5]
-        force_z, force_x, at_x, at_z = np.moveaxis(element_forces(profile, elements), -1, 0)
-        ends = np.array([-1.0, 1.0])
-        result[name] = ElementSeries(
-            x[..., None] + ends * (half * tx)[..., None],
-            z[..., None] + ends * (half * tz)[..., None],
-            force_x, force_z, at_x, at_z,
-        )  # fmt: skip
-    return result

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,7 +18,6 @@ from rftfit.errors import RftfitError
 from rftfit.store import write_text
 
 Point = Annotated[tuple[float, float], Field(strict=False)]
-STANDARD_GRAVITY_CM_PER_S2 = 980.665
 _INSIDE_CM = 1e-9
 
 
@@ -71,7 +69,7 @@ class Numerics(Model):
     )
     step_s: float = key(1e-4, "longest step; a stride is a whole number of them", gt=0, le=0.01)
     elements: int = key(30, "of each plate and each leg", ge=1, le=1000)
-    gravity_cm_per_s2: NotNegative = key(STANDARD_GRAVITY_CM_PER_S2, "cm/s^2")
+    gravity_cm_per_s2: NotNegative = key(980.665, "cm/s^2")
     drop_cm: float = key(0.0, "height of the robot's lowest point above the surface at the start")
     stretch_s: NotNegative = key(
         0.6, "shortest stretch of whole strides whose mean speed is judged, s"
@@ -105,29 +103,9 @@ class Robot(Model):
 
     @model_validator(mode="after")
     def _hips_on_body(self) -> Robot:
-        ends = [end for plate in self.body.plates.values() for end in (plate.from_cm, plate.to_cm)]
-        hips = {index: (hip.x_cm, hip.z_cm) for index, hip in enumerate(self.legs.hips)}
-        outside = hips_outside(hips, ends)
-        if outside:
-            first, *more = outside.values()
-            raise ValueError(first + (f"; and {len(more)} hips more" if more else ""))
+        if outside := _hips_outside(self.model_dump()):
+            raise ValueError("; ".join(outside.values()))
         return self
-
-
-def hips_outside(
-    hips: Mapping[int, tuple[float, float]], ends: Sequence[tuple[float, float]]
-) -> dict[int, str]:
-    """Say what is wrong with each hip that is not on the body, the box around the plates' ends."""
-    (left, right), (low, high) = ((min(axis), max(axis)) for axis in zip(*ends, strict=True))
-    box = f"x from {left:g} to {right:g} and z from {low:g} to {high:g} cm"
-    return {
-        index: f"hip {index + 1} at x = {x:g}, z = {z:g} cm lies outside the body, which spans {box}"
-        for index, (x, z) in hips.items()
-        if not (
-            left - _INSIDE_CM <= x <= right + _INSIDE_CM
-            and low - _INSIDE_CM <= z <= high + _INSIDE_CM
-        )
-    }
 
 
 def paper_robot() -> Robot:
@@ -157,17 +135,24 @@ def read_robot(path: Path, name: str = "") -> Robot:
 
 
 def _hips_outside(data: Any) -> dict[int, str]:
-    """Hips off the body in plain data, as far as the places of hips and plates can be read."""
+    """Message for each hip outside the body, the box around the plates' ends, where places can be read."""
     try:
         plates = data["body"]["plates"].values()
         ends = [_point(plate[key]) for plate in plates for key in ("from_cm", "to_cm")]
-        hips = {}
-        for index, hip in enumerate(data["legs"]["hips"]):
-            with contextlib.suppress(KeyError, TypeError, ValueError):
-                hips[index] = _point((hip["x_cm"], hip["z_cm"]))
+        (left, right), (low, high) = ((min(axis), max(axis)) for axis in zip(*ends, strict=True))
+        hips = [*data["legs"]["hips"]]
     except (AttributeError, KeyError, TypeError, ValueError):
         return {}
-    return hips_outside(hips, ends or [(0.0, 0.0)])
+    box = f"x from {left:g} to {right:g} and z from {low:g} to {high:g} cm"
+    outside = {}
+    for index, hip in enumerate(hips):
+        with contextlib.suppress(KeyError, TypeError, ValueError):
+            x, z = _point((hip["x_cm"], hip["z_cm"]))
+            if max(left - x, x - right, low - z, z - high) > _INSIDE_CM:
+                outside[index] = (
+                    f"hip {index + 1} at x = {x:g}, z = {z:g} cm lies outside the body, which spans {box}"
+                )
+    return outside
 
 
 def _point(value: Any) -> tuple[float, float]:

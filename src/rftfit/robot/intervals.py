@@ -141,7 +141,7 @@ def speed_widths(
     widths = [half_width(column[1:], float(column[0]), confidence) for column in found.T]
     if not arc_percent:
         return widths
-    other = [bent(condition, arc_percent / 100) for condition in conditions]
+    other = [with_arc_scaled(one, 1 + arc_percent / 100) for one in conditions]
     moved = speeds_of(longer, [profile], other, threads)[0] - found[0]
     wide = float(student_quantile(confidence, GIVEN_DOF))
     arc = (remark("arc-lost"),)
@@ -151,12 +151,12 @@ def speed_widths(
     ]
 
 
-def bent(condition: Condition, share: float) -> Condition:
-    """Return a condition with the arc of its legs longer by this share, between hip and tip as stated.
+def with_arc_scaled(condition: Condition, factor: float) -> Condition:
+    """Return a condition whose legs have an arc that is longer by a factor, at the same distance of hip and tip.
 
-    A half circle, than which none is longer, becomes shorter by it.
+    The arc of a half circle cannot grow: it becomes shorter.
     """
-    curvature = math.sin(math.asin(condition.curvature_times_R) * (1 + share))
+    curvature = math.sin(math.asin(condition.curvature_times_R) * factor)
     return replace(condition, curvature_times_R=curvature)
 
 

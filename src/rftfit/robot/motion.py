@@ -2,17 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from rftfit.conventions import FloatArray
 from rftfit.model.outlines import arc
 from rftfit.model.profiles import Profile
-from rftfit.robot.body import element_series
+from rftfit.model.reference_kernel import element_forces
+from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot
-from rftfit.robot.run import RobotRun, simulate
+from rftfit.robot.run import Condition, RobotRun, Series, simulate
+
+# --- Place of every element, and the force on it, during a run.
+
+
+@dataclass(frozen=True)
+class ElementSeries:
+    """Elements of one group over time, shape (samples, members, elements): force and where it acts.
+
+    `ends_x_cm`, `ends_z_cm`: With a last axis for the two ends of each element.
+    """
+
+    ends_x_cm: FloatArray
+    ends_z_cm: FloatArray
+    force_x_N: FloatArray
+    force_z_N: FloatArray
+    at_x_cm: FloatArray
+    at_z_cm: FloatArray
+
+
+def element_series(
+    robot: Robot, profile: Profile, condition: Condition, series: Series, every: int = 1
+) -> dict[str, ElementSeries]:
+    """Place all elements in every n-th sample of a run and calculate the force on each, by group.
+
+    `profile`: The one that the run was made with. As movies S5 and S6 show it.
+    """
+    parts = assemble(robot, condition.curvature_times_R)
+    rate = 2 * np.pi * condition.frequency_Hz
+    angles = np.radians(series.leg_angle_deg[::every])
+    samples = [
+        parts.place(state, angle, rate)
+        for state, angle in zip(series.states[::every], angles, strict=True)
+    ]
+    result = {}
+    for name, placed in zip(parts.names, zip(*samples, strict=True), strict=True):
+        elements = np.stack(placed)
+        x, z, tx, tz, half = np.moveaxis(elements, -1, 0)[:5]
+        force_z, force_x, at_x, at_z = np.moveaxis(element_forces(profile, elements), -1, 0)
+        ends = np.array([-1.0, 1.0])
+        result[name] = ElementSeries(
+            x[..., None] + ends * (half * tx)[..., None],
+            z[..., None] + ends * (half * tz)[..., None],
+            force_x, force_z, at_x, at_z,
+        )  # fmt: skip
+    return result
+
 
 # --- Pictures of the running robot for the report page: poses and the force on every element.
 
@@ -59,7 +107,7 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
     run = simulate(robot, profile, frequency, curvature, samples_per_stride=FRAMES)
     assert run.series is not None
     series = run.series.last(FRAMES)
-    parts = element_series(robot, profile, replace(run, series=series)).values()
+    parts = element_series(robot, profile, run.condition, series).values()
     pose = np.column_stack(
         [
             series.x_cm - series.x_cm[0], series.z_cm, np.radians(series.pitch_deg),
@@ -77,9 +125,10 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
                 for one in parts
             ]
         )  # fmt: skip
-        felt = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
-        felt[:, 2:] *= 1000
-        arrows.append(_short(felt))
+        loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
+        # places to 0.1 mm, forces to 0.1 mN, one list for all; + 0.0 makes no -0.0
+        places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
+        arrows.append((np.hstack([places, forces]) + 0.0).ravel().tolist())
     speed = run.speed_cm_per_s
     return {
         "frequency_Hz": frequency,
@@ -91,13 +140,6 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
         "pose": np.round(np.nan_to_num(pose), 4).tolist(),
         "arrows": arrows,
     }
-
-
-def _short(rows: np.ndarray) -> list[float]:
-    """Places to 0.1 mm, forces to 0.1 mN, one list for all."""
-    places, forces = np.round(rows[:, :2], 2), np.round(rows[:, 2:], 1)
-    flat: list[float] = (np.hstack([places, forces]) + 0.0).ravel().tolist()
-    return flat
 
 
 # --- The last strides of a run, for figures of its motion.
@@ -114,7 +156,7 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
     last = run.series.last(samples)
     hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
     shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
-    groups = element_series(robot, profile, replace(run, series=shot), len(shot.x_cm))
+    groups = element_series(robot, profile, run.condition, shot, len(shot.x_cm))
     parts = []
     for name, one in groups.items():
         (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))

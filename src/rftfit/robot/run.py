@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -20,16 +20,15 @@ from rftfit.robot.config import Numerics, Robot
 class Series:
     """Motion and forces, one entry a sample: every array has shape (n,).
 
-    `groups`: Plates of the body by name, then ``tripod_1``, ``tripod_2``, ...
     `x_cm`, `z_cm`: Centre of mass; z = 0 is the free surface.
     `pitch_deg`: Nose up is positive (in states it turns from z toward x, as every angle).
     `leg_angle_deg`: theta of the legs of phase 0 relative to the body, growing without end.
     `moment_N_cm`: Of all granular forces about the centre of mass, from z toward x.
     `drive_moment_N_cm`: Of the drive of all legs: against the granular forces' moment about the hips.
-    `force_z_N`, `force_x_N`: The ground's reaction, by group.
+    `force_z_N`, `force_x_N`: The ground's reaction, by group: plates of the body by name, then
+        ``tripod_1``, ``tripod_2``, ...
     """
 
-    groups: tuple[str, ...]
     time_s: FloatArray
     x_cm: FloatArray
     z_cm: FloatArray
@@ -45,15 +44,13 @@ class Series:
 
     def last(self, samples: int) -> Series:
         """Cut out the last samples."""
-        cut = slice(-samples, None)
-        columns: dict[str, Any] = {
-            name: {key: part[cut] for key, part in value.items()}
-            if isinstance(value, dict)
-            else value[cut]
-            for name, value in vars(self).items()
-            if name != "groups"
-        }
-        return replace(self, **columns)
+
+        def cut(value: Any) -> Any:
+            if isinstance(value, dict):
+                return {name: part[-samples:] for name, part in value.items()}
+            return value[-samples:]
+
+        return Series(**{name: cut(value) for name, value in vars(self).items()})
 
     @property
     def states(self) -> FloatArray:
@@ -67,14 +64,10 @@ class Series:
 
     def table(self) -> pd.DataFrame:
         """All of it as a table, units in the names; forces as ``force_z_tripod_1_N``."""
-        columns = {
-            name: getattr(self, name)
-            for name in self.__dataclass_fields__
-            if name not in ("groups", "force_z_N", "force_x_N")
-        }
-        for name in self.groups:
-            columns[f"force_z_{name}_N"] = self.force_z_N[name]
-            columns[f"force_x_{name}_N"] = self.force_x_N[name]
+        columns = dict(vars(self))
+        force_z, force_x = columns.pop("force_z_N"), columns.pop("force_x_N")
+        for name in force_z:
+            columns |= {f"force_z_{name}_N": force_z[name], f"force_x_{name}_N": force_x[name]}
         return pd.DataFrame(columns)
 
 
@@ -94,8 +87,8 @@ class Assessment:
     averaged: int = 0
 
 
-def fallen(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
-    """Say that the robot has fallen over or sunk, from the states (n + 1, 6) between strides."""
+def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
+    """Assess a robot that has turned over or sunk, from the states (n + 1, 6) between strides; else None."""
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
         return Assessment("not steady", (remark("force-unknown", stride=number),))
@@ -174,17 +167,17 @@ class Condition:
     phase_turns: float = 0.0
 
     def __post_init__(self) -> None:
-        wrong = []
-        if not abs(self.frequency_Hz) <= HIGHEST_FREQUENCY_HZ:
-            wrong.append(
-                f"frequency: found {self.frequency_Hz:g}; allowed: 0 to {HIGHEST_FREQUENCY_HZ:g} Hz"
-            )
-        if not abs(self.curvature_times_R) <= 1:
-            wrong.append(
-                f"curvature R'/r: found {self.curvature_times_R:g}; allowed: -1 (reversed c-leg) to 1"
-            )
-        if not math.isfinite(self.phase_turns):
-            wrong.append(f"phase: found {self.phase_turns:g}; allowed: a number of turns")
+        hz, curvature, phase = self.frequency_Hz, self.curvature_times_R, self.phase_turns
+        checks = (
+            ("frequency", hz, abs(hz) <= HIGHEST_FREQUENCY_HZ, f"0 to {HIGHEST_FREQUENCY_HZ:g} Hz"),
+            ("curvature R'/r", curvature, abs(curvature) <= 1, "-1 (reversed c-leg) to 1"),
+            ("phase", phase, math.isfinite(phase), "a number of turns"),
+        )
+        wrong = [
+            f"{name}: found {value:g}; allowed: {allowed}"
+            for name, value, good, allowed in checks
+            if not good
+        ]
         if wrong:
             raise ValueError("; ".join(wrong))
 
@@ -241,7 +234,7 @@ def simulate(
     while len(stepper.ends) - 1 < most and (strides or found is None):
         stepper.stride()
         ends = np.array(stepper.ends)
-        found = found or fallen(parts, ends, numerics)
+        found = found or tipped_or_buried(parts, ends, numerics)
         whole = (len(ends) - 1) % stretch == 0
         if found is None and whole and settled(ends, stretch, stepper.stride_s, numerics):
             found = Assessment("steady", averaged=stretch)
@@ -328,6 +321,6 @@ class _Stepper:
         force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
         return Series(
-            groups, time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate),
+            time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate),
             degrees(self.turn + self.rate * time), moment, -against, force_z, force_x,
         )  # fmt: skip

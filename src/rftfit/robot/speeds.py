@@ -59,7 +59,7 @@ def measured_speeds(
             (
                 name, part["medium"].iloc[0], curvature, middle, spread(frequency),
                 float(speed.mean()) if speed.size else math.nan, spread(speed), len(good),
-                told_calibrated(curvature, middle, calibrated), "marker tracks", *reason_cells(reason),
+                is_calibrated(curvature, middle, calibrated), "marker tracks", *reason_cells(reason),
             )
         )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
@@ -81,7 +81,7 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
                 (
                     f"{here:+.2f}_{number}", medium, here, frequency, math.nan,
                     float(row["speed_cm_per_s"]), math.nan, 3,
-                    told_calibrated(here, frequency, calibrated), "Fig. 4C", *reason_cells([]),
+                    is_calibrated(here, frequency, calibrated), "Fig. 4C", *reason_cells([]),
                 )
             )  # fmt: skip
     return pd.DataFrame(rows, columns=MEASURED)
@@ -147,7 +147,7 @@ def held_from_alpha(errors: pd.DataFrame) -> tuple[int, int]:
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 
 
-def told_calibrated(
+def is_calibrated(
     curvature: float, frequency: float, calibrated: Collection[tuple[float, float]]
 ) -> str:
     """Whether a condition is one of those that the robot was calibrated on: ``yes`` or ``no``."""

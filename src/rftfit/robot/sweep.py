@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -90,20 +91,12 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
 
 
 def run_all(
-    robot: Robot,
-    profile: Profile,
-    conditions: Sequence[Condition],
-    threads: int | None = None,
-    on_done: Callable[[RobotRun], None] | None = None,
+    robot: Robot, profile: Profile, conditions: Sequence[Condition], threads: int | None = None
 ) -> list[RobotRun]:
-    """Run every condition, several at a time; the stepper lets other threads run meanwhile.
+    """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile."""
 
-    `on_done`: Called from this thread with each run as it ends. Returns the runs in the order of the
-    conditions.
-    """
-    from concurrent.futures import ThreadPoolExecutor, as_completed
-
-    def one(condition: Condition) -> RobotRun:
+    def run(index: int) -> RobotRun:
+        condition = conditions[index]
         return simulate(
             robot, profile, condition.frequency_Hz, condition.curvature_times_R,
             condition.phase_turns,
@@ -113,32 +106,21 @@ def run_all(
     order = sorted(
         range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
     )
-    runs: dict[int, RobotRun] = {}
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
-        try:
-            waiting = {pool.submit(one, conditions[index]): index for index in order}
-            for done in as_completed(waiting):
-                index = waiting[done]
-                runs[index] = done.result()
-                if on_done is not None:
-                    on_done(runs[index])
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        runs = dict(zip(order, pool.map(run, order), strict=True))
     return [runs[index] for index in range(len(conditions))]
 
 
-def row_of(run: RobotRun) -> tuple[object, ...]:
-    """Write a run as a row with columns `RUN_COLUMNS`."""
-    return (
-        run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
-        run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, *reason_cells(run.why), run.warning,
-        run.strides, run.averaged,
-    )  # fmt: skip
-
-
-def speed_table(rows: Iterable[tuple[object, ...]]) -> pd.DataFrame:
-    """Write rows of runs (`row_of`) as a table."""
+def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
+    """Table of runs, with columns `RUN_COLUMNS`."""
+    rows = [
+        (
+            run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
+            run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, *reason_cells(run.why),
+            run.warning, run.strides, run.averaged,
+        )
+        for run in runs
+    ]  # fmt: skip
     return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 
@@ -188,7 +170,8 @@ def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple
     """Best curvature R'/r at 5 Hz, and its speed (cm/s)."""
     conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
     runs = run_all(robot, profile, conditions, threads)
-    return best_curvature(np.array(BEST_CURVATURES), np.array([run.speed_cm_per_s for run in runs]))
+    speeds = np.array([run.speed_cm_per_s for run in runs])
+    return best_curvature(np.array(BEST_CURVATURES), speeds)
 
 
 def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Target:

@@ -135,9 +135,9 @@ _TRACK = Schema(
 class TrackError(InputError):
     """A track that cannot be used: why, and data lines of the file so far as they could be counted."""
 
-    def __init__(self, code: str, reason: str, file: str = "", rows: int = 0) -> None:
+    def __init__(self, code: str, reason: str, rows: int = 0) -> None:
         self.reason, self.rows = Remark(code, words=reason), rows
-        super().__init__(f"{file}: {reason}" if file else reason)
+        super().__init__(reason)
 
 
 @dataclass(frozen=True)
@@ -163,12 +163,11 @@ def read_track(path: Path) -> Track:
     names = [column.name for column in _TRACK.columns]
     rows, problems = read_rows(path, _TRACK, "")
     if problems:
-        raise TrackError("track-unreadable", "; ".join(map(str, problems)), path.name, len(rows))
+        raise TrackError("track-unreadable", "; ".join(map(str, problems)), len(rows))
     good = [row for row in rows if not row.bad]
     if not good:
-        raise TrackError(
-            "track-empty", f"none of the {len(rows)} rows has a time, x and z", path.name, len(rows)
-        )
+        empty = f"none of the {len(rows)} rows has a time, x and z"
+        raise TrackError("track-empty", empty, len(rows))
     lacking = (next(name for name in names if name in row.bad) for row in rows if row.bad)
     dropped = Counter(remark("no-number", column=name) for name in lacking)
     time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
@@ -181,7 +180,6 @@ def read_track(path: Path) -> Track:
             "time-backwards",
             f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}; "
             "allowed: time that grows from row to row",
-            path.name,
             len(rows),
         )
     return Track(time - time[0], x, z, len(rows), dict(dropped))
@@ -207,8 +205,8 @@ _DRIFT_SHARE = 0.15
 
 
 @dataclass(frozen=True)
-class Pace:
-    """What a track says: mean forward speed, its standard deviation between strides, stride frequency.
+class StrideSpeed:
+    """Mean forward speed of a track, its standard deviation between strides, and the stride frequency.
 
     `strides`: Length of the track. `velocity_cm_per_s`: shape (`STRIDE_SAMPLES`,); Forward, over the
     mean stride, from the track's first moment on. `flags`: Doubts.
@@ -223,18 +221,17 @@ class Pace:
     flags: tuple[Remark, ...] = ()
 
 
-def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -> Pace:
+def mean_stride_speed(
+    track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS
+) -> StrideSpeed:
     """Mean speed of a trial, over strides, whose frequency is found in the track where it is NaN.
 
     The speed is the slope of x against time, fitted together with four harmonics of the stride, so
     that it does not matter at which moments of a stride the track begins and ends.
     """
     if len(track.time_s) < _FEWEST_ROWS:
-        raise TrackError(
-            "few-rows",
-            f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}",
-            rows=track.rows,
-        )
+        few = f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}"
+        raise TrackError("few-rows", few)
     flags: list[Remark] = []
     source = "sheet"
     if math.isnan(frequency_Hz):
@@ -247,7 +244,6 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
             "few-strides",
             f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s; at least "
             f"{FEWEST_STRIDES} are needed for a mean speed",
-            rows=track.rows,
         )
     flags += _gaps(track, frequency_Hz)
     velocity = _mean_stride(time, x, frequency_Hz)
@@ -260,7 +256,7 @@ def pace(track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS) -
     first, last = float(each[:half].mean()), float(each[-half:].mean())
     if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
         flags.append(remark("speed-changes", first=first, last=last))
-    return Pace(
+    return StrideSpeed(
         speed, float(each.std(ddof=1)), float(frequency_Hz), source, strides, velocity, tuple(flags)
     )
 
@@ -301,11 +297,8 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
             stride = bob / tripods
             doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
         return bob / tripods, doubt
-    raise TrackError(
-        "no-stride",
-        "no stride frequency shows in z or x; give frequency_Hz in the sheet",
-        rows=track.rows,
-    )
+    none = "no stride frequency shows in z or x; give frequency_Hz in the sheet"
+    raise TrackError("no-stride", none)
 
 
 def _detrended(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -362,7 +355,6 @@ def _gaps(track: Track, frequency: float) -> list[Remark]:
             "track-gaps",
             f"{flag}, {longest * frequency:.2g} of a stride; allowed: up to "
             f"{LONGEST_GAP_STRIDES:g} of one",
-            rows=track.rows,
         )
     return [flag]
 

@@ -25,11 +25,16 @@ from rftfit.robot.sweep import (
     MOTION_NEAR_HZ,
     conditions_of,
     mean_speed,
-    row_of,
     run_all,
     speed_table,
 )
-from rftfit.robot.tracks import STRIDE_SAMPLES, TrackError, pace, read_track, read_trials
+from rftfit.robot.tracks import (
+    STRIDE_SAMPLES,
+    TrackError,
+    mean_stride_speed,
+    read_track,
+    read_trials,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -134,7 +139,7 @@ def _measure(
         track = read_track(folder / trial.track)
         rows = track.rows
         counts = {(DROPPED, why): count for why, count in track.dropped.items()}
-        found = pace(track, trial.frequency_Hz, tripods)
+        found = mean_stride_speed(track, trial.frequency_Hz, tripods)
     except TrackError as error:
         rest = (rows or error.rows) - sum(counts.values())
         counts[DROPPED, error.reason] = rest
@@ -218,7 +223,7 @@ def _runs(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFr
     if name not in profiles_of(results):
         conditions = []
     found = run_all(robot, robot_profile(results, name), conditions, threads)
-    table = speed_table(map(row_of, found))
+    table = speed_table(found)
     table.insert(0, "profile", name)
     table.insert(1, "medium", section.medium)
     return table
