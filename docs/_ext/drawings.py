@@ -165,7 +165,7 @@ def leg_at(axes: Axes, name: str, theta_deg: float) -> None:
 def frames() -> Figure:
     """Rod, plate, sensor and its channels, and the lab frame."""
     from rftfit.campaign.config import Transducer
-    from rftfit.measure.ingest import sensor_to_lab
+    from rftfit.measure.lab_frame import sensor_to_lab
 
     figure, axes = sheet(12, 7.4)
     bed(axes, -5.2, 7.4, -3.2, 6.0)

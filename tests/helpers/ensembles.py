@@ -122,10 +122,7 @@ def one_log(
         hum = sizes["pink"] / AREA_CM2 * pink(odd, k, air.size + 400 + n)
         record, later = record + hum[:, : air.size], later + hum[:, -n:]
     everywhere = np.ones(air.size, dtype=bool)
-    zero = find_zero(
-        air, record, everywhere, ~everywhere, float(stroke.mean()), DRIFT_N_PER_MIN / AREA_CM2
-    )
-    assert zero is not None
+    zero = find_zero(air, record, everywhere, float(stroke.mean()), DRIFT_N_PER_MIN / AREA_CM2)
     variance = zero.variance + (slow_noise_N / AREA_CM2) ** 2
     return later - zero.force[:, :1], variance, zero.dof
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.alignment import estimate_clocks
 
 
 @dataclass(frozen=True)
@@ -73,3 +74,10 @@ def make_push(
     return Push(
         start_s + moments, np.round(force, 4), rows + shift, np.round(motion, 4), offset_s, drift, surface,
     )  # fmt: skip
+
+
+def estimate(push, max_se_s=0.2, max_drift=1e-3):
+    """Align the two clocks of a push by its force."""
+    return estimate_clocks(
+        push.force_time, push.force, push.motion_time, push.depth, max_drift, max_se_s
+    )

@@ -11,9 +11,8 @@ import pytest
 
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import REASON, remark
-from rftfit.measure.ingest import PHASES, SAMPLE_COLUMNS, samples_table
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.strokes import Samples
+from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, Samples, samples_table
 from rftfit.measure.tare import Tare, _tare_of, tare_medium
 
 DEPTH = np.linspace(0.5, 8.5, 801)

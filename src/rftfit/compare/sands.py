@@ -32,8 +32,8 @@ from rftfit.measure.flags import (
     reason_of,
     remark,
 )
+from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import GIVEN_DOF, combine_dof, student_quantile, zero_intercept
-from rftfit.measure.strokes import split_runs
 from rftfit.model.scaling import scale_new_medium
 
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",

@@ -416,9 +416,10 @@ Good: force and motion begin and end together, one lag stands out, and its inter
 )  # fmt: skip
 def clocks(results: Results, medium: str) -> Figure:
     """Draw how the clocks of each run of a medium were brought together."""
-    from rftfit.measure.ingest import RunRefused, find_compliance, ingest_run
+    from rftfit.measure.ingest import RunRefused, ingest_run
     from rftfit.measure.ledger import Ledger
     from rftfit.measure.pairs import load_pairs
+    from rftfit.measure.surface import find_compliance
 
     campaign, config, ledger = results.campaign, results.config, Ledger()
     runs = campaign.runs_of(medium)

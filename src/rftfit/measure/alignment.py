@@ -10,12 +10,42 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.config import Clock
+from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.clocks import HOUR_S, ClockFit
+from rftfit.measure.clocks import HOUR_S, ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.flags import Refused
+from rftfit.measure.lab_frame import ForceReadings, new_readings
 from rftfit.measure.slopes import weighted_sum_variance
+from rftfit.measure.strokes import IntruderPath
 
-_FIRST_SHARE = 0.02
+
+def find_clock(
+    settings: Clock, run: Run, readings: ForceReadings, path: IntruderPath, spans: FloatArray
+) -> tuple[ClockFit, Alignment | None]:
+    """Align the clocks of force and motion log in the way the config asks for.
+
+    Returns what they were estimated from, too, where they were. `spans` are those of `path`.
+    """
+    if settings.method == "same_clock":
+        return ClockFit(0.0, 0.0, 0.0, 0.0, 0), None
+    time = readings.time
+    if settings.method == "estimate":
+        if run.direction != "intrusion" or run.gamma_deg != 90:
+            raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
+        good = ~readings.saturated
+        alignment = estimate_clocks(
+            time[good], readings.force[0, good], path.time, -path.z,
+            settings.max_drift, settings.max_se_s,
+        )  # fmt: skip
+        return alignment.clock, alignment
+    if readings.arm_moving is None:
+        raise Refused("no-sync-line")
+    seen = moving_spans(time, readings.arm_moving, 0.5)
+    seen = whole_spans(seen, float(time[0]), float(time[-1]))
+    # the speed is known from the second sample to the last but one; no spans in fewer than three
+    done = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans
+    return align(seen, done, settings.max_residual_s), None
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
@@ -43,6 +73,9 @@ def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int)
     under = np.maximum(depth - surface, 0.0)
     inner = smooth_basis(under, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
     return np.column_stack([np.ones(depth.size), under[:, None] * inner])
+
+
+_FIRST_SHARE = 0.02
 
 
 def contact_depth(depth: FloatArray, force: FloatArray) -> float:
@@ -247,13 +280,6 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
             first, second = sorted((fit.offset, best.offset))
             raise Refused("two-offsets", first=first, second=second)
     return best
-
-
-def new_readings(channels: FloatArray) -> np.ndarray:
-    """Tell readings from rows in which a transducer slower than its logger repeats all k channels."""
-    fresh = np.ones(channels.shape[1], dtype=bool)
-    fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
-    return fresh
 
 
 def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:

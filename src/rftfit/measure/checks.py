@@ -31,7 +31,7 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.strokes import split_runs
+from rftfit.measure.samples import split_runs
 
 Tables = Mapping[str, pd.DataFrame]
 

@@ -11,7 +11,7 @@ from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, reason_cells, remark
-from rftfit.measure.strokes import split_runs
+from rftfit.measure.samples import split_runs
 
 _LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
 """Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times

@@ -28,6 +28,7 @@ from rftfit.measure.flags import (
 )
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import (
     CURVED_P,
     FEWEST,
@@ -37,7 +38,6 @@ from rftfit.measure.slopes import (
     unfinished_start,
     zero_intercept,
 )
-from rftfit.measure.strokes import split_runs
 
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""

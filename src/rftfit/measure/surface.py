@@ -7,20 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import Refused
+from rftfit.errors import InputError
+from rftfit.logs.base import Log
+from rftfit.measure.alignment import find_clock
+from rftfit.measure.flags import Refused, say
+from rftfit.measure.lab_frame import force_in_lab_frame, path_in_lab_frame, without_repeats
+from rftfit.measure.pairs import load_pairs
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
-
-WINDOWS = (0.7, 1.0, 1.4)
-"""Windows that are tried, relative to the one asked for; the middle one counts."""
-
-_MIN_AIR = 8
-_MIN_BELOW = 12
-_RISE_TO_NOISE = 10.0
-_T = 5.0
-_PASSES = 5
-_LARGEST_AIR = 0.15
-_GRID = 120
+from rftfit.measure.strokes import IntruderPath
 
 
 @dataclass(frozen=True)
@@ -46,6 +44,63 @@ class Surface:
         """Return the ends of the confidence interval of the surface, cm."""
         half = float(student_quantile(confidence, self.dof)) * self.se_cm
         return self.depth_cm - half, self.depth_cm + half
+
+
+_NEAR_SURFACE_CM = 0.3
+_FLAT_DEG = 3.0
+
+
+def place_surface(
+    config: Config,
+    run: Run,
+    path: IntruderPath,
+    time: FloatArray,
+    lift: FloatArray,
+    clock_se_s: float,
+) -> tuple[IntruderPath, Surface | None]:
+    """Count z from the free surface that the force shows, where the config asks for that.
+
+    `time` (s, on the motion log's clock) and `lift` (N, zero not yet removed) are of the force log;
+    `clock_se_s` moves the surface by as far as the arm went in it. The surface as found is counted from
+    the zero that `path` had.
+    """
+    if config.surface.method == "given" or run.surface_z_mm is not None:
+        return path, None
+    plate = config.intruders[run.intruder]
+    flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
+    if run.direction != "intrusion" or plate.shape == "leg" or not flat:
+        raise Refused("surface-not-stated", most=_FLAT_DEG)
+    time, depth, lift = _in_motion_log(path, time, lift)
+    window, noise = config.surface.window_cm, config.transducer.precision_N
+    toe = plate.thickness_cm / 2
+    surface = find_surface(depth, lift, window, noise, 0.0, toe)
+    if clock_se_s > 0:
+        near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+        speed = float(np.abs(np.gradient(depth, time))[near].mean())
+        surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
+    if surface.se_cm > config.surface.max_se_cm:
+        raise Refused("surface-uncertain", se=surface.se_cm, most=config.surface.max_se_cm)
+    return replace(path, z=path.z + surface.depth_cm), surface
+
+
+def _in_motion_log(
+    path: IntruderPath, time: FloatArray, lift: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Time, depth and lift of the force readings that were made while the motion was logged."""
+    inside = (time >= path.time[0]) & (time <= path.time[-1])
+    return time[inside], -path.at(time[inside])[1], lift[inside]
+
+
+WINDOWS = (0.7, 1.0, 1.4)
+"""Windows that are tried, relative to the one asked for; the middle one counts."""
+
+_MIN_AIR = 8
+_MIN_BELOW = 12
+_RISE_TO_NOISE = 10.0
+_T = 5.0
+_PASSES = 5
+_LARGEST_AIR = 0.15
+_GRID = 120
 
 
 def find_surface(
@@ -229,3 +284,29 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
         steep = (travel[-1] - travel[-2]) / (levels[-1] - levels[-2])
         levels, travel = np.append(levels, lift[-1]), np.append(travel, travel[-1] + rest * steep)
     return Compliance(np.append(0.0, levels), np.append(0.0, travel))
+
+
+def find_compliance(campaign: Campaign, like: Run) -> Compliance:
+    """Find the compliance of the machine from the push against something rigid that the config names.
+
+    `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
+    """
+    config = campaign.config
+    named = config.rigid_contact
+    assert named is not None
+    run = replace(
+        like, run_id="rigid contact", direction="intrusion", force_log=named.force_log,
+        motion_log=named.motion_log, surface_z_mm=None, gamma_deg=90.0,
+    )  # fmt: skip
+    (_, pair), *_ = load_pairs(campaign, [run])
+    if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
+        raise InputError(f"rigid_contact: {say(pair.problems)}")
+    try:
+        force_log = without_repeats(pair.force, config.transducer)
+        readings = force_in_lab_frame(force_log, config.transducer)
+        path = path_in_lab_frame(pair.motion, run, config.arm)
+        clock, _ = find_clock(config.clock, run, readings, path, path.spans(config.arm))
+        _, depth, lift = _in_motion_log(path, clock.motion_time(readings.time), readings.force[0])
+        return compliance_of(depth, lift, config.transducer.precision_N)
+    except ValueError as error:
+        raise InputError(f"rigid_contact, {named.force_log}: {error}") from error

@@ -12,8 +12,10 @@ from rftfit.measure.alpha import column
 from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
 from rftfit.measure.flags import flag_columns, reason_columns, remark
-from rftfit.measure.ingest import PHASES, RUN_COLUMNS, readings_digest, samples_table
+from rftfit.measure.ingest import RUN_COLUMNS
+from rftfit.measure.lab_frame import readings_digest
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.samples import PHASES, samples_table
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 _FEWEST_READINGS = 8

@@ -12,7 +12,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.strokes import Samples, join_runs, strokes
+from rftfit.measure.samples import Samples, join_runs, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rftfit.campaign.config import AnyPlate, Leg
+from rftfit.campaign import config
 from rftfit.conventions import FloatArray
 from rftfit.measure.fits import half_extent
 from rftfit.measure.flags import Refused
-from rftfit.measure.slopes import weighted_sum_variance
+from rftfit.measure.lab_frame import sensor_to_lab
+from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
 
 MIN_SAMPLES = 50
 _FEWEST = 10
@@ -34,12 +35,14 @@ class Zero:
     trend_N: tuple[float, float] = (math.nan, math.nan)
 
 
-def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
+def height_needed(
+    intruder: config.AnyPlate | config.Leg, angle: FloatArray, clearance: float
+) -> FloatArray:
     """Height of the reference point, cm, at which the whole intruder is clear of the surface.
 
     A leg counts as the circle around its chord, which every model leg lies within; `angle` (n,) in rad.
     """
-    if isinstance(intruder, Leg):
+    if isinstance(intruder, config.Leg):
         half = intruder.max_length_cm / 2
         # the tip lies at max_length x (-sin theta, -cos theta) from the axle
         return half * np.cos(angle) + half + clearance
@@ -50,24 +53,23 @@ def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float)
 def find_zero(
     time: FloatArray,
     force: FloatArray,
-    in_air: np.ndarray,
-    moving: np.ndarray,
+    at_rest: np.ndarray,
     stroke_time: float,
     drift_N_per_min: float,
-) -> Zero | None:
-    """Estimate the zero from the samples at rest in air.
+) -> Zero:
+    """Estimate the zero from the samples `at_rest` in air.
 
-    None if there are fewer of them than half a second holds, at most `MIN_SAMPLES`. `force` (2, n): z, x,
+    Refused if there are fewer of them than half a second holds, at most `MIN_SAMPLES`. `force` (2, n): z, x,
     N; `time` and `stroke_time`, the middle of the stroke, in s. Where the intruder is in air at one end
     of the run only, the zero may have moved by `drift_N_per_min` until the stroke, and nothing in the
     log would show it.
     """
-    rest = np.flatnonzero(in_air & ~moving)
+    rest = np.flatnonzero(at_rest)
     fewest = _fewest(time)
     breaks = np.flatnonzero(np.diff(rest) > 1) + 1
     pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
     if not pieces:
-        return None
+        raise Refused("no-zero")
     middles = [float(time[piece].mean()) for piece in pieces]
     if middles[0] > stroke_time or middles[-1] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
@@ -98,6 +100,13 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
     mean, variance, dof = _mean(force)
     unseen = (drift_N_per_min * age_min) ** 2 / 3
     return Zero(mean[:, None], variance + unseen, dof, math.nan)
+
+
+def stated_zero(stated: config.Zero, transducer: config.Transducer) -> Zero:
+    """The zero that the config states, the same in every run."""
+    force = (sensor_to_lab(transducer) @ np.array(stated.readings_N))[::-1]
+    variance = np.full(2, (stated.sd_N or 0.0) ** 2)
+    return Zero(force[:, None], variance, GIVEN_DOF, math.nan)
 
 
 def _fewest(time: FloatArray) -> int:

@@ -14,7 +14,7 @@ from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import FLAGS, REASON
 from rftfit.measure.ingest import ingest_traces, samples_of
 from rftfit.measure.ledger import RowStatus, check, join
-from rftfit.measure.strokes import split_runs
+from rftfit.measure.samples import split_runs
 from rftfit.measure.tare import tare_medium
 from rftfit.model.outlines import CURVATURES, model_leg
 from rftfit.model.prediction import predict

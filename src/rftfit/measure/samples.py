@@ -1,0 +1,88 @@
+"""Tables of samples, of one run below the other, and the stroke of each run in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+
+PHASES = ("air", "approach", "pause", "stroke", "other")
+SAMPLE_COLUMNS = (
+    "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why"
+)  # fmt: skip
+"""Columns of the table of samples, beside the run."""
+
+
+def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
+    """Put the columns of some runs, in the order of `SAMPLE_COLUMNS`, into one long table."""
+    parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
+    samples = join_runs(parts, SAMPLE_COLUMNS)
+    codes = samples["phase"].to_numpy(int)
+    samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
+    return samples
+
+
+def join_runs(
+    parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
+) -> pd.DataFrame:
+    """Put columns of several runs into one long table; names are categories, which keeps it small."""
+    sizes = [part[columns[0]].size for part in parts.values()]
+    codes = np.repeat(np.arange(len(parts)), sizes)
+    data: dict[str, object] = {
+        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(parts)))
+    }
+    for name in columns:
+        arrays = [part[name] for part in parts.values()]
+        data[name] = np.concatenate(arrays) if arrays else np.empty(0)
+    return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
+
+
+def split_runs(table: pd.DataFrame) -> dict[str, slice]:
+    """Find the rows of each run in a table whose categorical column ``run_id`` is sorted by run."""
+    # a table without rows comes back from Parquet without its categories
+    run_id = table["run_id"].astype("category")
+    codes = run_id.cat.codes.to_numpy()
+    names = run_id.cat.categories
+    edges = np.flatnonzero(np.diff(codes)) + 1
+    starts = np.concatenate([[0], edges]) if codes.size else np.empty(0, dtype=int)
+    stops = np.append(edges, codes.size)
+    return {
+        str(names[codes[a]]): slice(int(a), int(b)) for a, b in zip(starts, stops, strict=False)
+    }
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of one run's stroke, in the order of recording; arrays of shape (n,), `force` (2, n) z, x, N.
+
+    `depth`, `x`, `path` (length travelled since the stroke's start) in cm; `why`: `RowStatus`.
+    """
+
+    depth: FloatArray
+    x: FloatArray
+    angle_deg: FloatArray
+    path: FloatArray
+    force: FloatArray
+    why: np.ndarray
+
+    def position(self, abscissa: str) -> FloatArray:
+        """Position at which a tare is subtracted: ``depth_cm``, ``path_cm`` or ``angle_deg``."""
+        return {"depth_cm": self.depth, "path_cm": self.path, "angle_deg": self.angle_deg}[abscissa]
+
+
+def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
+    """Take the stroke of every run, by run_id, out of the samples of the ingest stage."""
+    part = (samples["phase"] == "stroke").to_numpy()
+    columns = {name: samples[name].to_numpy()[part] for name in ("x_cm", "depth_cm", "angle_deg")}
+    force = np.stack([samples[name].to_numpy()[part] for name in ("force_z_N", "force_x_N")])
+    why = samples["why"].to_numpy()[part]
+    found = {}
+    for name, rows in split_runs(samples.loc[part, ["run_id"]]).items():
+        x, depth = columns["x_cm"][rows], columns["depth_cm"][rows]
+        path = np.hypot(x - x[0], depth - depth[0])
+        found[name] = Samples(depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows])
+    return found

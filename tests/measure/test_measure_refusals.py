@@ -1,0 +1,194 @@
+"""Why a run gives no number: each code once, from logs that deserve it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pushes import estimate, make_push
+
+from rftfit.campaign.config import Arm, Clock
+from rftfit.campaign.sheet import Run
+from rftfit.logs.base import Log, LogError
+from rftfit.measure.alignment import estimate_clocks, find_clock
+from rftfit.measure.flags import Refused, remark
+from rftfit.measure.ingest import _gaps
+from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.pairs import FORCE_TO_N, completed, factor
+from rftfit.measure.strokes import IntruderPath, find_stroke
+from rftfit.measure.surface import compliance_of, find_surface, place_surface
+
+NAN = float("nan")
+PUSH = Run(
+    "a", "plate", "sand", "plate", "intrusion", 0.0, 90.0, NAN, "a.csv", "b.csv",
+    "", False, None, False, "", "", 2,
+)  # fmt: skip
+TIME, DEPTH = np.arange(1000) / 100, np.linspace(0, 5, 1000)
+
+
+def noise(seed, sd, size=1000):
+    return np.random.default_rng(seed).normal(0, sd, size)
+
+
+def under(cm):
+    return np.maximum(DEPTH - cm, 0)
+
+
+def path(depth):
+    time = np.linspace(0, 10, depth.size)
+    return IntruderPath(time, np.zeros_like(depth), -depth, np.zeros_like(depth))
+
+
+def with_force(force, seed=8, depth=None, max_se_s=0.1):
+    """Clocks of a push with another force, or another motion."""
+    push = make_push(seed)
+    made = replace(push, force=force(push), depth=push.depth if depth is None else depth(push))
+    return estimate(made, max_se_s=max_se_s)
+
+
+def waves(push):
+    time = push.force_time - push.force_time[0]
+    return 20 * np.abs(np.sin(3 * time)) + 0.1 * time
+
+
+@pytest.mark.parametrize(
+    ("measure", "codes", "values"),
+    [
+        (lambda: with_force(lambda push: noise(0, 0.05, push.force.size) + 3, 5), "no-rise", {}),
+        (lambda: with_force(lambda push: push.force, 6, lambda push: 0 * push.depth),
+         "no-motion-in-depth", {}),
+        # a force of another run
+        (lambda: with_force(waves), "force-not-depth two-offsets clocks-uncertain", {}),
+        # from the first to the last sample the arm moves at one speed: every lag is as good
+        (lambda: estimate_clocks(TIME[100:900], 50 * under(0.5)[100:900] + noise(0, 0.1, 800),
+                                 TIME, DEPTH, 1e-3, 0.05), "two-offsets clocks-uncertain", {}),
+        (lambda: with_force(lambda push: push.force, 9, max_se_s=1e-6), "clocks-uncertain",
+         {"most": 1e-6}),
+        (lambda: estimate_clocks(TIME[:30], DEPTH[:30], TIME, DEPTH, 1e-3, 0.1), "few-readings",
+         {"found": 30}),
+        (lambda: estimate_clocks(TIME, np.where(TIME < 0.12, 0.0, 50.0 - TIME) + noise(0, 0.1), TIME,
+                                 DEPTH, 1e-3, 0.1), "begins-in-push", {}),
+        # a rise that could be noise; one of 160 N above 0.07 N, but up and down on the way
+        (lambda: find_surface(DEPTH, np.where(DEPTH > 3, 3.0, 0.0) + noise(1, 0.5), 1.5, 0.05),
+         "faint-growth", {"window": 1.5, "times": 10}),
+        (lambda: find_surface(DEPTH, 25 * under(2.5) * (1 + np.sin(14 * DEPTH)) + noise(3, 0.07), 1.5,
+                              0.07), "uncertain-growth", {}),
+        # a cable that tightens all the way down
+        (lambda: find_surface(DEPTH, 1.2 * DEPTH + 4 * under(3) + noise(1, 0.3), 1.5, 0.05),
+         "grows-in-air", {}),
+        # a log that begins in contact, one that ends at the surface, a force of the wrong sign
+        (lambda: find_surface(DEPTH, 30 * DEPTH + 10, 1.5, 0.05), "not-in-air", {}),
+        (lambda: find_surface(DEPTH[:604], 200 * under(3)[:604], 1.5, 0.05), "few-near-surface", {}),
+        (lambda: find_surface(DEPTH, noise(1, 0.05) - 25 * under(3), 1.5, 0.05), "no-ground", {}),
+        (lambda: find_surface(DEPTH[:10], np.arange(10.0), 1.5, 0.05), "few-on-the-way-down",
+         {"found": 10}),
+        (lambda: compliance_of(np.linspace(0, 1, 208), np.append(np.zeros(200), np.linspace(10, 200, 8)),
+                               0.05), "few-in-contact", {"found": 8, "wanted": 30}),
+        (lambda: compliance_of(DEPTH[:29], DEPTH[:29], 0.05), "few-rigid", {"found": 29, "wanted": 30}),
+        (lambda: compliance_of(DEPTH[:200], np.zeros(200), 0.05), "no-contact", {"noise": 0.05}),
+        (lambda: factor(FORCE_TO_N, "lbf", "N", "force"), "other-unit", {"declared": "N"}),
+        (lambda: factor(FORCE_TO_N, "", "N", "force"), "other-unit", {"found": "no unit"}),
+        (lambda: factor(FORCE_TO_N, "dyn", "dyn", "force"), "unknown-unit", {"found": "dyn"}),
+    ],
+)  # fmt: skip
+def test_what_gives_no_number(measure, codes, values):
+    with pytest.raises(Refused) as caught:
+        measure()
+    found = caught.value.remark
+    assert found.code in codes.split()
+    assert found.values | values == found.values
+
+
+X = np.linspace(0, 5, 500)
+
+
+@pytest.mark.parametrize(
+    ("motion", "run", "arm", "code", "values"),
+    [
+        # z counted downward
+        (path(np.linspace(-3.0, -15.0, 100)), {}, {}, "upside-down", {"lowest": 3}),
+        (path(np.linspace(1.0, 5.0, 100)), {}, {"drive": "uneven"}, "surface-not-crossed",
+         {"highest": -1, "lowest": -5}),
+        (path(np.append(np.linspace(5.0, 4.0, 50), np.linspace(4.0, -1.0, 50))), {},
+         {"drive": "uneven"}, "begins-below", {}),
+        (path(np.linspace(-1.0, 2.0, 200)), {}, {}, "too-slow", {"stated": 1, "fastest": 0.3}),
+        (IntruderPath(2 * X, X, X - 6, 0 * X), {"direction": "extraction", "gamma_deg": -45.0},
+         {"speed_cm_per_s": 0.7}, "other-direction", {"seen": "-135.0", "way": -45}),
+    ],
+)  # fmt: skip
+def test_motions_that_hold_no_stroke(motion, run, arm, code, values):
+    settings = Arm(**arm)
+    with pytest.raises(Refused) as caught:
+        find_stroke(motion, motion.spans(settings), replace(PUSH, **run), settings)
+    assert (caught.value.remark.code, caught.value.remark.values | values) == (
+        code, caught.value.remark.values,
+    )  # fmt: skip
+
+
+def test_a_motion_up_toward_minus_x():
+    motion, arm = IntruderPath(2 * X, 3 - X, X - 6, 0 * X), Arm(speed_cm_per_s=0.7)
+    run = replace(PUSH, direction="extraction", gamma_deg=-45.0)
+    start, end = find_stroke(motion, motion.spans(arm), run, arm)
+    assert end - start > 9
+
+
+def test_a_sync_line_is_needed():
+    readings = ForceReadings(TIME, np.stack([TIME] * 2), None, TIME < 0, np.stack([TIME] * 3))
+    with pytest.raises(Refused) as caught:
+        find_clock(Clock(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)))
+    assert caught.value.remark.code == "no-sync-line"
+
+
+def test_a_surface_that_cannot_be_found(paper_config):
+    surface = paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1e-6})
+    config = paper_config.model_copy(update={"surface": surface})
+    name = next(name for name, one in paper_config.intruders.items() if one.shape == "plate")
+    push = make_push(2)
+    motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
+    for beta, code in ((30.0, "surface-not-stated"), (0.0, "surface-uncertain")):
+        run = replace(PUSH, intruder=name, beta_deg=beta)
+        with pytest.raises(Refused) as caught:
+            place_surface(config, run, motion, push.force_time, push.force, 0.0)
+        assert caught.value.remark.code == code
+
+
+def test_x_is_counted_from_the_middle_of_the_container():
+    arm = Arm(middle_x_mm=400.0)
+    values = {"time": [0.0, 1.0], "x": [410.0, 380.0], "z": [0.0, -10.0], "angle": [0.0, 0.0]}
+    units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
+
+    def log(lacking=""):
+        columns = {name: np.array(one) for name, one in values.items() if name != lacking}
+        return Log(Path("m.csv"), columns, units, 2, {})
+
+    np.testing.assert_allclose(path_in_lab_frame(log(), PUSH, arm).x, [1.0, -2.0])
+    # a path straight down that nobody logged is at the middle
+    whole = completed(log("x"), PUSH, units, 40.0)
+    np.testing.assert_allclose(path_in_lab_frame(whole, PUSH, arm).x, 0.0)
+    # the sheet knows beta of a plate, but no theta of a leg
+    np.testing.assert_array_equal(completed(log("angle"), PUSH, units).columns["angle"], 0.0)
+    leg = replace(PUSH, kind="leg", direction="rotation", beta_deg=NAN, gamma_deg=NAN)
+    with pytest.raises(LogError) as caught:
+        completed(log("angle"), leg, units)
+    assert caught.value.code == "columns"
+
+
+@pytest.mark.parametrize(
+    ("holes", "code", "numbers"),
+    [([(3.0, 3.4)], "gap", [0.41]),
+     ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)], "gaps", [41, 9.02, 0.62])],
+)  # fmt: skip
+def test_many_gaps_are_one_flag(holes, code, numbers):
+    time = np.arange(0, 60, 0.01)
+    kept = ~np.any([(time > start) & (time < end) for start, end in holes], axis=0)
+    (flag,) = _gaps(time[kept], 0.1)
+    assert flag.code == code
+    np.testing.assert_allclose([*flag.values.values()], numbers, rtol=0.06)
+
+
+def test_every_row_status_has_its_sentence():
+    said = [str(remark(why.code)) for why in RowStatus if why != RowStatus.GOOD]
+    assert len(set(said)) == len(RowStatus) - 1
