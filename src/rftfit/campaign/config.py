@@ -18,17 +18,6 @@ from pydantic import (
 
 from rftfit.campaign.files import DEVICE, is_device
 
-
-def key(default: Any, description: str, **limits: Any) -> Any:
-    """Declare a key with a default; the description is for messages and pages."""
-    return Field(default=default, description=description, **limits)
-
-
-def need(description: str, **limits: Any) -> Any:
-    """Declare a key that must be given."""
-    return Field(description=description, **limits)
-
-
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
@@ -47,44 +36,66 @@ class Model(BaseModel):
 class Clock(Model):
     """How the clocks of the force log and of the motion log are brought together."""
 
-    method: Literal["sync_line", "same_clock", "estimate"] = key(
-        "sync_line",
-        "sync_line: the force log records when the arm moves; same_clock: one clock; "
-        "estimate: from the force, which grows only where the intruder goes deeper",
-    )
-    max_residual_s: Positive = key(
-        0.05, "a run whose edges agree no better than this is refused, s"
-    )
-    max_gap_s: Positive = key(
-        0.1, "a step between samples longer than this, and than 1.5 usual steps, is a gap, s"
-    )
-    max_se_s: Positive = key(
-        0.1, "a run whose estimated offset has a larger standard error is refused, s"
-    )
-    max_drift: Positive = key(
-        1e-3,
-        "how much the rates of the clocks may differ, as a standard deviation, relative; "
-        "for estimate",
-    )
+    method: Literal["sync_line", "same_clock", "estimate"] = "sync_line"
+    """sync_line: the force log records when the arm moves; same_clock: one clock; estimate: from the
+    force, which grows only where the intruder goes deeper
+
+    The force log and the motion log are often written by two computers whose clocks differ by
+    seconds. With `sync_line` each edge of the line gives the offset; it needs a column `arm_moving`
+    in the force log. With `estimate` the offset is fitted so that the force grows where the
+    intruder goes deeper; it works for pushes straight down. Example: `clock: {method: same_clock}`
+    where force and motion are columns of one file.
+    """
+    max_residual_s: Positive = 0.05
+    """a run whose edges agree no better than this is refused, s"""
+    max_gap_s: Positive = 0.1
+    """a step between samples longer than this, and than 1.5 usual steps, is a gap, s
+
+    A gap is a stretch of time without samples, for example of lost packets. It is flagged, and no
+    number is made up for it. Raise it for a slow logger: at 5 Hz the usual step is 0.2 s, and 0.5 s
+    is sensible. Example: `clock: {max_gap_s: 0.5}`.
+    """
+    max_se_s: Positive = 0.1
+    """a run whose estimated offset has a larger standard error is refused, s"""
+    max_drift: Positive = 1e-3
+    """how much the rates of the clocks may differ, as a standard deviation, relative; for estimate
+
+    Two crystals differ by some 0.01 percent, loggers on a busy computer by up to 0.1 percent: in
+    100 s that is 0.1 s. The estimate may stretch one clock by about that much, and its uncertainty
+    goes into the interval of alpha. Example: `clock: {method: estimate, max_drift: 1e-4}` for two
+    instruments with good clocks.
+    """
 
 
 class FreeSurface(Model):
     """Where the free surface lies."""
 
-    method: Literal["given", "find"] = key(
-        "given",
-        "given: surface_z_mm of the sheet or the arm; find: where the force begins to "
-        "grow, in each push straight down whose row of the sheet gives no surface_z_mm",
-    )
-    window_cm: Positive = key(1.5, "how far above and below the surface the force is looked at, cm")
-    max_se_cm: Positive = key(0.1, "a run whose surface has a larger standard error is refused, cm")
+    method: Literal["given", "find"] = "given"
+    """given: surface_z_mm of the sheet or the arm; find: where the force begins to grow, in each push
+    straight down whose row of the sheet gives no surface_z_mm
+
+    Depth is counted from the free surface, so that an error of 1 mm changes alpha of a shallow push
+    by several percent. Use `given` where you measured the height of each bed, `find` where nobody
+    wrote it down. Example: `surface: {method: find}`.
+    """
+    window_cm: Positive = 1.5
+    """how far above and below the surface the force is looked at, cm
+
+    Enough readings are needed on both sides: raise it for a slow logger, lower it where stress soon
+    bends with depth. The motion must begin at least that far above the surface. Example: `surface:
+    {method: find, window_cm: 3}`.
+    """
+    max_se_cm: Positive = 0.1
+    """a run whose surface has a larger standard error is refused, cm"""
 
 
 class RigidContact(Model):
     """A push of the bare machine against something rigid: how far it yields under load."""
 
-    force_log: str = need("force log, relative to the raw folder")
-    motion_log: str = need("motion log, relative to the raw folder")
+    force_log: str
+    """force log, relative to the raw folder"""
+    motion_log: str
+    """motion log, relative to the raw folder"""
 
 
 # --- What is pushed through a medium: plates of any outline, and legs.
@@ -93,10 +104,14 @@ class RigidContact(Model):
 class Plate(Model):
     """A flat plate; its length lies in the x-z plane."""
 
-    shape: Literal["plate"] = need("a flat plate")
-    length_cm: Positive = need("side that lies in the x-z plane, cm")
-    width_cm: Positive = need("side across, along y, cm")
-    thickness_cm: Positive = need("thickness, cm")
+    shape: Literal["plate"]
+    """a flat plate"""
+    length_cm: Positive
+    """side that lies in the x-z plane, cm"""
+    width_cm: Positive
+    """side across, along y, cm"""
+    thickness_cm: Positive
+    """thickness, cm"""
 
     @property
     def area_cm2(self) -> float:
@@ -107,22 +122,38 @@ class Plate(Model):
 class Leg(Model):
     """A thin leg turned about an axle above the surface."""
 
-    shape: Literal["leg"] = need("a thin leg turned about an axle")
-    curvature_times_R: float = need(
-        "R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)", ge=-1, le=1
-    )
-    max_length_cm: Positive = need("largest distance from axle to tip, 2R, cm")
-    width_cm: Positive = need("side along the axle, cm")
-    thickness_cm: Positive = need("thickness, cm")
-    hip_height_cm: float = need("height of the axle above the free surface, cm")
+    shape: Literal["leg"]
+    """a thin leg turned about an axle"""
+    curvature_times_R: float = Field(ge=-1, le=1)
+    """R/r: 1 c-leg, 0 flat, -1 reversed c-leg (2R is the maximal length)
+
+    r is the radius of the leg's arc and R half of `max_length_cm`. A half circle has r = R, so 1; a
+    straight strip has an infinite r, so 0. With -1 the half circle is mounted the other way round.
+    Example: `curvature_times_R: 0.5` for an arc of twice the radius.
+    """
+    max_length_cm: Positive
+    """largest distance from axle to tip, 2R, cm"""
+    width_cm: Positive
+    """side along the axle, cm"""
+    thickness_cm: Positive
+    """thickness, cm"""
+    hip_height_cm: float
+    """height of the axle above the free surface, cm
+
+    The axle stands still while the leg turns; the leg dips into the medium by `max_length_cm` less
+    this height. Example: `hip_height_cm: 2` with `max_length_cm: 7.62` reaches 5.62 cm deep.
+    """
 
 
 class Disc(Model):
     """A flat circular plate."""
 
-    shape: Literal["disc"] = need("a flat circular plate")
-    diameter_cm: Positive = need("diameter, cm")
-    thickness_cm: Positive = need("thickness, cm")
+    shape: Literal["disc"]
+    """a flat circular plate"""
+    diameter_cm: Positive
+    """diameter, cm"""
+    thickness_cm: Positive
+    """thickness, cm"""
 
     @property
     def area_cm2(self) -> float:
@@ -138,10 +169,19 @@ class Disc(Model):
 class FlatOutline(Model):
     """A flat plate of any other outline."""
 
-    shape: Literal["flat"] = need("a flat plate of any outline")
-    area_cm2: Positive = need("area of one face, cm^2")
-    length_cm: Positive = need("extent in the x-z plane, cm")
-    thickness_cm: Positive = need("thickness, cm")
+    shape: Literal["flat"]
+    """a flat plate of any outline"""
+    area_cm2: Positive
+    """area of one face, cm^2"""
+    length_cm: Positive
+    """extent in the x-z plane, cm
+
+    It decides how far the plate reaches to both sides, and so which part of a stroke is wholly
+    below the surface and away from the walls. Example: `{shape: flat, area_cm2: 7.1, length_cm: 4,
+    thickness_cm: 0.3}` for a triangle.
+    """
+    thickness_cm: Positive
+    """thickness, cm"""
 
 
 AnyPlate = Plate | Disc | FlatOutline
@@ -166,20 +206,38 @@ Q = TypeVar("Q", bound=str)
 class TextFormat(Model):
     """Any delimited text, described; the file is then read by the dialect ``delimited``."""
 
-    delimiter: Literal[",", ";", "tab", "blank", "bar"] = key(
-        ",",
-        "what stands between cells; blank: any number of blanks and tabs; bar: the vertical bar",
-    )
-    decimal: Literal[".", ","] = key(".", "decimal mark of the numbers")
-    skip_lines: int = key(0, "lines in front of the row of names, or of the data", ge=0, le=1000)
-    names: bool = key(True, "whether a row of names follows; else columns go by number, from 1")
-    units: bool = key(False, "whether a row of units follows that")
-    dates: Literal["", "year first", "day first", "month first"] = key(
-        "", "order of dates such as 03/04/2026 1:00:36 PM, where the first rows do not show it"
-    )
-    comment: str = key("", "lines that begin with this are no data, for example #", max_length=8)
-    encoding: str = key("", "of the names; default: UTF-8, or else Windows-1252")
-    rate_Hz: Positive | None = key(None, "rows a second, where no column holds the time, Hz")
+    delimiter: Literal[",", ";", "tab", "blank", "bar"] = ","
+    """what stands between cells; blank: any number of blanks and tabs; bar: the vertical bar"""
+    decimal: Literal[".", ","] = "."
+    """decimal mark of the numbers"""
+    skip_lines: int = Field(default=0, ge=0, le=1000)
+    """lines in front of the row of names, or of the data
+
+    Count the lines above the row of names, blank ones too; without a row of names those above the
+    first row of numbers. `rftfit inspect LOG` proposes the number. Example: `text: {delimiter: tab,
+    skip_lines: 12}`.
+    """
+    names: bool = True
+    """whether a row of names follows; else columns go by number, from 1"""
+    units: bool = False
+    """whether a row of units follows that"""
+    dates: Literal["", "year first", "day first", "month first"] = ""
+    """order of dates such as 03/04/2026 1:00:36 PM, where the first rows do not show it
+
+    03/04/2026 is the third of April in Europe and the fourth of March in the United States. Where a
+    day above 12 stands in the first rows the file itself decides. Example: `text: {dates: day
+    first}`.
+    """
+    comment: str = Field(default="", max_length=8)
+    """lines that begin with this are no data, for example #"""
+    encoding: str = ""
+    """of the names; default: UTF-8, or else Windows-1252"""
+    rate_Hz: Positive | None = None
+    """rows a second, where no column holds the time, Hz
+
+    Time is then the number of the row over this rate. A row that cannot be read keeps its place, so
+    the rows below keep their time. Example: `text: {delimiter: ";", rate_Hz: 1000}`.
+    """
 
     @field_validator("encoding")
     @classmethod
@@ -196,24 +254,33 @@ class TextFormat(Model):
 class Column(Model):
     """The column of a quantity."""
 
-    column: str | Annotated[int, Field(ge=1)] | None = key(
-        None, "its name as rftfit inspect shows it, or its number, from 1"
-    )
-    unit: Unit | None = key(None, "its unit; needed where the file states none")
-    factor: float = key(
-        1.0,
-        "multiplied onto the values, for example -1 where down is positive; with `unit`, units of the "
-        "quantity for one of a file's own (V, counts)",
-    )
-    offset: float = key(0.0, "added after that, in `unit`")
-    constant: float | None = key(
-        None, "value of a quantity that no column holds and that stays the same"
-    )
-    rate: float | None = key(
-        None,
-        "change per second of a quantity that no column holds, from `constant` at the first row on: "
-        "an actuator of known speed",
-    )
+    column: str | Annotated[int, Field(ge=1)] | None = None
+    """its name as rftfit inspect shows it, or its number, from 1"""
+    unit: Unit | None = None
+    """its unit; needed where the file states none"""
+    factor: float = 1.0
+    """multiplied onto the values, for example -1 where down is positive; with `unit`, units of the
+    quantity for one of a file's own (V, counts)
+
+    A displacement that grows downward becomes z with `factor: -1`. A bridge amplifier with 250 N a
+    volt: `F3: {column: bridge, unit: N, factor: 250, offset: -12.5}`. Value used = value in the
+    file x factor + offset.
+    """
+    offset: float = 0.0
+    """added after that, in `unit`"""
+    constant: float | None = None
+    """value of a quantity that no column holds and that stays the same
+
+    For a channel that nobody measured, as the sideways forces on a testing machine: its direction
+    then counts for 0. Examples: `F1: {constant: 0, unit: N}`, `x: {constant: 0, unit: mm}`.
+    """
+    rate: float | None = None
+    """change per second of a quantity that no column holds, from `constant` at the first row on: an
+    actuator of known speed
+
+    For a log without a position, of an actuator of known speed: 1 mm/s downward from 20 mm above
+    the arm's zero is `z: {constant: 20, rate: -1, unit: mm}`.
+    """
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Column:
@@ -238,14 +305,24 @@ Chosen = Annotated[Column, BeforeValidator(_short, json_schema_input_type=Column
 class Source(Model, Generic[Q]):
     """How one kind of log is written."""
 
-    dialect: Name | None = key(None, "default: the campaign's; delimited where `text` is given")
-    text: TextFormat | None = key(None, "the format, for the dialect delimited")
-    options: dict[Name, str | int | float | bool] = key(
-        {}, "what the dialect can be told, see its documentation"
-    )
-    columns: dict[Q, Chosen] = key(
-        {}, "quantity: column; default: the columns are named by the quantities"
-    )
+    dialect: Name | None = None
+    """default: the campaign's; delimited where `text` is given"""
+    text: TextFormat | None = None
+    """the format, for the dialect delimited"""
+    options: dict[Name, str | int | float | bool] = {}
+    """what the dialect can be told, see its documentation
+
+    For example the sheet of a workbook, the topic of a ROS bag, or the rate of arrays without a
+    time; `docs/dialects.md` lists them. Examples: `options: {sheet: "Values *"}`, `options: {topic:
+    /ft_sensor/wrench}`, `options: {rate_Hz: 500}`.
+    """
+    columns: dict[Q, Chosen] = {}
+    """quantity: column; default: the columns are named by the quantities
+
+    Needed where the columns of the file have other names than `time`, `F1`, `x`, `z`. `rftfit
+    inspect LOG` proposes the lines. Example: `columns: {time: Zeit, F3: {column: Standardkraft,
+    unit: N, factor: -1}}`.
+    """
 
     @model_validator(mode="after")
     def _text_is_delimited(self) -> Source[Q]:
@@ -259,11 +336,14 @@ class Source(Model, Generic[Q]):
 class ForceLog(Source[ForceQuantity]):
     """How force logs are written."""
 
-    calibration: str | None = key(
-        None,
-        "csv inside the raw folder that makes loads of a transducer's gauges: the columns load (F1 to "
-        "T3), unit, and one for each gauge by its name in the log; load = sum of value x gauge",
-    )
+    calibration: str | None = None
+    """csv inside the raw folder that makes loads of a transducer's gauges: the columns load (F1 to T3),
+    unit, and one for each gauge by its name in the log; load = sum of value x gauge
+
+    For a transducer whose gauges were logged in volts. Each row of the csv is one load; a load is
+    the sum of gauge x number over its row. Example of a file: `load,unit,G0,G1` / `F1,N,12.1,-0.3`
+    / `F2,N,0.2,11.8` / `F3,N,0,31.0`.
+    """
 
 
 class MotionLog(Source[MotionQuantity]):
@@ -285,9 +365,17 @@ ForceUnit = Literal["N", "mN", "kN", "lbf"]
 class Axes(Model):
     """Which signed sensor channel lies along each axis of the mount."""
 
-    x: Channel = need("channel along mount x, for example -F2")
-    y: Channel = need("channel along mount y")
-    z: Channel = need("channel along mount z; a push from below must come out positive")
+    x: Channel
+    """channel along mount x, for example -F2"""
+    y: Channel
+    """channel along mount y"""
+    z: Channel
+    """channel along mount z; a push from below must come out positive
+
+    The mount is the frame fixed to the arm; at `transducer.turn_deg: 0` its x and z are those of
+    the lab. Each axis is a channel with a sign. To find the sign of z, press against the plate from
+    below with a finger: z must become positive. Example: `axes: {x: "-F2", y: "+F1", z: "-F3"}`.
+    """
 
     @model_validator(mode="after")
     def _each_channel_once(self) -> Axes:
@@ -300,52 +388,74 @@ class Axes(Model):
 class Transducer(Model):
     """The force sensor and how it is mounted."""
 
-    name: str = need("make and model, for the report")
-    force_unit: ForceUnit = key("N", "unit of the force columns of the logs")
-    range_N: tuple[Positive, Positive, Positive] = need(
-        "largest force that channels F1, F2, F3 can measure, N",
-        strict=False,  # YAML knows lists only; the numbers inside stay strict
-    )
-    precision_N: Positive = key(0.05, "standard deviation of one sample, N")
-    axes: Axes = need("which signed sensor channel lies along each axis of the mount")
-    turn_deg: float = key(
-        0.0, "turn of the mount about y, from z toward x, degrees", ge=-180, le=180
-    )
-    drift_N_per_min: NotNegative = key(
-        0.02, "largest drift of the zero within a run, N/min; enters the intervals"
-    )
-    slow_noise_N: NotNegative = key(
-        0.0,
-        "how far the zero of a channel moves by itself from the rest in air to the stroke (1/f noise), "
-        "standard deviation, N; enters the intervals; default: not beyond what rest and stroke show",
-    )
-    max_drift_N: Positive = key(0.2, "a run whose force zero moves by more than this is flagged, N")
-    repeats: Literal["keep", "drop"] = key(
-        "keep",
-        "drop: rows in which all channels repeat the row before are the last reading of "
-        "a transducer slower than its logger, and are left out",
-    )
+    name: str
+    """make and model, for the report"""
+    force_unit: ForceUnit = "N"
+    """unit of the force columns of the logs"""
+    range_N: tuple[Positive, Positive, Positive] = Field(strict=False)
+    """largest force that channels F1, F2, F3 can measure, N"""
+    precision_N: Positive = 0.05
+    """standard deviation of one sample, N
+
+    Take the standard deviation of one channel while nothing touches the sensor. It says which
+    forces are noise, in the search for the free surface and in the checks; intervals take the noise
+    from each log itself. Example: `precision_N: 0.02`.
+    """
+    axes: Axes
+    """which signed sensor channel lies along each axis of the mount"""
+    turn_deg: float = Field(default=0.0, ge=-180, le=180)
+    """turn of the mount about y, from z toward x, degrees
+
+    With t = turn_deg, force_x = s_x cos t + s_z sin t and force_z = -s_x sin t + s_z cos t. To
+    measure it, hang a weight on the mount: the tangent of t is then -s_x / s_z. Example: `turn_deg:
+    4`.
+    """
+    drift_N_per_min: NotNegative = 0.02
+    """largest drift of the zero within a run, N/min; enters the intervals
+
+    The zero of strain gauges moves with temperature. Where a log has a rest in air at both ends the
+    drift is seen and taken off; where it has one, this number times the duration enters the
+    interval. A log at rest over ten minutes shows it. Example: `drift_N_per_min: 0.05`.
+    """
+    slow_noise_N: NotNegative = 0.0
+    """how far the zero of a channel moves by itself from the rest in air to the stroke (1/f noise),
+    standard deviation, N; enters the intervals; default: not beyond what rest and stroke show
+
+    An amplifier with 1/f noise wanders while it seems to rest. Record a log without load; take the
+    mean over a stretch as long as the stroke less the mean over one as long as the rest before it,
+    many times: the standard deviation of these differences is this number. Example: `slow_noise_N:
+    0.01`.
+    """
+    max_drift_N: Positive = 0.2
+    """a run whose force zero moves by more than this is flagged, N"""
+    repeats: Literal["keep", "drop"] = "keep"
+    """drop: rows in which all channels repeat the row before are the last reading of a transducer slower
+    than its logger, and are left out
+
+    A transducer of 100 Hz in a logger of 1000 Hz gives each reading ten times. Such rows are no
+    independent samples: kept, they make the noise look smaller than it is. Example: `repeats:
+    drop`.
+    """
 
 
 class Zero(Model):
     """What the transducer reads without load."""
 
-    method: Literal["air", "stated"] = key(
-        "air",
-        "air: the intruder's rest in air within each log; stated: the readings below, for logs "
-        "without such a rest. A `zero_log` of the run sheet goes before both",
-    )
-    readings_N: tuple[float, float, float] = key(
-        (0.0, 0.0, 0.0),
-        "what channels F1, F2, F3 read without load, for stated; 0 for logs whose zero was taken off",
-        strict=False,
-    )
-    sd_N: NotNegative | None = key(
-        None, "standard error of a stated reading; enters the intervals, so stated needs it"
-    )
-    log_age_min: NotNegative = key(
-        10.0, "longest time between a zero_log and its run: the zero may have drifted by then, min"
-    )
+    method: Literal["air", "stated"] = "air"
+    """air: the intruder's rest in air within each log; stated: the readings below, for logs without such a
+    rest. A `zero_log` of the run sheet goes before both
+
+    Each run should begin with some seconds in air: their mean is the zero. Logs that begin at
+    contact have no such rest; then state the reading, or name a log without load in the column
+    `zero_log` of the run sheet. Example: `zero: {method: stated, readings_N: [0, 0, 0], sd_N:
+    0.02}` for a machine that was set to zero before each push.
+    """
+    readings_N: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), strict=False)
+    """what channels F1, F2, F3 read without load, for stated; 0 for logs whose zero was taken off"""
+    sd_N: NotNegative | None = None
+    """standard error of a stated reading; enters the intervals, so stated needs it"""
+    log_age_min: NotNegative = 10.0
+    """longest time between a zero_log and its run: the zero may have drifted by then, min"""
 
     @model_validator(mode="after")
     def _stated_has_an_error(self) -> Zero:
@@ -357,27 +467,49 @@ class Zero(Model):
 class Arm(Model):
     """The robot arm that moves the intruder."""
 
-    position_unit: LengthUnit = key("mm", "unit of the position columns")
-    surface_z_mm: float = key(0.0, "arm z of the free surface unless the sheet says, mm")
-    middle_x_mm: float = key(0.0, "arm x of the middle of the container, mm")
-    speed_cm_per_s: Positive = key(1.0, "speed along the stroke, cm/s")
-    leg_speed_rad_per_s: Positive = key(0.2, "speed of a leg's rotation, rad/s")
-    angle_tolerance_deg: Positive = key(
-        2.0, "largest difference between sheet and log, of beta and of the path, degrees"
-    )
-    drive: Literal["steady", "uneven"] = key(
-        "steady",
-        "uneven: the speed varies within a stroke, as by hand; a straight push down is "
-        "then all the way from the surface to the deepest point",
-    )
+    position_unit: LengthUnit = "mm"
+    """unit of the position columns"""
+    surface_z_mm: float = 0.0
+    """arm z of the free surface unless the sheet says, mm
+
+    Depth is this height less the z of the plate's centre. Lower the plate until it touches the
+    levelled bed, and read z of the arm. A column of this name in the run sheet goes before it.
+    Example: `surface_z_mm: 150`.
+    """
+    middle_x_mm: float = 0.0
+    """arm x of the middle of the container, mm"""
+    speed_cm_per_s: Positive = 1.0
+    """speed along the stroke, cm/s
+
+    The stroke is found where the arm moves straight at half of this speed or faster. State the
+    speed of your pushes; a run that is slower is refused. Example: `speed_cm_per_s: 0.5`.
+    """
+    leg_speed_rad_per_s: Positive = 0.2
+    """speed of a leg's rotation, rad/s"""
+    angle_tolerance_deg: Positive = 2.0
+    """largest difference between sheet and log, of beta and of the path, degrees
+
+    A run whose log shows another angle than its row of the run sheet is refused: one of the two is
+    wrong. Raise it for a mount set by eye. Example: `angle_tolerance_deg: 5`.
+    """
+    drive: Literal["steady", "uneven"] = "steady"
+    """uneven: the speed varies within a stroke, as by hand; a straight push down is then all the way from
+    the surface to the deepest point
+
+    By hand, or by a motor that stops on the way, a push has no single speed. Example: `arm: {drive:
+    uneven}`.
+    """
 
 
 class Container(Model):
     """The box that holds the medium; its middle along x lies at ``arm.middle_x_mm``."""
 
-    length_cm: Positive = need("inner size along x, cm")
-    width_cm: Positive = need("inner size across, cm")
-    depth_cm: Positive = need("depth of the medium, cm")
+    length_cm: Positive
+    """inner size along x, cm"""
+    width_cm: Positive
+    """inner size across, cm"""
+    depth_cm: Positive
+    """depth of the medium, cm"""
 
 
 Direction = tuple[float, float]
@@ -387,15 +519,21 @@ Direction = tuple[float, float]
 class Grid(Model):
     """Directions in which a medium of the role laboratory is to be measured."""
 
-    beta_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = key(
-        (), "planned attack angles, degrees; each with every gamma_deg is a cell", strict=False
-    )
-    gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = key(
-        (), "planned intrusion angles, degrees, up to the sides negative", strict=False
-    )
-    angle_tolerance_deg: NotNegative = key(
-        0.5, "directions that differ by no more in both angles are one cell, degrees", le=10
-    )
+    beta_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
+    """planned attack angles, degrees; each with every gamma_deg is a cell
+
+    A run in a direction that is not planned is an error, most often a typing error; a planned
+    direction without a run is listed as missing. Example: `grid: {beta_deg: [-60, -30, 0, 30, 60,
+    90], gamma_deg: [-90, -60, -30, 0, 30, 60, 90]}`.
+    """
+    gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
+    """planned intrusion angles, degrees, up to the sides negative"""
+    angle_tolerance_deg: NotNegative = Field(default=0.5, le=10)
+    """directions that differ by no more in both angles are one cell, degrees
+
+    Runs of one cell are averaged. With 0.5, runs at (30, 45) and (30.4, 45) are repeats of one
+    cell, and (31, 45) is another. Example: `grid: {angle_tolerance_deg: 1}`.
+    """
 
     @model_validator(mode="after")
     def _both_or_none(self) -> Grid:
@@ -423,98 +561,133 @@ Law = Literal["through_zero", "free_intercept", "power"]
 class Fit(Model):
     """Which part of a stroke is fitted, and how intervals are made."""
 
-    wall_clearance_cm: NotNegative = key(
-        6.0, "distance that the plate keeps from walls and bottom in the window, cm"
+    wall_clearance_cm: NotNegative = 6.0
+    """distance that the plate keeps from walls and bottom in the window, cm
+
+    Walls and bottom carry force, so that stress near them is too high. Samples within this distance
+    are left out; a small container may leave no window at all. Example: `fit: {wall_clearance_cm:
+    4}`.
+    """
+    submergence_cm: float | None = None
+    """smallest depth of the window, cm; default: the plate wholly submerged
+
+    A plate that is half in air has less than its area in the medium. Example: `fit:
+    {submergence_cm: 1}` leaves out all that is shallower than 1 cm.
+    """
+    max_depth_cm: Positive | None = None
+    """largest depth of the window, cm; default: from the container
+
+    Stress grows in proportion to depth only so far; deeper, it bends. Example: `fit: {max_depth_cm:
+    7}`.
+    """
+    horizontal_depths_cm: tuple[Positive, ...] = Field(
+        default=(2.54, 5.08, 7.62), strict=False, min_length=1
     )
-    submergence_cm: float | None = key(
-        None, "smallest depth of the window, cm; default: the plate wholly submerged"
-    )
-    max_depth_cm: Positive | None = key(
-        None, "largest depth of the window, cm; default: from the container"
-    )
-    horizontal_depths_cm: tuple[Positive, ...] = key(
-        (2.54, 5.08, 7.62), "depths of the horizontal runs, cm", strict=False, min_length=1
-    )
-    horizontal_skip_cm: NotNegative = key(2.0, "start-up length left out of a horizontal run, cm")
-    extraction_skip_cm: NotNegative = key(
-        0.1, "length left out where an extraction starts, before its force has built up, cm"
-    )
-    air_clearance_cm: Positive = key(
-        0.5, "how far the whole intruder must be above the surface to count as in air, cm"
-    )
-    min_points: int = key(30, "fewer samples in the window give no alpha", ge=3)
-    min_depth_cm: NotNegative | None = key(
-        None,
-        "a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length",
-    )
-    confidence: float = key(0.95, "level of all intervals", gt=0.5, lt=1)
-    law: Law = key(
-        "through_zero",
-        "what alpha is: the slope of the line through zero (Eq. 1); that with a free_intercept, which "
-        "takes the surface for unknown; or stress over depth at law_depth_cm by a power of depth",
-    )
-    law_depth_cm: Positive = key(
-        5.0, "depth at which the stress by the other laws is compared with that by Eq. 1, cm"
-    )
-    depths_cm: tuple[Positive, ...] = key(
-        (2.5, 5.0, 7.0),
-        "depths at which alpha is also given, by a power of depth, where stress is found to be curved, cm",
-        strict=False, min_length=1,
-    )  # fmt: skip
-    flagged: Literal["keep", "leave_out"] = key(
-        "keep",
-        "cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger "
-        "errors that they have, or leave_out",
-    )
-    missing_tare: Literal["refuse", "flag", "none"] = key(
-        "refuse",
-        "flag: a run for which the sheet names no tare_run is used as it is, with the "
-        "force on rod and mount in it, and says so; none: so it is, and there is no such force, as in "
-        "a simulation",
-    )
+    """depths of the horizontal runs, cm
+
+    A horizontal run stays at one depth: alpha is the slope over the mean stresses of runs at
+    several depths. A run at a depth that is not listed is read, and warned about. Example: `fit:
+    {horizontal_depths_cm: [2, 4, 6]}`.
+    """
+    horizontal_skip_cm: NotNegative = 2.0
+    """start-up length left out of a horizontal run, cm
+
+    A plate that starts to move sideways first builds up a heap in front; its force grows over some
+    plate thicknesses. Example: `fit: {horizontal_skip_cm: 3}` for a large plate.
+    """
+    extraction_skip_cm: NotNegative = 0.1
+    """length left out where an extraction starts, before its force has built up, cm"""
+    air_clearance_cm: Positive = 0.5
+    """how far the whole intruder must be above the surface to count as in air, cm"""
+    min_points: int = Field(default=30, ge=3)
+    """fewer samples in the window give no alpha"""
+    min_depth_cm: NotNegative | None = None
+    """a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length"""
+    confidence: float = Field(default=0.95, gt=0.5, lt=1)
+    """level of all intervals
+
+    Of 100 intervals of level 0.95, some 95 hold the true value. Example: `fit: {confidence: 0.68}`
+    for one standard error.
+    """
+    law: Law = "through_zero"
+    """what alpha is: the slope of the line through zero (Eq. 1); that with a free_intercept, which takes
+    the surface for unknown; or stress over depth at law_depth_cm by a power of depth
+
+    The paper's Eq. 1 says stress = alpha x depth, a line through zero: keep it unless the flags of
+    many cells say `not linear`. `free_intercept` fits stress = a + alpha x depth, for a surface
+    that is known badly. `power` fits stress = b x depth^p, for beds that are denser below; alpha is
+    then stress over depth at `law_depth_cm`. Example: `fit: {law: power, law_depth_cm: 4}`.
+    """
+    law_depth_cm: Positive = 5.0
+    """depth at which the stress by the other laws is compared with that by Eq. 1, cm"""
+    depths_cm: tuple[Positive, ...] = Field(default=(2.5, 5.0, 7.0), strict=False, min_length=1)
+    """depths at which alpha is also given, by a power of depth, where stress is found to be curved, cm"""
+    flagged: Literal["keep", "leave_out"] = "keep"
+    """cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger
+    errors that they have, or leave_out
+
+    A flag is a doubt about a cell, not a proof. Leaving cells out costs directions: the nine terms
+    need cells all around. Example: `fit: {flagged: leave_out}`.
+    """
+    missing_tare: Literal["refuse", "flag", "none"] = "refuse"
+    """flag: a run for which the sheet names no tare_run is used as it is, with the force on rod and mount
+    in it, and says so; none: so it is, and there is no such force, as in a simulation
+
+    The rod above the plate is pushed too; a run of the rod alone, named as `tare_run` in the run
+    sheet, is subtracted. Without it alpha is too large. Example: `fit: {missing_tare: flag}` to see
+    numbers before the rod was measured.
+    """
 
 
 class Errors(Model):
     """Standard deviations of what no single log shows; each enters the intervals under its name."""
 
-    surface_run_mm: NotNegative | None = key(
-        None,
-        "free surface, from run to run, mm; default: what the runs of a medium show, whose lines with a "
-        "free intercept meet zero stress at other depths; below five such runs, mixed with 1 mm",
-    )
-    surface_session_mm: NotNegative | None = key(
-        None,
-        "free surface, the same error in all runs of a medium, mm; default: the median of these depths",
-    )
-    angle_deg: NotNegative = key(
-        0.5, "attack angle and direction of motion of a run, degrees; default: a quarter of what "
-        "arm.angle_tolerance_deg lets pass",
-    )  # fmt: skip
-    turn_deg: NotNegative = key(
-        0.5, "transducer.turn_deg, the same error in all runs, degrees; default: a mount set by eye"
-    )
-    bed_N_per_cm3: NotNegative | None = key(
-        None,
-        "alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats "
-        "to show it; 0 for intervals of one bed as prepared",
-    )
-    bed_percent: NotNegative | None = key(
-        None,
-        "the part of it that grows with alpha, percent; the two add in squares; default: 5 where neither "
-        "is stated, beds poured or tapped by hand",
-    )
-    tare_percent: NotNegative = key(
-        10.0,
-        "force on the rod alone, the same error in all runs, percent; default: rods pushed into beds of "
-        "another day",
-    )
+    surface_run_mm: NotNegative | None = None
+    """free surface, from run to run, mm; default: what the runs of a medium show, whose lines with a free
+    intercept meet zero stress at other depths; below five such runs, mixed with 1 mm
 
-    hip_cm: NotNegative = key(
-        0.1, "hip_height_cm of a leg, cm; default: an axle set with a ruler against a levelled bed"
-    )
-    arc_percent: NotNegative = key(
-        1.5, "arc of a curved leg, percent; default: 0.7 mm on the rim of a half circle of 7.6 cm"
-    )
+    Each bed is levelled anew, so each run has a surface of its own. State it where you know it, for
+    example 0.2 for a bed scraped with a rail. An error of the surface shifts depth, so it counts
+    most in shallow pushes. Example: `errors: {surface_run_mm: 0.2}`.
+    """
+    surface_session_mm: NotNegative | None = None
+    """free surface, the same error in all runs of a medium, mm; default: the median of these depths
+
+    The zero of the arm's z may be wrong by the same amount all day; repeats do not show that.
+    Example: `errors: {surface_session_mm: 0.5}` for a surface found by eye, once.
+    """
+    angle_deg: NotNegative = 0.5
+    """attack angle and direction of motion of a run, degrees; default: a quarter of what
+    arm.angle_tolerance_deg lets pass
+
+    How well one run is set: a clamp with a scale gives about 1, a servo about 0.1. Example:
+    `errors: {angle_deg: 1}`.
+    """
+    turn_deg: NotNegative = 0.5
+    """transducer.turn_deg, the same error in all runs, degrees; default: a mount set by eye"""
+    bed_N_per_cm3: NotNegative | None = None
+    """alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats to
+    show it; 0 for intervals of one bed as prepared
+
+    Two beds prepared in the same way differ. With repeats (runs of one direction) the spread is
+    measured, and this is not needed. With one run a direction, state what you know from earlier.
+    Example: `errors: {bed_N_per_cm3: 0.005}`, as the paper states.
+    """
+    bed_percent: NotNegative | None = None
+    """the part of it that grows with alpha, percent; the two add in squares; default: 5 where neither is
+    stated, beds poured or tapped by hand"""
+    tare_percent: NotNegative = 10.0
+    """force on the rod alone, the same error in all runs, percent; default: rods pushed into beds of
+    another day
+
+    The force on the rod is subtracted; its own error stays. Example: `errors: {tare_percent: 0}`
+    for a simulation of the plate alone.
+    """
+
+    hip_cm: NotNegative = 0.1
+    """hip_height_cm of a leg, cm; default: an axle set with a ruler against a levelled bed"""
+    arc_percent: NotNegative = 1.5
+    """arc of a curved leg, percent; default: 0.7 mm on the rim of a half circle of 7.6 cm"""
 
     @property
     def bed(self) -> tuple[float, float] | None:
@@ -534,19 +707,29 @@ TableColumn = Literal[
 class Table(Model):
     """A table in place of a run sheet and its logs: ``run_sheet`` names it, inside the raw folder."""
 
-    holds: Literal["stress", "alpha"] = need(
-        "stress: stress on a plate against depth, rows of many depths; alpha: finished slopes, a row "
-        "a direction, or the blocks of the paper's Table S5"
-    )
-    columns: dict[TableColumn, str] = key(
-        {}, "our name: the name that the file has; default: as ours"
-    )
-    angle_unit: Literal["deg", "rad"] = key("deg", "unit of beta and gamma")
-    depth_unit: Literal["cm", "mm", "m", "in"] = key("cm", "unit of the depth")
-    stress_unit: Literal["N/cm^2", "Pa", "kPa", "MPa", "psi"] = key("N/cm^2", "unit of the stress")
-    alpha_unit: Literal["N/cm^3", "N/m^3", "Pa/m", "kPa/m", "MPa/m", "kPa/cm"] = key(
-        "N/cm^3", "unit of alpha and its errors"
-    )
+    holds: Literal["stress", "alpha"]
+    """stress: stress on a plate against depth, rows of many depths; alpha: finished slopes, a row a
+    direction, or the blocks of the paper's Table S5
+
+    For data from a paper, a simulation or a spreadsheet. A table of stress:
+    `beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2`, many rows a direction. A
+    table of alpha: `beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3`, one row a direction.
+    Example: `table: {holds: alpha}`.
+    """
+    columns: dict[TableColumn, str] = {}
+    """our name: the name that the file has; default: as ours
+
+    Example: `columns: {beta_deg: tilt, alpha_z_N_per_cm3: "kz (MPa/m)"}`. A column that is not
+    named here and has another name is not read, and you are warned.
+    """
+    angle_unit: Literal["deg", "rad"] = "deg"
+    """unit of beta and gamma"""
+    depth_unit: Literal["cm", "mm", "m", "in"] = "cm"
+    """unit of the depth"""
+    stress_unit: Literal["N/cm^2", "Pa", "kPa", "MPa", "psi"] = "N/cm^2"
+    """unit of the stress"""
+    alpha_unit: Literal["N/cm^3", "N/m^3", "Pa/m", "kPa/m", "MPa/m", "kPa/cm"] = "N/cm^3"
+    """unit of alpha and its errors"""
 
     @property
     def angle_scale(self) -> float:
@@ -567,31 +750,49 @@ UNIT_AREA = "unit_area"
 class Fourier(Model):
     """The nine-term fit."""
 
-    method: Literal["lsq", "dft-index"] = key(
-        "lsq", "the fit that zeta and chi of new media are taken from"
-    )
-    threshold: NotNegative = key(0.05, "a term is kept above this fraction of A00")
-    draws: int = key(2000, "bootstrap draws for the intervals", ge=200, le=1_000_000)
-    seed: int = key(2013, "seed of the bootstrap: same seed, same intervals", ge=0)
+    method: Literal["lsq", "dft-index"] = "lsq"
+    """the fit that zeta and chi of new media are taken from
+
+    `lsq` is least squares at the true angles. `dft-index` is the discrete transform behind the
+    paper's Table S2, for comparison with it. Both are always made and every table says which.
+    Example: `fourier: {method: dft-index}`.
+    """
+    threshold: NotNegative = 0.05
+    """a term is kept above this fraction of A00
+
+    The paper keeps the nine terms above 0.05 of the mean A00. A lower number keeps more terms in
+    the table of coefficients. Example: `fourier: {threshold: 0.03}`.
+    """
+    draws: int = Field(default=2000, ge=200, le=1_000_000)
+    """bootstrap draws for the intervals
+
+    Each draw repeats the fit with errors added to every cell. 2000 give the ends of an interval to
+    some 2 percent of its width; time grows in proportion. Example: `fourier: {draws: 500}` while
+    you try things.
+    """
+    seed: int = Field(default=2013, ge=0)
+    """seed of the bootstrap: same seed, same intervals"""
 
 
 class Maps(Model):
     """Alpha in every direction from the pushes that there are."""
 
-    own_media: bool = key(
-        False,
-        "media of this campaign that were pushed in every direction are known shapes for its others, "
-        "beside the published ones",
-    )
+    own_media: bool = False
+    """media of this campaign that were pushed in every direction are known shapes for its others, beside
+    the published ones
+
+    The map of a medium with few pushes is drawn toward shapes that are known: the published ones,
+    and with this those of your own media with a whole grid. Use it where your media are much alike.
+    Example: `maps: {own_media: true}`.
+    """
 
 
 class Figures(Model):
     """What the figures show."""
 
-    stress_runs: tuple[str, ...] = key(
-        (),
-        "runs in the stress figure; default: a push and its pull nearest to (30, 45) degrees, of the first medium",
-    )
+    stress_runs: tuple[str, ...] = ()
+    """runs in the stress figure; default: a push and its pull nearest to (30, 45) degrees, of the first
+    medium"""
 
 
 CheckName = Literal[
@@ -604,27 +805,42 @@ CheckName = Literal[
 class Medium(Model):
     """One granular medium."""
 
-    title: str = need("name in tables and figures")
-    role: Literal["laboratory", "natural_sand"] = key(
-        "laboratory", "laboratory: measured over the grid; natural_sand: one penetration"
-    )
-    compaction: str = key("", "how the bed was prepared, for example LP or CP")
-    note: str = key("", "free text")
-    published_as: str | None = key(
-        None, "key of this medium in the published tables, for comparison"
-    )
-    linear_to_cm: Positive | None = key(None, "end of the linear regime of a penetration test, cm")
-    expected_alpha: tuple[Positive, Positive] | None = key(
-        None,
-        "least and largest alpha_z(0, 90 deg) that is possible here, N/cm^3; default: not known, and "
-        "the scale of the force is not checked",
-        strict=False,
-    )
-    accept: dict[CheckName, Annotated[str, Field(min_length=1)]] = key(
-        {},
-        "check: reason why the medium is used although it fails that check; the reason is printed "
-        "wherever the medium appears",
-    )
+    title: str
+    """name in tables and figures"""
+    role: Literal["laboratory", "natural_sand"] = "laboratory"
+    """laboratory: measured over the grid; natural_sand: one penetration
+
+    A laboratory medium gets a profile of its own from many directions. A natural sand has only
+    pushes of a level plate straight down; they scale the generic profile. Example: `{title: Yuma
+    sand, role: natural_sand, linear_to_cm: 2}`.
+    """
+    compaction: str = ""
+    """how the bed was prepared, for example LP or CP"""
+    note: str = ""
+    """free text"""
+    published_as: str | None = None
+    """key of this medium in the published tables, for comparison"""
+    linear_to_cm: Positive | None = None
+    """end of the linear regime of a penetration test, cm
+
+    Deeper samples are not used for the slope. Look at the curve and take the depth where it bends;
+    default: to the end of the window. Example: `linear_to_cm: 3`.
+    """
+    expected_alpha: tuple[Positive, Positive] | None = Field(default=None, strict=False)
+    """least and largest alpha_z(0, 90 deg) that is possible here, N/cm^3; default: not known, and the
+    scale of the force is not checked
+
+    A wrong unit or factor makes all forces wrong alike, and nothing else shows it. Take the range
+    from an earlier campaign or a paper. Example: `expected_alpha: [0.05, 0.3]`.
+    """
+    accept: dict[CheckName, Annotated[str, Field(min_length=1)]] = {}
+    """check: reason why the medium is used although it fails that check; the reason is printed wherever
+    the medium appears
+
+    A medium that fails a check is not used for profiles, for good reason. Where you know why it
+    fails and that it does not matter, say so. Example: `accept: {rods: "the rod is 3 mm thin, its
+    force is below the noise"}`.
+    """
 
     @field_validator("expected_alpha")
     @classmethod
@@ -639,76 +855,85 @@ class Medium(Model):
 class RobotRuns(Model):
     """A legged robot that runs on one of the media."""
 
-    medium: Name = need("the medium it runs on: one that was measured over the grid")
-    file: str | None = key(
-        None,
-        "the robot's own file, relative to the campaign's folder; default: the paper's "
-        "robot, config/robot.yaml of the program",
-    )
-    runs: str | None = key(
-        None,
-        "sheet of its marker tracks, relative to the raw folder; default: the speeds of "
-        "Fig. 4C where the medium is the paper's loose poppy seeds, else nothing is compared",
-    )
+    medium: Name
+    """the medium it runs on: one that was measured over the grid"""
+    file: str | None = None
+    """the robot's own file, relative to the campaign's folder; default: the paper's robot,
+    config/robot.yaml of the program"""
+    runs: str | None = None
+    """sheet of its marker tracks, relative to the raw folder; default: the speeds of Fig. 4C where the
+    medium is the paper's loose poppy seeds, else nothing is compared"""
 
 
 class Publication(Model):
     """Who makes the results known; stands in ``results/ro-crate-metadata.json``."""
 
-    date: str = key(
-        "",
-        "day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result",
-        pattern=r"^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$",
-    )
-    license: str = key("", "address of the licence of the results", pattern=r"^(https?://\S+)?$")
-    authors: tuple[str, ...] = key((), "names of those who measured and evaluated", strict=False)
+    date: str = Field(default="", pattern=r"^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$")
+    """day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result"""
+    license: str = Field(default="", pattern=r"^(https?://\S+)?$")
+    """address of the licence of the results"""
+    authors: tuple[str, ...] = Field(default=(), strict=False)
+    """names of those who measured and evaluated"""
 
 
 class Config(Model):
     """The whole of ``config/config.yaml``."""
 
-    title: str = need("name of the campaign, for the report")
-    raw: str = need("folder of the logs, relative to the campaign's folder")
-    run_sheet: str = need("csv, tsv or xlsx, relative to the campaign's folder")
-    table: Table | None = key(
-        None,
-        "the run sheet is itself a table of stress or alpha; transducer, container and intruders are "
-        "then not needed",
-    )
-    dialect: Name = key("rig", "log dialect, see rftfit inspect --help")
-    force_log: ForceLog = key(
-        ForceLog(), "how force logs are written; for other logs than the rig's"
-    )
-    motion_log: MotionLog = key(MotionLog(), "how motion logs are written; may be the same file")
-    transducer: Transducer = need("the force sensor and how it is mounted")
-    zero: Zero = key(Zero(), "what the transducer reads without load")
-    arm: Arm = key(Arm(), "the robot arm that moves the intruder")
-    clock: Clock = key(Clock(), "how the clocks of the two logs are brought together")
-    surface: FreeSurface = key(FreeSurface(), "where the free surface lies")
-    rigid_contact: RigidContact | None = key(
-        None,
-        "a push against something rigid; the yielding of the machine that it shows is "
-        "taken off every depth",
-    )
-    container: Container = need("the box that holds the medium, its middle at arm.middle_x_mm")
-    intruders: dict[Name, Intruder] = need(
-        "plates and legs, by the name that the run sheet uses", min_length=1
-    )
-    media: dict[Name, Medium] = need(
-        "granular media, by the name that the run sheet uses", min_length=1
-    )
-    grid: Grid = key(
-        Grid(),
-        "directions that are to be measured: a run in another one is an error, one without a run "
-        "an empty cell; default: those of the run sheet",
-    )
-    fit: Fit = key(Fit(), "which part of a stroke is fitted")
-    errors: Errors = key(Errors(), "errors that no single log shows")
-    fourier: Fourier = key(Fourier(), "the nine-term fit")
-    maps: Maps = key(Maps(), "alpha in every direction from the pushes that there are")
-    figures: Figures = key(Figures(), "what the figures show")
-    publication: Publication = key(Publication(), "who makes the results known, and when")
-    robot: RobotRuns | None = key(None, "a legged robot on one of the media; default: no robot")
+    title: str
+    """name of the campaign, for the report"""
+    raw: str
+    """folder of the logs, relative to the campaign's folder"""
+    run_sheet: str
+    """csv, tsv or xlsx, relative to the campaign's folder"""
+    table: Table | None = None
+    """the run sheet is itself a table of stress or alpha; transducer, container and intruders are then not
+    needed"""
+    dialect: Name = "rig"
+    """log dialect, see rftfit inspect --help"""
+    force_log: ForceLog = ForceLog()
+    """how force logs are written; for other logs than the rig's"""
+    motion_log: MotionLog = MotionLog()
+    """how motion logs are written; may be the same file"""
+    transducer: Transducer
+    """the force sensor and how it is mounted"""
+    zero: Zero = Zero()
+    """what the transducer reads without load"""
+    arm: Arm = Arm()
+    """the robot arm that moves the intruder"""
+    clock: Clock = Clock()
+    """how the clocks of the two logs are brought together"""
+    surface: FreeSurface = FreeSurface()
+    """where the free surface lies"""
+    rigid_contact: RigidContact | None = None
+    """a push against something rigid; the yielding of the machine that it shows is taken off every depth
+
+    Load cell, rod and frame bend under load, so the plate is less deep than the arm says. Press the
+    rod against a steel block, slowly, and record both logs; the difference is taken off every run.
+    Example: `rigid_contact: {force_log: block/f.csv, motion_log: block/m.csv}`.
+    """
+    container: Container
+    """the box that holds the medium, its middle at arm.middle_x_mm"""
+    intruders: dict[Name, Intruder] = Field(min_length=1)
+    """plates and legs, by the name that the run sheet uses"""
+    media: dict[Name, Medium] = Field(min_length=1)
+    """granular media, by the name that the run sheet uses"""
+    grid: Grid = Grid()
+    """directions that are to be measured: a run in another one is an error, one without a run an empty
+    cell; default: those of the run sheet"""
+    fit: Fit = Fit()
+    """which part of a stroke is fitted"""
+    errors: Errors = Errors()
+    """errors that no single log shows"""
+    fourier: Fourier = Fourier()
+    """the nine-term fit"""
+    maps: Maps = Maps()
+    """alpha in every direction from the pushes that there are"""
+    figures: Figures = Figures()
+    """what the figures show"""
+    publication: Publication = Publication()
+    """who makes the results known, and when"""
+    robot: RobotRuns | None = None
+    """a legged robot on one of the media; default: no robot"""
 
     @model_validator(mode="before")
     @classmethod

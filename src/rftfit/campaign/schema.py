@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS, KINDS, SheetColumn
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, Model
 from rftfit.errors import RftfitError
 from rftfit.store import write_text
 
@@ -54,7 +57,8 @@ class Key:
     """One key of a model, described in words.
 
     `path` has `NAME` and `NUMBER` where the user chooses; `tag` is the kind of section that has
-    this key; `default` is ``required`` where there is none.
+    this key; `default` is ``required`` where there is none. `description`: One sentence, for messages
+    and tables; `more`: what the reference adds, an example among it.
     """
 
     path: tuple[str, ...]
@@ -64,6 +68,7 @@ class Key:
     default: str
     allowed: str
     description: str
+    more: str = ""
 
     @property
     def name(self) -> str:
@@ -80,8 +85,31 @@ class Key:
 
 @cache
 def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
-    """JSON schema of a model, not to be changed."""
-    return model.model_json_schema()
+    """JSON schema of a model, not to be changed; the text below a key in its class describes it."""
+    page = model.model_json_schema()
+    module = sys.modules[model.__module__]
+    for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
+        for part in reversed(
+            [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
+        ):
+            for key, text in _texts(part.__module__).get(part.__name__, {}).items():
+                section["properties"][key]["description"] = text
+    return page
+
+
+@cache
+def _texts(module: str) -> dict[str, dict[str, str]]:
+    """The text below each key of a module's models, by class; pydantic would read it at every start."""
+    classes = ast.parse(inspect.getsource(sys.modules[module])).body
+    return {
+        cls.name: {
+            ast.unparse(key.target): inspect.cleandoc(ast.literal_eval(text.value))
+            for key, text in pairwise(cls.body)
+            if isinstance(key, ast.AnnAssign) and isinstance(text, ast.Expr)
+        }
+        for cls in classes
+        if isinstance(cls, ast.ClassDef)
+    }
 
 
 @cache
@@ -114,7 +142,7 @@ def _walk(
             next((unit for end, unit in _UNITS if name.endswith(end)), ""),
             "required" if name in node.get("required", ()) else _default(field),
             _allowed(target),
-            field.get("description", ""),
+            *_short_and_more(field.get("description", "")),
         )
         yield from _walk(target, here, defs)
         if "items" in target:
@@ -128,6 +156,11 @@ def _walk(
                 section = _follow(variant, defs)
                 word = section.get("properties", {}).get(TAG, {}).get("const", "")
                 yield from _walk(section, (*here, NAME), defs, word)
+
+
+def _short_and_more(text: str) -> tuple[str, str]:
+    short, _, more = text.partition("\n\n")
+    return " ".join(short.split()), " ".join(more.split())
 
 
 def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
@@ -249,7 +282,10 @@ def reference_markdown() -> str:
     directions = "".join(
         f"- `{kind}` runs: {', '.join(words)}\n" for kind, words in DIRECTIONS.items()
     )
-    return f"{_INTRO}\n{keys}\n{_SHEET}\n{columns}\nDirections:\n\n{directions}\nRules:\n\n{_NOTES}"
+    # the two kinds of logs have the same keys: said once
+    first = {key.more: ".".join(key.path) for key in reversed(all_keys()) if key.more}
+    more = "".join(f"`{path}`: {more}\n\n" for more, path in reversed(first.items()))
+    return f"{_INTRO}\n{keys}\n### In more words\n\n{more}{_SHEET}\n{columns}\nDirections:\n\n{directions}\nRules:\n\n{_NOTES}"
 
 
 def _key_row(key: Key) -> tuple[str, ...]:

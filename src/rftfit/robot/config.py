@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rftfit.campaign.config import Model, Name, NotNegative, Positive, key, need
+from rftfit.campaign.config import Model, Name, NotNegative, Positive
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.reading import read_model
 from rftfit.campaign.schema import json_schema
@@ -24,9 +24,12 @@ _INSIDE_CM = 1e-9
 class BodyPlate(Model):
     """A thin straight plate of the body, across the plane."""
 
-    from_cm: Point = need("one end: x, z from the centre of mass, cm")
-    to_cm: Point = need("the other end: x, z from the centre of mass, cm")
-    width_cm: Positive = need("across the plane, cm")
+    from_cm: Point
+    """one end: x, z from the centre of mass, cm"""
+    to_cm: Point
+    """the other end: x, z from the centre of mass, cm"""
+    width_cm: Positive
+    """across the plane, cm"""
 
     @model_validator(mode="after")
     def _has_length(self) -> BodyPlate:
@@ -38,58 +41,74 @@ class BodyPlate(Model):
 class Body(Model):
     """The rigid body; the origin of its frame is its centre of mass, x forward, z up."""
 
-    mass_g: Positive = need("mass of the whole robot, g")
-    inertia_g_cm2: Positive = need("moment of inertia in pitch, g cm^2")
-    plates: dict[Name, BodyPlate] = need("plates that may touch the medium, by name", min_length=1)
+    mass_g: Positive
+    """mass of the whole robot, g"""
+    inertia_g_cm2: Positive
+    """moment of inertia in pitch, g cm^2"""
+    plates: dict[Name, BodyPlate] = Field(min_length=1)
+    """plates that may touch the medium, by name"""
 
 
 class Hip(Model):
     """An axle with its leg."""
 
-    x_cm: float = need("ahead of the centre of mass, cm")
-    z_cm: float = need("above the centre of mass, cm")
-    phase_turns: float = need("how far ahead of the first this leg is turned, 0 to 1", ge=0, lt=1)
+    x_cm: float
+    """ahead of the centre of mass, cm"""
+    z_cm: float
+    """above the centre of mass, cm"""
+    phase_turns: float = Field(ge=0, lt=1)
+    """how far ahead of the first this leg is turned, 0 to 1"""
 
 
 class Legs(Model):
     """The legs: equal arcs through hip and tip, without mass."""
 
-    max_length_cm: Positive = need("2R', from hip to tip, cm")
-    width_cm: Positive = need("along the axle, cm")
-    hips: tuple[Hip, ...] = need(
-        "one entry for each leg: x_cm, z_cm, phase_turns", strict=False, min_length=1
-    )
+    max_length_cm: Positive
+    """2R', from hip to tip, cm"""
+    width_cm: Positive
+    """along the axle, cm"""
+    hips: tuple[Hip, ...] = Field(strict=False, min_length=1)
+    """one entry for each leg: x_cm, z_cm, phase_turns"""
 
 
 class Numerics(Model):
     """How a run is stepped and judged."""
 
-    method: Literal["semi_implicit_euler", "rk4"] = key(
-        "semi_implicit_euler", "explicit, of fixed step"
-    )
-    step_s: float = key(1e-4, "longest step; a stride is a whole number of them", gt=0, le=0.01)
-    elements: int = key(30, "of each plate and each leg", ge=1, le=1000)
-    gravity_cm_per_s2: NotNegative = key(980.665, "cm/s^2")
-    drop_cm: float = key(0.0, "height of the robot's lowest point above the surface at the start")
-    stretch_s: NotNegative = key(
-        0.6, "shortest stretch of whole strides whose mean speed is judged, s"
-    )
-    most_stretches: int = key(16, "longest run, in such stretches", ge=4, le=1000)
-    settled_share: Positive = key(0.005, "settled: two stretches differ less in speed, as a share")
-    settled_cm_per_s: Positive = key(0.05, "or differ less in speed than this, cm/s")
-    steady_share: Positive = key(
-        0.05, "irregular, yet steady: two thirds of a longest run differ less, as a share"
-    )
-    tipped_deg: float = key(90.0, "a pitch beyond this is a fall, degrees", gt=0, le=180)
+    method: Literal["semi_implicit_euler", "rk4"] = "semi_implicit_euler"
+    """explicit, of fixed step"""
+    step_s: float = Field(default=1e-4, gt=0, le=0.01)
+    """longest step; a stride is a whole number of them"""
+    elements: int = Field(default=30, ge=1, le=1000)
+    """of each plate and each leg"""
+    gravity_cm_per_s2: NotNegative = 980.665
+    """cm/s^2"""
+    drop_cm: float = 0.0
+    """height of the robot's lowest point above the surface at the start"""
+    stretch_s: NotNegative = 0.6
+    """shortest stretch of whole strides whose mean speed is judged, s"""
+    most_stretches: int = Field(default=16, ge=4, le=1000)
+    """longest run, in such stretches"""
+    settled_share: Positive = 0.005
+    """settled: two stretches differ less in speed, as a share"""
+    settled_cm_per_s: Positive = 0.05
+    """or differ less in speed than this, cm/s"""
+    steady_share: Positive = 0.05
+    """irregular, yet steady: two thirds of a longest run differ less, as a share"""
+    tipped_deg: float = Field(default=90.0, gt=0, le=180)
+    """a pitch beyond this is a fall, degrees"""
 
 
 class Robot(Model):
     """The whole of ``config/robot.yaml``."""
 
-    title: str = need("name of the robot, for tables and captions")
-    body: Body = need("mass, inertia and plates")
-    legs: Legs = need("legs and the axles they turn on")
-    numerics: Numerics = key(Numerics(), "how a run is stepped and judged")
+    title: str
+    """name of the robot, for tables and captions"""
+    body: Body
+    """mass, inertia and plates"""
+    legs: Legs
+    """legs and the axles they turn on"""
+    numerics: Numerics = Numerics()
+    """how a run is stepped and judged"""
 
     @field_validator("body")
     @classmethod
