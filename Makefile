@@ -122,8 +122,8 @@ docs: env ## build the documentation site in docs/_build
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-gallery: env ## run the campaigns that the documentation shows, a quarter of an hour (ARGS=FOLDER: logs of the sand example)
-	@$(BIN)/python docs/_ext/campaigns.py $(ARGS)
+gallery: env ## make the pictures, the live report and the output of commands that docs/ shows, five minutes (ARGS=FOLDER: logs of the sand example)
+	@$(BIN)/python docs/_ext/gallery.py $(ARGS)
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }

@@ -12,11 +12,10 @@ project = "rftfit"
 author = "The rftfit developers"
 release = version = installed("rftfit")
 extensions = [
-    "myst_parser", "offline_math", "generated", "drawings", "quality_sheets", "examples", "gallery",
-    "offline_check",
+    "myst_parser", "offline_math", "generated", "drawings", "quality_sheets", "examples", "offline_check",
 ]  # fmt: skip
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["_build", "_campaigns"]
+exclude_patterns = ["_build", "_campaigns", "live"]
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nitpicky = True
@@ -28,5 +27,7 @@ html_show_sphinx = False
 html_show_copyright = False
 # summaries are fetched, which a browser refuses for a page opened from disk
 html_show_search_summary = False
+# the live report, beside the first page
+html_extra_path = ["live"]
 html_static_path = ["_static"]
 html_css_files = ["site.css"]

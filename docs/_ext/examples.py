@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from campaigns import FOLDER
+from gallery import CAMPAIGNS
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Notebook(Running):
 
     def run(self) -> list[nodes.Node]:
         """Text as it is, code with its output; in a campaign's folder, or in one without results."""
-        campaign = FOLDER / "demonstration"
+        campaign = CAMPAIGNS / "demonstration"
         with tempfile.TemporaryDirectory() as bare:
             there = (campaign / "results" / "report.html").is_file()
             with contextlib.chdir(campaign if there else bare):

@@ -1,6 +1,9 @@
-"""The gallery: every declared figure from campaigns that were run before, and their pages.
+"""What the site shows of campaigns: ``make gallery`` runs them into ``docs/_campaigns`` and writes what the repository keeps.
 
-``make gallery`` runs the campaigns into ``docs/_campaigns``; without them the page says so.
+Written are ``docs/gallery.md`` with ``docs/images/gallery``, ``docs/live/report.html``, and below the commands of
+the pages what they print.
+
+python docs/_ext/gallery.py [LOGS]      LOGS: folder of the sand example's logs, which are downloaded otherwise
 """
 
 from __future__ import annotations
@@ -8,157 +11,165 @@ from __future__ import annotations
 import inspect
 import re
 import shutil
+import subprocess
+import sys
+import tempfile
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from campaigns import FOLDER
-from sphinx.util.docutils import SphinxDirective
+import rftfit
+from rftfit.figures.registry import Declared, figures
 
 if TYPE_CHECKING:
-    from docutils import nodes
-    from sphinx.application import Sphinx
-
-    from rftfit.figures.registry import Declared
     from rftfit.results import Results
 
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+CAMPAIGNS = DOCS / "_campaigns"
+PICTURES = DOCS / "images" / "gallery"
 SHOWN = {
-    "demonstration": "the demonstration: re-enacted logs of the paper's whole campaign",
-    "cmu-sand": "the sand example: nine recorded pushes of three round plates, two clocks, no tare",
-    "one-push": "one push: the campaign of the tutorial",
+    "demonstration": "the demonstration",
+    "cmu-sand": "the [sand example](example-cmu-sand.md)",
 }
-_ADDRESS = re.compile(r"""(?:href|src)="(?![a-z]+:|#|/)([^"#?]+)""")
+HEAD = """# Gallery
 
-
-class Picture(NamedTuple):
-    """A figure of a campaign."""
-
-    campaign: str
-    results: Results
-    medium: str
-    file: str
-
-
-def campaigns() -> dict[str, Results]:
-    """Results of the campaigns that were run to their end."""
-    import rftfit
-
-    there = [name for name in SHOWN if (FOLDER / name / "results" / "report.html").is_file()]
-    return {name: rftfit.open(FOLDER / name) for name in there}
-
-
-def pictures(declared: Declared, found: dict[str, Results]) -> list[Picture]:
-    """A figure in the campaigns that have it, for the first of the media that it is drawn for."""
-    made = []
-    for name, results in found.items():
-        for medium in declared.media(results.campaign)[:1]:
-            file = f"{declared.file(medium)}.webp"
-            if (FOLDER / name / "results" / file).is_file():
-                made.append(Picture(name, results, medium, file))
-    return made
-
-
-def preview(picture: Picture, folder: Path) -> str:
-    """Copy the preview of a figure beside the pages; return its path."""
-    source = FOLDER / picture.campaign / "results" / picture.file
-    target = folder / f"{picture.campaign}_{source.name}"
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(source, target)
-    return f"/_build/gallery/{target.name}"
-
-
-def text(folder: Path) -> str:
-    """Write the page; previews go into `folder`."""
-    from rftfit.figures.registry import figures
-
-    found = campaigns()
-    made = "## Pages of three campaigns\n\n| campaign | its page |\n|---|---|\n"
-    for name, about in SHOWN.items():
-        page = f'<a href="campaigns/{name}/report.html">open the page</a>'
-        made += f"| {about} | {page if name in found else 'not run here: `make gallery`'} |\n"
-    # a figure of the robot is declared for the short sweep and for the full one
-    each = {one.run: one for one in reversed(figures())}
-    by_section: dict[str, list[Declared]] = {}
-    for one in reversed(each.values()):
-        by_section.setdefault(one.section, []).append(one)
-    made += "\n## Which figure is which\n\n| figure | drawn for | in the paper |\n|---|---|---|\n"
-    for one in (one for group in by_section.values() for one in group):
-        per = "each medium" if _medium(one) == "medium" else "the campaign"
-        made += f"| `{_name(one)}` | {per} | {one.paper or 'not there'} |\n"
-    if not found:
-        return f"{made}\nTheir pictures are shown where `make gallery` was run before the site was built.\n"
-    for section, group in by_section.items():
-        shown = [_entry(one, drawn, folder) for one in group if (drawn := pictures(one, found))]
-        made += f"\n## {section}\n\n" + "\n".join(shown) if shown else ""
-    return made
-
-
-def _entry(one: Declared, drawn: list[Picture], folder: Path) -> str:
-    first = drawn[0]
-    titles = [SHOWN[picture.campaign].partition(":")[0] for picture in drawn]
-    others = f"; also in {' and '.join(titles[1:])}" if titles[1:] else ""
-    medium = f', "{first.medium}"' if _medium(one) else ""
-    return f"""### `{_name(one)}`
-
-![{_name(one)}]({preview(first, folder)})
-
-{_plain(one.caption_of(first.results, first.medium))}
-
-From {titles[0]}{others}.
-
-```sh
-rftfit run results/{first.file.removesuffix(".webp")}.png
-```
-
-```python
-import rftfit
-from rftfit.figures.{one.module} import {one.draw.__name__}
-
-{one.draw.__name__}(rftfit.open("."){medium})
-```
+Every figure that `rftfit run` draws, with its caption, the command that makes it and the call in Python. A
+<a href="report.html">live report</a> shows how they stand together. `make gallery` writes this page.
 """
 
 
-def _name(declared: Declared) -> str:
-    word = "<medium>" if _medium(declared) == "medium" else "robot"
-    return f"{declared.folder}/{declared.name}".format(medium=word)
+def config_of_demonstration() -> str:
+    """Configuration of the demonstration."""
+    return (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
 
 
-def _medium(declared: Declared) -> str:
-    """Name of the second argument of what draws a figure; empty if it has none."""
-    return next(iter(list(inspect.signature(declared.draw).parameters)[1:]), "")
+def config_of_report() -> str:
+    """The demonstration with loose poppy seeds alone, and without the robot."""
+    text = config_of_demonstration().partition("\nrobot:")[0] + "\n"
+    text = re.sub(r"\n  (?!poppy_LP)[\w.]+: \{title: .*", "", text)
+    return re.sub(
+        r"(?m)^title: .*", "title: Plates and legs in loose poppy seeds (re-enacted)", text
+    )
+
+
+def config_of_tutorial() -> str:
+    """Configuration of the tutorial's campaign, from its page."""
+    page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    return page.partition("<!-- file: config/config.yaml -->\n```yaml\n")[2].partition("```")[0]
+
+
+def command(folder: Path, *words: str) -> None:
+    """Call ``rftfit`` in a folder."""
+    print(f"{folder.name}: rftfit {' '.join(words)}", flush=True)  # noqa: T201
+    subprocess.run([Path(sys.executable).with_name("rftfit"), *words], cwd=folder, check=True)
+
+
+def run_campaigns(logs: str | None) -> None:
+    """Make the campaigns; what is up to date stays."""
+    configs = {
+        "demonstration": config_of_demonstration(),
+        "report": config_of_report(),
+        "tutorial": config_of_tutorial(),
+    }
+    for name, text in configs.items():
+        (CAMPAIGNS / name / "config").mkdir(parents=True, exist_ok=True)
+        (CAMPAIGNS / name / "config" / "config.yaml").write_text(text, encoding="utf-8")
+        command(CAMPAIGNS / name, "reenact", "--if-missing")
+        command(CAMPAIGNS / name, "run")
+    command(CAMPAIGNS, "example", "cmu-sand", *(["--from", logs] if logs else []))
+    command(CAMPAIGNS / "cmu-sand", "run")
+
+
+def write_gallery() -> None:
+    """Write the page with its pictures: each figure from the first campaign that has it, for its first medium."""
+    shutil.rmtree(PICTURES, ignore_errors=True)
+    PICTURES.mkdir(parents=True)
+    found = {name: rftfit.open(CAMPAIGNS / name) for name in SHOWN}
+    text, section = HEAD, ""
+    for one in declared():
+        if one.section != section:
+            section = one.section
+            text += f"\n## {section}\n"
+        text += _entry(one, found)
+    (DOCS / "gallery.md").write_text(text, encoding="utf-8")
+    source = CAMPAIGNS / "tutorial" / "results" / "figures" / "penetration.webp"
+    shutil.copyfile(source, PICTURES / "tutorial_penetration.webp")
+
+
+def declared() -> list[Declared]:
+    """Each figure once, by section: those of the robot are declared again for the full sweep."""
+    found = [one for one in figures() if not one.on_demand]
+    sections = list(dict.fromkeys(one.section for one in found))
+    return sorted(found, key=lambda one: sections.index(one.section))
+
+
+def name_of(one: Declared) -> str:
+    """Name of a figure's files."""
+    return one.file("<medium>" if "medium" in _arguments(one) else "")
+
+
+def _arguments(one: Declared) -> list[str]:
+    return list(inspect.signature(one.draw).parameters)[1:]
+
+
+def _entry(one: Declared, found: dict[str, Results]) -> str:
+    for name, results in found.items():
+        for medium in one.media(results.campaign)[:1]:
+            file = one.file(medium)
+            source = CAMPAIGNS / name / "results" / f"{file}.webp"
+            shutil.copyfile(source, PICTURES / source.name)
+            call = ", ".join(['rftfit.open(".")', *([f'"{medium}"'] if _arguments(one) else [])])
+            return f"""
+### `{name_of(one)}`
+
+![{name_of(one)}](images/gallery/{source.name})
+
+{_plain(one.caption_of(results, medium))}
+
+From {SHOWN[name]}: `rftfit run results/{file}.png`, or `rftfit.figures.{one.module}.{one.draw.__name__}({call})`.
+"""
+    raise LookupError(f"no campaign of the gallery has {one.run}")
 
 
 def _plain(caption: str) -> str:
     return re.sub(r"([*_<$\[\]`|])", r"\\\1", escape(caption, quote=False))
 
 
-class Gallery(SphinxDirective):
-    """Put the gallery where it stands."""
-
-    def run(self) -> list[nodes.Node]:
-        """Make the text and parse it as a part of the page."""
-        folder = Path(self.env.srcdir) / "_build" / "gallery"
-        return self.parse_text_to_nodes(text(folder), allow_section_headings=True)
-
-
-def _copy(app: Sphinx, error: Exception | None) -> None:
-    """Copy the pages of the campaigns, and the files that they link to, into the site."""
-    if error is not None or app.builder.format != "html":
-        return
-    for name in campaigns():
-        results = FOLDER / name / "results"
-        page = (results / "report.html").read_text(encoding="utf-8")
-        linked = {one for one in _ADDRESS.findall(page) if (results / one).is_file()}
-        for one in ("report.html", *sorted(linked)):
-            target = Path(app.outdir) / "campaigns" / name / one
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(results / one, target)
+def write_report() -> None:
+    """Keep the report of loose poppy seeds, without links to files that stand beside it."""
+    page = (CAMPAIGNS / "report" / "results" / "report.html").read_text(encoding="utf-8")
+    link = r'<a href="(?![a-z]+:|#)[^"]*"[^>]*>'
+    page = re.sub(rf"{link}(<img[^>]*>)</a>", r"\1", page)
+    page = re.sub(rf" ?{link}[^<]*</a>", "", page)
+    (DOCS / "live").mkdir(exist_ok=True)
+    (DOCS / "live" / "report.html").write_text(page, encoding="utf-8")
 
 
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the directive; Sphinx calls this."""
-    app.add_directive("gallery", Gallery)
-    app.connect("env-get-outdated", lambda *_: ["gallery"])
-    app.connect("build-finished", _copy, priority=400)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
+def write_outputs() -> None:
+    """Follow the pages that show what their commands print, and write it anew."""
+    sys.path.insert(0, str(ROOT / "tests" / "helpers"))
+    from doc_blocks import Reader, blocks_of, fate, pages, without_progress
+
+    for page in pages():
+        blocks = blocks_of(page)
+        if not any("output" in block.marks for block in blocks):
+            continue
+        lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
+        with tempfile.TemporaryDirectory() as folder:
+            reader, printed = Reader(Path(folder)), {}
+            for block in blocks:
+                if fate(block) in ("run", "file"):
+                    reader.follow(block)
+                elif "output" in block.marks:
+                    printed[block.line] = without_progress(reader.printed)
+        for start, text in reversed(printed.items()):
+            lines[start : lines.index("```", start)] = [text]
+        (ROOT / page).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    run_campaigns(str(Path(sys.argv[1]).resolve()) if sys.argv[1:] else None)
+    write_gallery()
+    write_report()
+    write_outputs()

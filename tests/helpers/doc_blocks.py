@@ -5,6 +5,7 @@ A block of one of `LANGUAGES` is run, or checked, or says in a comment in front 
 - ``<!-- file: NAME -->``: it is the content of a file, which is there for the blocks below;
 - ``<!-- fails: CODE -->``: its last command ends with this exit code;
 - ``<!-- from: top -->``: it is run in the folder in which the page began;
+- ``<!-- output: above -->``: it is what the block above prints (``make gallery`` writes it anew);
 - ``<!-- run by: TEST FILE -->``: another test runs these commands;
 - ``<!-- not run: REASON -->``: one of `REASONS`.
 """
@@ -34,7 +35,7 @@ REASONS = ("needs root", "takes minutes", "network")
 
 _FENCE = re.compile(r"^(`{3,}|~{3,})[ ]*(\{?[\w-]*\}?)(.*)$")
 _ANY_FENCE = re.compile(r"^\s*(`{3,}|~{3,})")
-_MARK = re.compile(r"^<!-- (file|fails|from|run by|not run): (.+?) -->$")
+_MARK = re.compile(r"^<!-- (file|fails|from|output|run by|not run): (.+?) -->$")
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,16 @@ def fate(block):
     return "run" if block.language in ("sh", "bash", "console", "python") else "checked"
 
 
+def without_progress(text):
+    """What a page shows of what a command printed: no lines of progress."""
+    return re.sub(r"(?m)^\[ *\d+/\d+\].*\n", "", text).strip()
+
+
+def comparable(text):
+    """A text without what differs from one run or computer to the next: seconds and commits."""
+    return re.sub(r"\b\d+\.\d s\b|\b[0-9a-f]{12}\b", "...", without_progress(text))
+
+
 def commands_in(block):
     """Commands of rftfit that a block calls."""
     return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
@@ -130,7 +141,7 @@ class Reader:
         (self.here / ".venv" / "bin").symlink_to(scripts, target_is_directory=True)
         path = f"{scripts}{os.pathsep}{os.environ['PATH']}"
         self._env = {**os.environ, "PATH": path, "MPLBACKEND": "Agg"}
-        self.said = ""
+        self.said = self.printed = ""
 
     def follow(self, block):
         if "file" in block.marks:
@@ -147,11 +158,13 @@ class Reader:
             script = f"trap 'pwd > \"{self._state}\"' EXIT\n{text}"
             command = ["bash", "-euo", "pipefail", "-c", script]
         done = subprocess.run(
-            command, cwd=self.here, env=self._env, capture_output=True, text=True, check=False
-        )
-        self.said += done.stdout + done.stderr
+            command, cwd=self.here, env=self._env, check=False, text=True, encoding="utf-8",
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        self.printed = done.stdout
+        self.said += done.stdout
         wanted = int(block.marks.get("fails", "0"))
-        assert done.returncode == wanted, f"{block.place}:\n{done.stdout}{done.stderr}"
-        assert "Traceback" not in done.stderr, f"{block.place}:\n{done.stderr}"
+        assert done.returncode == wanted, f"{block.place}:\n{done.stdout}"
+        assert "Traceback" not in done.stdout, f"{block.place}:\n{done.stdout}"
         if block.language != "python":
             self.here = Path(self._state.read_text(encoding="utf-8").strip())
