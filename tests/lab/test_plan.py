@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import math
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import rftfit.lab
 from rftfit import reference
 from rftfit.campaign.config import Container
 from rftfit.errors import InputError
@@ -138,21 +135,3 @@ def test_too_small_a_container(config):
     )
     with pytest.raises(InputError, match="no fit window"):
         segments(plan_runs(small, ["poppy_LP"])[20], small)
-
-
-def test_lab_knows_nothing_of_the_analysis():
-    allowed = {"lab", "campaign", "reference", "store", "errors", "__version__"}
-    files = list(Path(str(rftfit.lab.__file__)).parent.glob("*.py"))
-    assert len(files) > 5
-    for file in files:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            names = []
-            if isinstance(node, ast.ImportFrom):
-                assert not node.level
-                module = node.module or ""
-                names = [f"{module}.{a.name}" if module == "rftfit" else module for a in node.names]
-            elif isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            for name in names:
-                if name.split(".")[0] == "rftfit":
-                    assert name.split(".")[1] in allowed, f"{file.name} imports {name}"

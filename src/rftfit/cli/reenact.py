@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -71,14 +72,6 @@ def reenact(
             "constant-speed.",
         ),
     ] = "paper",
-    dialect: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="How the logs are written: rig, instron, delimited, lvm, xlsx, parquet, tdms, arrays; "
-            "default, and only possible: the one that the config reads.",
-        ),
-    ] = "",
     no_tare: Annotated[
         bool, typer.Option("--no-tare", help="Without runs of rod and mount alone or legs in air.")
     ] = False,
@@ -90,17 +83,17 @@ def reenact(
     another origin is refused; those of an earlier re-enactment are cleared first.
     """
     if list_faults:
-        say(faults_table())
+        from rftfit.lab.rig import FAULTS
+
+        rows = [[name, *fault] for name, fault in FAULTS.items()]
+        say(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
         return
     from rftfit.campaign.load import read_layout
-    from rftfit.lab.dialects import WRITERS, dialect_of
-    from rftfit.lab.disturb import described, sizes_of
-    from rftfit.lab.enact import planned as plan
-    from rftfit.lab.enact import reenact as enact
+    from rftfit.lab.disturb import described
+    from rftfit.lab.enact import prepare
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
-    from rftfit.lab.rig import resolve
 
     places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
@@ -112,50 +105,40 @@ def reenact(
             f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
             "which is what a re-enactment writes"
         )
-    media, faults, disturbances = media or None, fault or [], disturb or []
-    tare, legs = not no_tare, not no_legs
     # a misspelled word must not cost the logs that are there: everything is checked before
-    chosen = media_of(places.config, media)
-    if not chosen:
+    if not media_of(places.config, media or None):
         raise InputError(
             "config, key media: no medium here names published measurements to re-enact "
             "(published_as), so nothing was written; the demonstration campaign's config does"
         )
     planned = places.config.grid.planned
     directions = directions_of(grid, seed) if grid else None
-    if grid and planned and set(directions or ()) - set(planned):
+    if planned and set(directions or ()) - set(planned):
         raise InputError(
             "--grid: the config plans its own directions under `grid`; take that section out, or "
             "leave --grid away to measure the planned ones"
         )
     choose("--protocol", protocol, tuple(PROTOCOLS))
-    read = dialect_of(places.config)
-    choose("--dialect", dialect or read, tuple(WRITERS))
-    if dialect not in ("", read):
-        raise InputError(
-            f"--dialect {dialect}: the config would read the logs as {read}; it needs: dialect: {dialect}"
-        )
-    runs = plan(places.config, media, directions, protocol, tare=tare, legs=legs)
-    resolve(faults, {run.run_id: run for run in runs}, chosen[0])
-    disturbed = described(sizes_of(disturbances))
+    campaign = prepare(
+        places.config, seed=seed, media=media or None, directions=directions, faults=fault or [],
+        spread=spread, disturb=disturb or [], protocol=protocol, tare=not no_tare, legs=not no_legs,
+    )  # fmt: skip
     earlier = find_earlier(places.raw, places.sheet)
     clear(earlier)
     if earlier:
         say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
-    say(f"Writing the logs of {count(len(runs), 'run')} into {_from_root(places, places.raw)} ...")
-    done = enact(
-        places.config, places.raw, places.sheet,
-        seed=seed, media=media, directions=directions, faults=faults, spread=spread,
-        disturb=disturbances, protocol=protocol, tare=tare, legs=legs,
-    )  # fmt: skip
+    runs = count(sum(run.cycles for run in campaign.runs), "run")
+    say(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
+    began = time.perf_counter()
+    sizes = campaign.write(places.raw, places.sheet)
     say(
-        f"{count(done.n_runs, 'run')}, {count(done.n_files, 'file')}, {megabytes(done.bytes)}, "
-        f"{done.seconds:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
+        f"{runs}, {count(len(sizes), 'file')}, {megabytes(sum(sizes))}, "
+        f"{time.perf_counter() - began:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
     )
-    for made in done.faults:
+    for made in campaign.faults:
         say(f"  fault {made}")
-    if disturbed:
-        say(f"  disturbed: {disturbed}")
+    if campaign.sizes:
+        say(f"  disturbed: {described(campaign.sizes)}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
@@ -166,14 +149,6 @@ def _lacks_tracks(places: Campaign) -> bool:
     if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
         return False
     return not (places.raw / robot.runs).is_file()
-
-
-def faults_table() -> str:
-    """List the faults: name, the run that gets it unless another is named, what it does."""
-    from rftfit.lab.rig import FAULTS
-
-    rows = [[name, *fault] for name, fault in FAULTS.items()]
-    return table(["fault", "run of the first medium", "what it does"], rows, indent="")
 
 
 def _from_root(places: Campaign, path: Path) -> str:

@@ -10,30 +10,30 @@ import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.errors import InputError
-from rftfit.lab.write import Column, fixed
+from rftfit.lab.write import LogColumn, fixed
 
 
-def _labels(columns: Sequence[Column]) -> list[str]:
+def _labels(columns: Sequence[LogColumn]) -> list[str]:
     return [f"{column.name} [{column.unit}]" if column.unit else column.name for column in columns]
 
 
-def _numbers(columns: Sequence[Column]) -> dict[str, Any]:
+def _numbers(columns: Sequence[LogColumn]) -> dict[str, Any]:
     """Arrays as a binary file holds them, rounded as in text, by label."""
     arrays = [np.round(column.values, column.decimals) for column in columns]
     return dict(zip(_labels(columns), arrays, strict=True))
 
 
-def _rows(columns: Sequence[Column]) -> str:
+def _rows(columns: Sequence[LogColumn]) -> str:
     return fixed([c.values for c in columns], [c.decimals for c in columns])
 
 
-def _rig(columns: Sequence[Column], head: Sequence[str]) -> bytes:
+def _rig(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     names = (f"{column.name}_{column.unit}" if column.unit else column.name for column in columns)
     lines = [*(f"# {line}" for line in head), ",".join(names)]
     return ("\n".join(lines) + "\n" + _rows(columns)).encode()
 
 
-def _instron(columns: Sequence[Column], head: Sequence[str]) -> bytes:
+def _instron(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     lines = [
         *head,
         ";".join(c.name for c in columns),
@@ -43,11 +43,11 @@ def _instron(columns: Sequence[Column], head: Sequence[str]) -> bytes:
     return ("\n".join(lines) + "\n" + rows).encode()
 
 
-def _delimited(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: ARG001
+def _delimited(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
     return (",".join(_labels(columns)) + "\n" + _rows(columns)).encode()
 
 
-def _lvm(columns: Sequence[Column], head: Sequence[str]) -> bytes:
+def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     time, *others = columns
     step = f"{np.median(np.diff(time.values)):.6f}"
 
@@ -65,7 +65,7 @@ def _lvm(columns: Sequence[Column], head: Sequence[str]) -> bytes:
     return ("\n".join(lines) + "\n" + _rows(columns).replace(",", "\t")).encode()
 
 
-def _xlsx(columns: Sequence[Column], head: Sequence[str]) -> bytes:
+def _xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     import xlsxwriter
 
     file = io.BytesIO()
@@ -80,7 +80,7 @@ def _xlsx(columns: Sequence[Column], head: Sequence[str]) -> bytes:
     return file.getvalue()
 
 
-def _parquet(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: ARG001
+def _parquet(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -89,7 +89,7 @@ def _parquet(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: 
     return file.getvalue()
 
 
-def _tdms(columns: Sequence[Column], head: Sequence[str]) -> bytes:
+def _tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     try:
         from nptdms import ChannelObject, RootObject, TdmsWriter
     except ImportError:
@@ -97,7 +97,7 @@ def _tdms(columns: Sequence[Column], head: Sequence[str]) -> bytes:
             "TDMS files are written with the package npTDMS; install it: pip install 'rftfit[tdms]'"
         ) from None
 
-    def channel(column: Column) -> Any:
+    def channel(column: LogColumn) -> Any:
         values = np.round(column.values, column.decimals)
         return ChannelObject("log", column.name, values, {"unit_string": column.unit})
 
@@ -107,7 +107,7 @@ def _tdms(columns: Sequence[Column], head: Sequence[str]) -> bytes:
     return file.getvalue()
 
 
-def _arrays(columns: Sequence[Column], head: Sequence[str]) -> bytes:  # noqa: ARG001
+def _arrays(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
     file = io.BytesIO()
     np.savez(file, **_numbers(columns))
     return file.getvalue()
@@ -117,7 +117,7 @@ class Writer(NamedTuple):
     """Ending of a file's name, and what makes its content of columns and of lines for its head."""
 
     suffix: str
-    content: Callable[[Sequence[Column], Sequence[str]], bytes]
+    content: Callable[[Sequence[LogColumn], Sequence[str]], bytes]
 
 
 WRITERS = {

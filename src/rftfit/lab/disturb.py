@@ -13,7 +13,7 @@ from rftfit.campaign.config import AnyPlate, Leg
 from rftfit.campaign.problems import Place, Problem, did_you_mean, listed
 from rftfit.campaign.rows import number_of
 from rftfit.errors import InputError
-from rftfit.lab.plan import FloatArray, Motion
+from rftfit.lab.plan import ArmMotion, FloatArray
 
 Sizes = Mapping[str, float]
 """Size by name of the disturbance; one that is not there has no effect."""
@@ -222,7 +222,7 @@ def turned(
     return force_x * s + force_z * c, force_x * c - force_z * s
 
 
-def path_cm(motion: Motion, intruder: AnyPlate | Leg) -> FloatArray:
+def path_cm(motion: ArmMotion, intruder: AnyPlate | Leg) -> FloatArray:
     """Length of the way of a plate's centre or a leg's tip, shape (n,)."""
     steps = np.hypot(np.diff(motion.x_cm), np.diff(motion.z_cm))
     if isinstance(intruder, Leg):

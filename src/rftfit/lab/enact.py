@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rftfit import __version__
 from rftfit.campaign.config import Config
@@ -21,20 +21,57 @@ from rftfit.store import write_bytes, write_text
 
 
 @dataclass(frozen=True)
-class Summary:
-    """What was written: rows of the run sheet; files and bytes of logs, sheet and the robot's tracks."""
+class Reenactment:
+    """Logs that are to be written, all words of the user understood.
 
-    n_runs: int
-    n_files: int
-    bytes: int
-    seconds: float
-    faults: tuple[Fault, ...] = ()
+    `media`: In the order of the config. `made_by`: Version and options, for the marker.
+    """
+
+    config: Config
+    seed: int
+    media: tuple[str, ...]
+    runs: tuple[Run, ...]
+    faults: tuple[Fault, ...]
+    spread: float
+    sizes: Sizes
+    protocol: str
+    made_by: str
+
+    def write(self, raw: Path, sheet: Path) -> list[int]:
+        """Write logs, run sheet and marker; return the bytes of each file but the marker."""
+        raw, config = raw.resolve(), self.config
+        paths = [
+            name for run in self.runs for name in (run.force_log, run.motion_log, run.zero_log)
+        ]
+        robot = config.robot
+        tracks = track_files(config, self.seed) if robot and robot.medium in self.media else {}
+        files = [*(raw / name for name in (*paths, *tracks) if name), sheet]
+        write_marker(raw, files, self.made_by, complete=False)
+        n_bytes = []
+        for run in self.runs:
+            faults = tuple(fault.name for fault in self.faults if fault.changed == run.run_id)
+            written = run_logs(
+                run, config, self.seed, faults, self.spread, self.protocol, self.sizes
+            )
+            for name, content in written.items():
+                if content is None:
+                    remove(raw / name)
+                    continue
+                write_bytes(raw / name, content)
+                n_bytes.append(len(content))
+        # last, so that a sheet never names logs that were not written
+        tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
+        texts = {raw / name: text for name, text in tracks.items()}
+        texts[sheet] = sheet_text(self.runs, tares, described(self.sizes))
+        for path, text in texts.items():
+            write_text(path, text)
+            n_bytes.append(len(text.encode()))
+        write_marker(raw, files, self.made_by, complete=True)
+        return n_bytes
 
 
-def reenact(
+def prepare(
     config: Config,
-    raw: Path,
-    sheet: Path,
     *,
     seed: int = 2013,
     media: Sequence[str] | None = None,
@@ -45,8 +82,8 @@ def reenact(
     protocol: str = PAPER,
     tare: bool = True,
     legs: bool = True,
-) -> Summary:
-    """Write the logs that the paper's lab would have recorded, their run sheet, and what says so.
+) -> Reenactment:
+    """Plan the logs that the paper's lab would have recorded; `Reenactment.write` writes them.
 
     The granular force in them is the published measurement: Table S5 times depth times area for plates,
     Figs. S5 and S12 for legs, Fig. S11 for sand penetration. The same seed gives the same bytes, run by
@@ -56,18 +93,9 @@ def reenact(
     alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
     `disturb`: As on the command line.
     """
-    began = time.perf_counter()
-    raw, chosen = raw.resolve(), media_of(config, media)
-    sizes = sizes_of(disturb)
+    chosen, sizes = media_of(config, media), sizes_of(disturb)
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
-    damaged = {run.run_id: tuple(f.name for f in found if f.changed == run.run_id) for run in runs}
-    logs = [
-        raw / name for run in runs for name in (run.force_log, run.motion_log, run.zero_log) if name
-    ]
-    robot = config.robot
-    tracks = track_files(config, seed) if robot is not None and robot.medium in chosen else {}
-    logs += [raw / name for name in tracks]
     facts = {
         "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
         "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
@@ -78,26 +106,14 @@ def reenact(
     }  # fmt: skip
     made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
-    write_marker(raw, [*logs, sheet], made_by, complete=False)
-    n_files = n_bytes = 0
-    for run in runs:
-        written = run_logs(run, config, seed, damaged[run.run_id], spread, protocol, sizes)
-        for name, content in written.items():
-            if content is None:
-                remove(raw / name)
-                continue
-            write_bytes(raw / name, content)
-            n_files, n_bytes = n_files + 1, n_bytes + len(content)
-    for name, text in tracks.items():
-        write_text(raw / name, text)
-        n_files, n_bytes = n_files + 1, n_bytes + len(text.encode())
-    tares = {fault.run_id: fault.other_tare for fault in found if fault.other_tare}
-    text = sheet_text(runs, tares, described(sizes))
-    # last, so that a sheet never names logs that were not written
-    write_text(sheet, text)
-    write_marker(raw, [*logs, sheet], made_by, complete=True)
-    n_runs, n_bytes = sum(run.cycles for run in runs), n_bytes + len(text.encode())
-    return Summary(n_runs, n_files + 1, n_bytes, time.perf_counter() - began, tuple(found))
+    return Reenactment(
+        config, seed, tuple(chosen), tuple(runs), tuple(found), spread, sizes, protocol, made_by
+    )
+
+
+def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]:
+    """Prepare and write a re-enactment: `options` of `prepare`."""
+    return prepare(config, **options).write(raw, sheet)
 
 
 def planned(

@@ -300,8 +300,8 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Intruder's reference point in the lab frame at n samples; every array has shape (n,).
+class ArmMotion:
+    """Place of the intruder's reference point in the lab frame; every array has shape (n,).
 
     `angle_deg`: beta of a plate, theta of a leg. `travel`: Since the start of the sample's own
     segment: cm, of a leg rad. `segment`: Its number in the run, from 0.
@@ -440,7 +440,7 @@ def _travelled(part: Segment, time_s: FloatArray) -> FloatArray:
     return np.where(time_s < RAMP_S, speeding, np.where(left < RAMP_S, braking, cruise))
 
 
-def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> Motion:
+def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
     """Position of the intruder's reference point at times since the start; it stays where it ends."""
     ends = np.cumsum([part.duration_s for part in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
@@ -454,4 +454,4 @@ def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> Motion:
         for row, (first, last) in enumerate(zip(part.start, part.end, strict=True)):
             place[row, here] = first + (last - first) * share
     moving = np.array([part.moving for part in parts])[index]
-    return Motion(clipped, place[0], place[1], place[2], travel, index, moving)
+    return ArmMotion(clipped, place[0], place[1], place[2], travel, index, moving)

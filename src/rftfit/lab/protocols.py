@@ -1,4 +1,4 @@
-"""Other ways of recording a run than the paper's: what is left of its two logs, and in which files."""
+"""Other ways of recording a run than the paper's: what remains of its two logs, and in which files."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
     one = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
     if protocol in ("one-file", "cyclic"):
         return _on_force_clock(one), None
-    unloaded = _cut(one, one.in_air, np.zeros_like(one.motion_stroke))
+    unloaded = one.rows(one.in_air, np.zeros_like(one.motion_stroke))
     if protocol in _SET_TO_ZERO:
         zero = one.channels_N[one.in_air].mean(axis=0)
         one = replace(one, channels_N=one.channels_N - zero)
-    stroke = _cut(one, one.stroke, one.motion_stroke)
+    stroke = one.rows(one.stroke, one.motion_stroke)
     return stroke, unloaded if protocol == "separate-zero" else None
 
 
@@ -96,27 +96,14 @@ def in_one_log(cycles: Sequence[Recording]) -> Recording:
     return Recording(**parts)
 
 
-def _cut(recording: Recording, force: np.ndarray, motion: np.ndarray) -> Recording:
-    parts = {
-        name: getattr(recording, name)[force]
-        for name in ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
-    }
-    parts |= {
-        name: getattr(recording, name)[motion]
-        for name in ("motion_time_s", "x_mm", "z_mm", "angle_deg", "motion_stroke")
-    }
-    return replace(recording, **parts)
-
-
 def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
-    """The runs with the files that a protocol writes."""
-    if protocol == "one-file":
-        return [replace(run, one_file=True) for run in runs]
-    if protocol == "cyclic":
-        return [
-            replace(run, one_file=True, cycles=_CYCLES if run.kind in ("plate", "rod") else 1)
-            for run in runs
-        ]
-    if protocol == "separate-zero":
-        return [replace(run, own_zero=True) for run in runs]
-    return [replace(run, one_file=protocol == "constant-speed") for run in runs]
+    """Runs with the files that a protocol writes."""
+    one_file = protocol in ("one-file", "cyclic", "constant-speed")
+    own_zero, cyclic = protocol == "separate-zero", protocol == "cyclic"
+    return [
+        replace(
+            run, one_file=one_file, own_zero=own_zero,
+            cycles=_CYCLES if cyclic and run.kind in ("plate", "rod") else 1,
+        )
+        for run in runs
+    ]  # fmt: skip

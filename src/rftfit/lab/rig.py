@@ -14,8 +14,8 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
-from rftfit.lab.plan import FloatArray, Motion, Run, Segment, duration, motion_at, segments
-from rftfit.lab.truth import Forces, felt, granular_law, rod_law
+from rftfit.lab.plan import ArmMotion, FloatArray, Run, Segment, duration, motion_at, segments
+from rftfit.lab.truth import Forces, force_over_run, granular_law, rod_law
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
@@ -54,7 +54,7 @@ class Ideal:
     Of the medium on the intruder, of the medium on rod and mount, of weights and a leg's cable.
     """
 
-    motion: Motion
+    motion: ArmMotion
     granular: Forces
     rod: Forces
     steady: Forces
@@ -82,6 +82,20 @@ class Recording:
     in_air: npt.NDArray[np.bool_]
     motion_stroke: npt.NDArray[np.bool_]
     motion_ahead_s: FloatArray
+
+    def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
+        """Take rows of the force log and of the motion log, by place or by mask."""
+        of_motion = (
+            "motion_time_s",
+            "x_mm",
+            "z_mm",
+            "angle_deg",
+            "motion_stroke",
+            "motion_ahead_s",
+        )
+        return Recording(
+            **{n: v[motion if n in of_motion else force] for n, v in vars(self).items()}
+        )
 
 
 def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
@@ -145,14 +159,17 @@ def ideal(
     nothing = np.zeros(count)
     level = run.direction == "horizontal"
     law = granular_law(run, config, bed)
-    granular = felt(law, parts, motion, level) if law else (nothing, nothing)
+    granular = force_over_run(law, parts, motion, level) if law else (nothing, nothing)
     if run.leg:
         rod = (nothing, nothing)
         force_z, force_x = cable(run, motion.angle_deg)
         return Ideal(motion, granular, rod, (force_z - _LEG_WEIGHT_N, force_x))
     weight = _ROD_WEIGHT_N + (_PLATE_WEIGHT_N if run.kind == "plate" else 0.0)
     return Ideal(
-        motion, granular, felt(rod_law(run, bed), parts, motion, level), (nothing - weight, nothing)
+        motion,
+        granular,
+        force_over_run(rod_law(run, bed), parts, motion, level),
+        (nothing - weight, nothing),
     )
 
 
@@ -338,21 +355,15 @@ def damage_recording(names: Sequence[str], recording: Recording, config: Config)
         sign = -1 if config.transducer.axes.z[0] == "-" else 1
         channels[stuck, column] = sign * config.transducer.range_N[column]
     if "nan_cells" in names:
-        channels[middle : middle + _ROWS : 2] = np.nan
+        channels[block][::2] = np.nan
     if "time_reversed" in names:
         rows[block] = rows[block][::-1].copy()
     if "duplicated_rows" in names:
         rows = np.repeat(rows, np.where(np.isin(rows, rows[block]), 2, 1))
     if "gap" in names:
         rows = rows[(rows < middle - 75) | (rows >= middle + 75)]
-    return replace(
-        recording,
-        force_time_s=recording.force_time_s[rows],
-        arm_moving=recording.arm_moving[rows],
-        channels_N=channels[rows],
-        stroke=recording.stroke[rows],
-        angle_deg=-recording.angle_deg if "flipped_beta" in names else recording.angle_deg,
-    )
+    angle = -recording.angle_deg if "flipped_beta" in names else recording.angle_deg
+    return replace(recording, channels_N=channels, angle_deg=angle).rows(rows)
 
 
 def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:

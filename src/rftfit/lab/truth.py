@@ -11,7 +11,15 @@ import numpy as np
 from rftfit import reference
 from rftfit.campaign.config import Config, Leg, Plate
 from rftfit.lab.disturb import AS_PUBLISHED, Bed, power_law
-from rftfit.lab.plan import CLEARANCE_CM, FloatArray, Motion, Run, Segment, half_extents, plate_of
+from rftfit.lab.plan import (
+    CLEARANCE_CM,
+    ArmMotion,
+    FloatArray,
+    Run,
+    Segment,
+    half_extents,
+    plate_of,
+)
 
 Forces = tuple[FloatArray, FloatArray]
 """Force (z, x) on the intruder in N, z up, x toward +x."""
@@ -25,15 +33,17 @@ BUILD_UP = 0.02
 START_UP_CM = 0.4
 """Decay length of the start-up of a horizontal run."""
 
-_LET_GO_CM = 0.6
+_RELEASE_CM = 0.6
 _KEPT, _RELAX_S = 0.9, 0.6
 
 
-def felt(law: Law, parts: tuple[Segment, ...], motion: Motion, level: bool = False) -> Forces:
+def force_over_run(
+    law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool = False
+) -> Forces:
     """Force over a whole run: the law while moving, the last force (relaxing a little) at rest.
 
-    A medium prepared around a resting intruder exerts none before the first move. The stroke of a
-    `level` run starts up over `START_UP_CM`.
+    A medium that was prepared around a resting intruder exerts no force before the first move. The force
+    of a `level` stroke starts up over `START_UP_CM`.
     """
     force = np.zeros((2, motion.elapsed_s.size))
     last = np.zeros(2)
@@ -42,13 +52,12 @@ def felt(law: Law, parts: tuple[Segment, ...], motion: Motion, level: bool = Fal
         here = motion.segment == number
         if part.moving:
             travel = motion.travel[here]
-            grown = _share(travel, BUILD_UP)
-            given = grown
+            grown = released = _share(travel, BUILD_UP)
             if level and part.phase == "stroke":
-                grown, given = 1 - np.exp(-travel / START_UP_CM), _share(travel, _LET_GO_CM)
+                grown, released = 1 - np.exp(-travel / START_UP_CM), _share(travel, _RELEASE_CM)
             places = (motion.x_cm[here], motion.z_cm[here], motion.angle_deg[here])
             developed = np.array(law(part, *places))
-            force[:, here] = grown * developed + (1 - given) * last[:, None]
+            force[:, here] = grown * developed + (1 - released) * last[:, None]
             x, z, angle = (np.array([value]) for value in part.end)
             last = np.array(law(part, x, z, angle))[:, 0]
         else:
@@ -93,7 +102,7 @@ def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
 
 
 def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[float, float]:
-    """Stress per depth that a plate feels when it is pulled back along a path.
+    """Stress per depth on a plate that is pulled back along a path.
 
     The plate keeps its tangent (cos beta, -sin beta) and moves along (cos gamma, sin gamma), gamma
     being the path's angle on the way down. Seen in a mirror (x into -x) the tangent is that of
@@ -200,9 +209,9 @@ def granular_law(run: Run, config: Config, bed: Bed) -> Law | None:
     if isinstance(intruder, Leg):
         deepest = intruder.max_length_cm - intruder.hip_height_cm
         factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
-    elif bed.surface_cm:
+    else:
         law = below(law, bed.surface_cm)
-    return law if factor == 1 else scaled_law(law, factor)
+    return scaled_law(law, factor)
 
 
 _TAPER_DEG = 3.0
@@ -276,9 +285,9 @@ def strength(run: Run) -> float:
 def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
     """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
 
-    A thin rod feels a force that grows with the square of the depth; from 3 cm on the mount is in
-    the medium too. The force opposes the motion; a level move meets more of the rod than a steep
-    one, a pull meets less than a push, and a tilted mount is pushed a little sideways.
+    The force on a thin rod grows with the square of the depth; from 3 cm on the mount is in the medium
+    too. The force opposes the motion. It is larger in a level move than in a steep one, smaller in a
+    pull than in a push, and a tilted mount is pushed a little sideways.
     """
     size = strength(run)
     beta = math.radians(run.beta_deg or 0.0)
@@ -297,4 +306,4 @@ def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
         force_x = -1.2 * vx * load + 0.06 * math.sin(beta) * load
         return force_z, force_x
 
-    return law if bed.rod == 1 else scaled_law(law, bed.rod)
+    return scaled_law(law, bed.rod)

@@ -12,10 +12,9 @@ import numpy as np
 from rftfit.lab.plan import FloatArray, Run
 from rftfit.lab.rig import Recording
 
-NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
-_FORCE_DECIMALS = {"N": 5, "mN": 2, "kN": 8, "lbf": 5}
-_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
-_LENGTH_DECIMALS = {"mm": 2, "cm": 3, "m": 5, "in": 4}
+_FORCE_UNITS = {"N": (1.0, 5), "mN": (1e-3, 2), "kN": (1e3, 8), "lbf": (4.4482216152605, 5)}
+_LENGTH_UNITS = {"mm": (1.0, 2), "cm": (10.0, 3), "m": (1000.0, 5), "in": (25.4, 4)}
+"""Size in newtons or millimetres, and decimals that are written."""
 
 SHEET_COLUMNS = (
     "run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm",
@@ -35,7 +34,7 @@ def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
     return (row * len(table)) % tuple(table.ravel().tolist())
 
 
-class Column(NamedTuple):
+class LogColumn(NamedTuple):
     """One column of a log: quantity, its unit, values, and how many decimals are written."""
 
     name: str
@@ -44,24 +43,27 @@ class Column(NamedTuple):
     decimals: int
 
 
-def force_columns(recording: Recording, unit: str) -> list[Column]:
+def force_columns(recording: Recording, unit: str) -> list[LogColumn]:
     """Columns of a force log in N, mN, kN or lbf."""
-    forces = recording.channels_N.T / NEWTONS[unit]
+    size, places = _FORCE_UNITS[unit]
     return [
-        Column("time", "s", recording.force_time_s, 3),
-        Column("arm_moving", "", recording.arm_moving.astype(float), 0),
-        *(Column(f"F{k}", unit, force, _FORCE_DECIMALS[unit]) for k, force in enumerate(forces, 1)),
+        LogColumn("time", "s", recording.force_time_s, 3),
+        LogColumn("arm_moving", "", recording.arm_moving.astype(float), 0),
+        *(
+            LogColumn(f"F{k}", unit, force / size, places)
+            for k, force in enumerate(recording.channels_N.T, start=1)
+        ),
     ]
 
 
-def motion_columns(recording: Recording, unit: str) -> list[Column]:
+def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
     """Columns of a motion log in mm, cm, m or in."""
-    scale, places = _MILLIMETRES[unit], _LENGTH_DECIMALS[unit]
+    size, places = _LENGTH_UNITS[unit]
     return [
-        Column("time", "s", recording.motion_time_s, 3),
-        Column("x", unit, recording.x_mm / scale, places),
-        Column("z", unit, recording.z_mm / scale, places),
-        Column("angle", "deg", recording.angle_deg, 2),
+        LogColumn("time", "s", recording.motion_time_s, 3),
+        LogColumn("x", unit, recording.x_mm / size, places),
+        LogColumn("z", unit, recording.z_mm / size, places),
+        LogColumn("angle", "deg", recording.angle_deg, 2),
     ]
 
 
