@@ -6,6 +6,7 @@ import ast
 import doctest
 import importlib
 import inspect
+import json
 import re
 import subprocess
 import sys
@@ -44,7 +45,7 @@ def test_import_loads_nothing():
     command = [sys.executable, "-c", code]
     loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     light = {"importlib", "importlib._bootstrap", "importlib._bootstrap_external", "warnings"}
-    assert set(loaded) <= {"rftfit", *light}
+    assert set(loaded) <= {"rftfit", "rftfit.version", *light}
 
 
 def test_every_name_is_there_and_typed():
@@ -55,7 +56,7 @@ def test_every_name_is_there_and_typed():
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rftfit")
         for alias in node.names
     }
-    assert typed == set(rftfit.__all__)
+    assert typed - {"__version__"} == set(rftfit.__all__)
     assert set(rftfit.__all__) <= set(dir(rftfit))
     for name in rftfit.__all__:
         assert callable(getattr(rftfit, name))
@@ -269,12 +270,26 @@ def test_a_log_and_its_slope(tmp_path):
         rftfit.read_log(path)
 
 
-def test_run_is_the_command(results, monkeypatch):
+def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
+    events = (
+        *({"event": "job_info", "jobid": one, "rule_name": rule, "wildcards": {"m": "sand"}}
+          for one, rule in enumerate(("tare", "slopes"))),
+        {"skipped": 0}, {"event": "job_finished", "job_id": 0}, {"event": "job_finished", "job_id": 1},
+    )  # fmt: skip
     called = []
-    monkeypatch.setattr("rftfit.cli.run.run", lambda *words, **more: called.append((words, more)))
-    rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=1)
-    config = results.root / "config" / "config.yaml"
-    assert called == [((["results/coefficients.csv"],), {"config": config, "cores": 1})]
+
+    def listen(words, log, on_line, **_):
+        called.extend(words)
+        for event in events:
+            on_line(json.dumps({"snakemake": "", **event}))
+        return 0
+
+    monkeypatch.setattr("rftfit.workflow.run.listen", listen)
+    report = rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=3)
+    assert (report.made, report.skipped, report.failed) == (["slopes sand"], ["tare sand"], {})
+    assert called[0] == "results/coefficients.csv"
+    assert called[called.index("--cores") + 1] == "3"
+    assert capfd.readouterr() == ("", "")
 
 
 def test_the_robot_of_a_file(tmp_path):

@@ -89,7 +89,6 @@ def _when(condition: str) -> str:
 
 def commands() -> str:
     """Every command with its arguments and options."""
-    from rftfit.cli import main
     from rftfit.cli.app import make_command
 
     text = ""
@@ -106,7 +105,9 @@ def commands() -> str:
                 part.partition(": ") for part in (command.epilog or "").split("\n\n") if part
             )
         )
-    codes = [(str(code), meaning) for code, meaning in main.MEANINGS.items()]
+    from rftfit.cli import exit_codes
+
+    codes = [(str(code), meaning) for code, meaning in exit_codes.MEANINGS.items()]
     return text + "## Exit codes\n\n" + _table(("code", "meaning"), codes)
 
 

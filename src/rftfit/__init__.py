@@ -7,10 +7,10 @@ degrees in run sheets, tables and figures (then named ``_deg``).
 import os
 from importlib import import_module
 
+from rftfit.version import __version__ as __version__
+
 # Else numba takes it from a .numba_config.yaml in the current folder, and unpickles what lies there.
 os.environ.setdefault("NUMBA_CACHE_DIR", "")
-
-__version__ = "0.1.0"
 
 __all__ = [
     "DepthOnlyProfile",

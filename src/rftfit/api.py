@@ -19,10 +19,13 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
+    from rftfit.workflow.run import RunReport
 
 
 def check(folder: str | Path = ".") -> list[Problem]:
     """Find everything that is wrong with a campaign: configuration, run sheet, logs, robot.
+
+    Exactly what ``rftfit check`` prints: logs are opened and measured.
 
     Parameters
     ----------
@@ -46,16 +49,18 @@ def check(folder: str | Path = ".") -> list[Problem]:
     >>> for problem in rftfit.check("my_campaign"):  # doctest: +SKIP
     ...     print(problem)
     """
-    from rftfit.campaign.load import check_campaign
     from rftfit.results import config_of
-    from rftfit.robot.tracks import check_robot
+    from rftfit.workflow.check import check_all
 
-    config = config_of(folder)
-    return [*check_campaign(config)[1], *check_robot(config).problems]
+    return check_all(config_of(folder)).problems
 
 
-def run(folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None = None) -> None:
+def run(
+    folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None = None
+) -> RunReport:
     """Make all results of a campaign that are missing or out of date: as the command ``rftfit run``.
+
+    It prints nothing.
 
     Parameters
     ----------
@@ -66,20 +71,29 @@ def run(folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None
     cores : int, optional
         Jobs at once; default: all cores.
 
+    Returns
+    -------
+    RunReport
+        Jobs by name: those `made` and `skipped`, and the `reasons` why results were made again; all are
+        empty where nothing was to do.
+
     Raises
     ------
     RftfitError
-        If the campaign is not valid, or a stage fails.
+        If the campaign is not valid, or a job fails: then its `report` is a `RunReport` too, whose
+        `failed` gives the reason by the job.
 
     Examples
     --------
     >>> import rftfit
-    >>> rftfit.run("my_campaign")  # doctest: +SKIP
+    >>> report = rftfit.run("my_campaign")  # doctest: +SKIP
+    >>> report.made  # doctest: +SKIP
     """
-    from rftfit.cli.run import run as command
     from rftfit.results import config_of
+    from rftfit.workflow.run import Workflow
 
-    command([*targets], config=config_of(folder), cores=cores)
+    workflow = Workflow(config_of(folder), targets, cores=cores)
+    return workflow.report(workflow.run())
 
 
 def read_log(

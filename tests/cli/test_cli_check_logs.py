@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 import pytest
 from campaigns import Folder
 from other_labs import MEDIUM, Case, make
+
+import rftfit
 
 
 @pytest.fixture
@@ -49,6 +52,23 @@ def test_what_holds_for_every_run_is_one_error(folder, old, new, words):
     told = [line for line in said.splitlines() if "would be dropped" in line]
     assert 1 <= len(told) <= 4
     assert f"of 12 runs would be dropped, for example {MEDIUM}_" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("raw: raw/paper", "raw: raw/paper"),  # nothing is wrong
+        ("z: -F3", "z: +F3"),  # runs are flagged
+        ("force_unit: N", "force_unit: kN"),  # logs cannot be used
+        ("published_as: ", "publish_as: "),  # an error in the config
+        ("dialect: rig", "dialect: ricg"),
+    ],
+)
+def test_the_api_returns_what_the_command_prints(folder, old, new):
+    change(folder, old, new)
+    problems = json.loads(folder.rftfit("check", "--json").stdout)["problems"]
+    assert [str(one) for one in rftfit.check(folder.root)] == [one["message"] for one in problems]
+    assert bool(problems) == (old != new)
 
 
 def test_a_turned_sign_is_told(folder):

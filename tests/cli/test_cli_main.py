@@ -11,7 +11,7 @@ import time
 import pytest
 
 import rftfit as package
-from rftfit.cli import main
+from rftfit.cli import exit_codes, main
 from rftfit.cli.main import CRASH_FILE
 from rftfit.errors import OutputError, RftfitError
 
@@ -34,7 +34,7 @@ def test_help_lists_commands_and_exit_codes(rftfit, words):
     said = rftfit(*words)
     assert said.code == 0
     assert [name for name in COMMANDS if name not in said.out] == []
-    for code, meaning in main.MEANINGS.items():
+    for code, meaning in exit_codes.MEANINGS.items():
         assert f"{code}: {meaning}" in said.out
     assert "Example" in said.out
 
@@ -50,7 +50,7 @@ def test_exit_codes_are_those_of_the_errors():
     names = [name for name in dir(main) if name.isupper() and not name.startswith("_")]
     codes = [getattr(main, name) for name in names]
     numbers = [code for code in codes if isinstance(code, int)]
-    assert sorted(numbers) == sorted(main.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
+    assert sorted(numbers) == sorted(exit_codes.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
 
 
 @pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["inspect"], ["init"]])
@@ -79,7 +79,7 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     fail_with(monkeypatch, ZeroDivisionError("no sand\nleft"))
     said = rftfit("check", "--strict")
-    assert said.code == main.UNEXPECTED
+    assert said.code == exit_codes.UNEXPECTED
     assert "ZeroDivisionError: no sand left" in said.err
     assert str(tmp_path / CRASH_FILE) in said.err
     report = (tmp_path / CRASH_FILE).read_text(encoding="utf-8")
@@ -97,7 +97,7 @@ def test_crash_where_the_folder_cannot_be_written(rftfit, monkeypatch, tmp_path)
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
     fail_with(monkeypatch, ZeroDivisionError())
     said = rftfit("check")
-    assert said.code == main.UNEXPECTED
+    assert said.code == exit_codes.UNEXPECTED
     assert str(elsewhere / CRASH_FILE) in said.err
     assert (elsewhere / CRASH_FILE).is_file()
 

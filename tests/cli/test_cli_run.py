@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from rftfit.cli.run import ledger_line
-from rftfit.errors import WorkflowError
+from rftfit.errors import InputError
+from rftfit.workflow.run import JobsFailedError, Workflow
 from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
 
 WORKFLOW = """
@@ -96,10 +98,14 @@ def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
 
 def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
     monkeypatch.setenv("BAD", "b")
+    with pytest.raises(JobsFailedError) as stopped:
+        Workflow(Path("config/config.yaml"), cores=1, snakefile=Path("fake.smk")).run()
+    assert stopped.value.report.made == ["ingest a"]
+    assert stopped.value.report.failed == {"ingest b": "raw/b.csv: no good\n  and so on"}
     said = rftfit("run", *fake, "--cores", "1")
     assert said.code == 4
     assert said.err == (
-        "rftfit: the workflow stopped: 1 job failed; 1 of 4 are done, and what is done is kept.\n"
+        "rftfit: the workflow stopped: 1 job failed; 0 of 3 are done, and what is done is kept.\n"
         "  ingest b:\n    raw/b.csv: no good\n      and so on\n"
         "The whole log: results/logs/snakemake.log\n"
     )
@@ -204,8 +210,8 @@ def test_a_run_under_nohup_stays_when_its_terminal_closes():
 def test_snakefile_is_found(monkeypatch, tmp_path):
     package = tmp_path / "site" / "lib" / "rftfit"
     (package / "_workflow").mkdir(parents=True)
-    monkeypatch.setattr("rftfit.__file__", str(package / "__init__.py"))
-    with pytest.raises(WorkflowError, match="no workflow found"):
+    monkeypatch.setattr("rftfit.store.environment.PACKAGE", package)
+    with pytest.raises(InputError, match="Snakefile: not there"):
         find_snakefile()
     (package / "_workflow" / "Snakefile").write_text("")
     assert find_snakefile() == package / "_workflow" / "Snakefile"

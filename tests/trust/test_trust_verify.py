@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from jobs import planned_jobs
 
-from rftfit.cli.main import INPUT_NOT_VALID, NOT_AS_RECORDED
+from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
 from rftfit.workflow.diff import Comparison, compare
 from rftfit.workflow.job import do_job

@@ -8,11 +8,10 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-import rftfit
-from rftfit.cli import main
 from rftfit.cli.check import check
 from rftfit.cli.diff import diff
 from rftfit.cli.example import example
+from rftfit.cli.exit_codes import MEANINGS
 from rftfit.cli.export import export
 from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
@@ -24,13 +23,14 @@ from rftfit.cli.run import run
 from rftfit.cli.scale import scale
 from rftfit.cli.simulate import simulate, sweep
 from rftfit.cli.verify import verify
+from rftfit.version import __version__
 
 # one paragraph per code: the help joins the lines of a paragraph
 _EPILOG = "\n\n".join(
     [
         "Example: rftfit reenact && rftfit run",
         "Exit codes:",
-        *(f"{code}: {meaning}" for code, meaning in main.MEANINGS.items()),
+        *(f"{code}: {meaning}" for code, meaning in MEANINGS.items()),
     ]
 )
 
@@ -69,7 +69,7 @@ for _command, _words in _EXAMPLES:
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        say(f"rftfit {rftfit.__version__}")
+        say(f"rftfit {__version__}")
         raise typer.Exit
 
 

@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rftfit.campaign.problems import Place, Problem
 from rftfit.cli import options
-from rftfit.cli.main import INPUT_NOT_VALID
+from rftfit.cli.exit_codes import INPUT_NOT_VALID
 from rftfit.cli.output import count, json_text, megabytes, say, table
-from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
-    from rftfit.measure.readable import Opened
     from rftfit.robot.tracks import RobotCheck
-
+    from rftfit.workflow.check import Checked
 
 _KINDS = ("plate", "rod", "leg", "leg_air")
 
@@ -39,22 +36,11 @@ def check(
     fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
-    from rftfit.campaign.load import check_campaign
     from rftfit.measure.checks import FAILED
-    from rftfit.measure.readable import open_logs
-    from rftfit.robot.tracks import check_robot
+    from rftfit.workflow.check import check_all
 
-    campaign, problems = check_campaign(config)
-    robot = check_robot(config)
-    problems = [*problems, *robot.problems]
-    opened: list[Opened] = []
-    if campaign is not None and not any(one.severity == "error" for one in problems):
-        try:
-            opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
-        except InputError as error:
-            problems.append(Problem("logs.reader", Place(config.name), None, str(error)))
-        problems += [problem for one in opened for problem in one.problems]
-    errors = sum(one.severity == "error" for one in problems)
+    found = check_all(config)
+    campaign, problems, errors = found.campaign, found.problems, found.errors
     warnings = len(problems) - errors
     checks = None
     if diagnose and campaign is not None and not errors:
@@ -64,33 +50,30 @@ def check(
         checks = records(check_logs(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
-        found = [asdict(one) | {"message": str(one)} for one in problems]
-        facts = {"errors": errors, "warnings": warnings, "problems": found, "checks": checks}
+        texts = [asdict(one) | {"message": str(one)} for one in problems]
+        facts = {"errors": errors, "warnings": warnings, "problems": texts, "checks": checks}
         say(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
-        _print(campaign, problems, checks, robot, opened)
+        _print(found, checks)
         say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
 
-def _print(
-    campaign: Campaign | None, problems: list[Problem], checks: list[dict[str, Any]] | None,
-    robot: RobotCheck, opened: list[Opened],
-) -> None:  # fmt: skip
+def _print(found: Checked, checks: list[dict[str, Any]] | None) -> None:
     for severity in ("error", "warning"):
-        chosen = [problem for problem in problems if problem.severity == severity]
+        chosen = [problem for problem in found.problems if problem.severity == severity]
         if chosen:
             say(f"{count(len(chosen), severity)}:")
             say("\n".join(f"  {problem}" for problem in chosen) + "\n")
     if checks is not None:
         _print_diagnosis(checks)
-    if campaign is not None:
-        say(summary(campaign))
-        if robot.medium:
-            say(of_robot(robot))
-        if passed_over := sum(one.passed_over for one in opened):
-            say(f"{count(passed_over, 'run')} with a log of more than 20 MB, not opened")
+    if found.campaign is not None:
+        say(summary(found.campaign))
+        if found.robot.medium:
+            say(of_robot(found.robot))
+        if found.not_opened:
+            say(f"{count(found.not_opened, 'run')} with a log of more than 20 MB, not opened")
         say()
 
 

@@ -12,33 +12,16 @@ import tempfile
 import traceback
 from pathlib import Path
 
-import rftfit
-from rftfit.errors import InputError, OutputError, RftfitError, WorkflowError
-
-# --- What the exit codes of ``rftfit`` mean; the help text and the documentation are made from them.
-
-
-FINE = 0
-UNEXPECTED = RftfitError.exit_code
-INPUT_NOT_VALID = InputError.exit_code
-OUTPUT_NOT_WRITTEN = OutputError.exit_code
-WORKFLOW_STOPPED = WorkflowError.exit_code
-NOT_AS_RECORDED = 5
-INTERRUPTED = 130
-PIPE_CLOSED = 141
-
-MEANINGS = {
-    FINE: "fine",
-    UNEXPECTED: "something unexpected; a crash report is written",
-    INPUT_NOT_VALID: "command line, config, run sheet or log not valid",
-    OUTPUT_NOT_WRITTEN: "a result cannot be written, or a strict run has none",
-    WORKFLOW_STOPPED: "the workflow stopped",
-    NOT_AS_RECORDED: "rftfit verify: results are not, or not made from, what is recorded",
-    INTERRUPTED: "stopped by Ctrl-C",
-    PIPE_CLOSED: "whoever read the output stopped reading",
-}
-"""Exit code to its meaning, in words."""
-
+from rftfit.cli.exit_codes import (
+    FINE,
+    INPUT_NOT_VALID,
+    INTERRUPTED,
+    OUTPUT_NOT_WRITTEN,
+    PIPE_CLOSED,
+    UNEXPECTED,
+)
+from rftfit.errors import RftfitError
+from rftfit.version import __version__
 
 # --- What a user sees of an error that the program did not expect: two lines and a file to send.
 
@@ -54,7 +37,7 @@ def crash_message(error: BaseException, words: list[str]) -> str:
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
     report = (
-        f"rftfit {rftfit.__version__}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"rftfit {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
         f"command: rftfit {' '.join(words)}\n\n{''.join(traceback.format_exception(error))}"
     )
     path = _write(report)

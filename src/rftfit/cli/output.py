@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-import rftfit
 from rftfit.errors import InputError, OutputError
+from rftfit.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -46,7 +46,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
 
 def comments(mark: str, notes: Iterable[str]) -> str:
     """The lines above a table that a command writes; a note is one line, whatever a file name holds."""
-    first = f"{mark} (rftfit {rftfit.__version__})\n"
+    first = f"{mark} (rftfit {__version__})\n"
     return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 

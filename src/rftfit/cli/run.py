@@ -99,8 +99,8 @@ def run(
         rules = Counter(job.rule for job in progress.jobs.values())
         say(table(["rule", "jobs"], [[rule, str(jobs)] for rule, jobs in rules.items()]))
     elif progress.total:
-        kept = f"; {progress.skipped} more were still right" if progress.skipped else ""
-        say(f"Done: {count(progress.done - progress.skipped, 'job')}{kept}.")
+        kept = f"; {len(progress.skipped)} more were still right" if progress.skipped else ""
+        say(f"Done: {count(len(progress.made), 'job')}{kept}.")
     if not dry_run:
         for line in [*closing_lines(workflow.recorded), *failed_checks(workflow.recorded)]:
             say(line)

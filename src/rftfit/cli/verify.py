@@ -9,7 +9,7 @@ import typer
 
 from rftfit.campaign.problems import did_you_mean, listed
 from rftfit.cli import options
-from rftfit.cli.main import NOT_AS_RECORDED
+from rftfit.cli.exit_codes import NOT_AS_RECORDED
 from rftfit.cli.output import count, json_text, say
 from rftfit.cli.run import others_line
 from rftfit.errors import InputError

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rftfit import __version__
 from rftfit.campaign.config import Config
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.disturb import NOTHING, Sizes, described, sizes_of
@@ -18,6 +17,7 @@ from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolv
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
+from rftfit.version import __version__
 
 
 @dataclass(frozen=True)

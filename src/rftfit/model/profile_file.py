@@ -14,7 +14,6 @@ import numpy.typing as npt
 import pandas as pd
 from pydantic import ValidationError
 
-import rftfit
 from rftfit.campaign.files import read_text
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.reading import ModelFile, check_model
@@ -40,6 +39,7 @@ from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.shapes import Map
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
+from rftfit.version import __version__
 
 MARK = f'{{\n "format": "{FORMAT}"'
 """How a file of this program begins."""
@@ -262,7 +262,7 @@ def write_profile(
                 without_number=table.reason, marks=marks,
             ),
             origin=Origin(
-                program=f"rftfit {rftfit.__version__}", profile=table.name,
+                program=f"rftfit {__version__}", profile=table.name,
                 made_from=dict(made_from or {}), **_of_map(profile),
             ),
             **_numbers(profile, table, level),

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
-import rftfit
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
@@ -27,6 +26,7 @@ from rftfit.page.outcome import Outcome
 from rftfit.results import Results
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
+from rftfit.version import __version__
 
 
 def settings_digest(config: Config) -> str:
@@ -40,7 +40,7 @@ def references(told: Iterable[str]) -> list[tuple[int, str]]:
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
 The rftfit developers, rftfit: force-transducer logs to resistive-force models of granular media, \
-version {rftfit.__version__}
+version {__version__}
 E. Lazarus, D. J. Lewis, J. H. Stock, M. W. Watson, HAR inference: recommendations for practice, \
 J. Bus. Econ. Stat. 36, 541-559 (2018), doi:10.1080/07350015.2018.1506926
 F. M\N{LATIN SMALL LETTER O WITH DIAERESIS}lder et al., Sustainable data analysis with Snakemake, \

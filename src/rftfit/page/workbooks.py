@@ -12,7 +12,6 @@ from typing import Any
 import pandas as pd
 from xlsxwriter.worksheet import Worksheet
 
-import rftfit
 from rftfit import reference
 from rftfit.figures.captions import half_width
 from rftfit.figures.maps import lies_on_grid, pivot
@@ -21,6 +20,7 @@ from rftfit.measure.flags import say
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 from rftfit.results import Results
+from rftfit.version import __version__
 
 # the file's own date; a real one would make every file differ
 _CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
@@ -102,7 +102,7 @@ class Book:
         sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
         self.text(sheet, 0, 0, title, "title")
-        made = f"Made by rftfit {rftfit.__version__}."
+        made = f"Made by rftfit {__version__}."
         for row, line in enumerate([made, *lines], start=2):
             self.text(sheet, row, 0, line)
 

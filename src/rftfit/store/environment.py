@@ -5,11 +5,25 @@ from __future__ import annotations
 import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
-import rftfit
+from rftfit.errors import InputError
+from rftfit.version import __version__
 
 LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "matplotlib", "jinja2", "snakemake")
 """Whose version may change a result, a figure or the page."""
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def shipped(name: str, folder: str) -> Path:
+    """Find a file that comes with the program: at the top of a checkout, or below the package's own `folder`."""
+    for place in (PACKAGE.parents[1] / name, PACKAGE / folder / name):
+        if place.exists():
+            return place
+    raise InputError(
+        f"{name}: not there, neither in a checkout nor in {PACKAGE}; install rftfit again"
+    )
 
 
 def child_environment(**more: str) -> dict[str, str]:
@@ -33,7 +47,7 @@ def usable_cores() -> int:
 
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of `LIBRARIES`."""
-    found = {"rftfit": rftfit.__version__, "python": platform.python_version()}
+    found = {"rftfit": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
         try:
             found[name] = version(name)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import subprocess
 from dataclasses import asdict, dataclass
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-import rftfit
 from rftfit import reference
 from rftfit.errors import InputError, RftfitError
 from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
-from rftfit.store.environment import versions
+from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
+from rftfit.version import __version__
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import cells
 
@@ -66,11 +65,14 @@ def present_state(states: States) -> State:
 
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
-    folder = os.path.dirname(os.path.abspath(rftfit.__file__))  # noqa: PTH100, PTH120
     describe = ("describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*")
     try:
         done = subprocess.run(
-            ["git", "-C", folder, *describe], capture_output=True, text=True, check=True, timeout=10
+            ["git", "-C", str(PACKAGE), *describe],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=10,
         )
     except (OSError, subprocess.SubprocessError):
         return ""
@@ -211,7 +213,7 @@ def crate_text(results: Results, records: Sequence[Record], logs: int) -> str:
         root,
         *(_file(path, sizes[path], files[path]) for path in sorted(files)),
         *(_create(name, jobs, files) for name, jobs in steps.items()),
-        _entity(_PROGRAM, "SoftwareApplication", name="rftfit", version=rftfit.__version__),
+        _entity(_PROGRAM, "SoftwareApplication", name="rftfit", version=__version__),
         _entity(_LOGS, "Collection", name=f"{logs} logs as recorded", description=beside),
         _entity(_PAPER, "ScholarlyArticle", name=reference.CITATION),
         *others,

@@ -21,6 +21,7 @@ from rftfit.workflow.snakemake import (
     Job,
     Progress,
     failure_text,
+    failures,
     find_snakefile,
     listen,
     nothing_written,
@@ -45,6 +46,42 @@ _SUBMITS = {"slurm": "sbatch"}
 _MOST = 5
 
 
+@dataclass(frozen=True)
+class RunReport:
+    """What a run of the workflow did.
+
+    Attributes
+    ----------
+    made : list of str
+        Jobs that were done, in their order: rule and medium, figure or profile.
+    skipped : list of str
+        Planned jobs that were not done, since what they read came out the same.
+    failed : dict of str to str
+        Why a job failed, by the job.
+    reasons : list of str
+        What was edited, damaged, missing or changed, so that it was made again.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rftfit.run("my_campaign").made  # doctest: +SKIP
+    """
+
+    made: list[str] = field(default_factory=list)
+    skipped: list[str] = field(default_factory=list)
+    failed: dict[str, str] = field(default_factory=dict)
+    reasons: list[str] = field(default_factory=list)
+
+
+class JobsFailedError(WorkflowError):
+    """The workflow stopped since jobs failed, or results could not be written; `report` says what it did."""
+
+    def __init__(self, text: str, report: RunReport, exit_code: int) -> None:
+        super().__init__(text)
+        self.report = report
+        self.exit_code = exit_code
+
+
 @dataclass
 class Workflow:
     """One call of the workflow, for some results or all; `words` go to Snakemake itself.
@@ -66,6 +103,7 @@ class Workflow:
         self.states, self.warnings = read_states(self.config)
         self.recorded = Recorded(self.states)
         self.root = self.states.campaign.root
+        self.reasons: list[str] = []
         _refuse_packages(self.root)
 
     def run(self) -> Progress:
@@ -90,7 +128,8 @@ class Workflow:
         if self.snakefile:
             return False
         findings = self.recorded.findings_of(self.targets)
-        for line in changes(findings):
+        self.reasons = changes(findings)
+        for line in self.reasons:
             self.say(line)
         self.recorded.plan_again(findings)
         return not (findings or self.words)
@@ -146,9 +185,15 @@ class Workflow:
             raise WorkflowError(self._lock_text())
         if status:
             named = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
+            text = failure_text(progress, self.root, named, status)
             kind = OutputError if nothing_written(progress, self.root) else WorkflowError
-            raise kind(failure_text(progress, self.root, named, status))
+            raise JobsFailedError(text, self.report(progress), kind.exit_code)
         return progress
+
+    def report(self, progress: Progress) -> RunReport:
+        """Summary of a run that has ended."""
+        made, skipped = ([str(job) for job in jobs] for jobs in (progress.made, progress.skipped))
+        return RunReport(made, skipped, failures(progress, self.root), self.reasons)
 
     def _clear_lock_of_the_dead(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""

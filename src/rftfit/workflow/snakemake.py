@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
-import rftfit
-from rftfit.errors import OutputError, WorkflowError
-from rftfit.store.environment import child_environment
+from rftfit.errors import OutputError
+from rftfit.store.environment import child_environment, shipped
 from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
 
@@ -66,14 +66,15 @@ class Job:
 class Progress:
     """State of a workflow, from the events that Snakemake reports.
 
-    `skipped`: Of those done, jobs whose record still held. `jobs`: By its number, those that began or, in a dry run, would. `problem`: What it says of an error
-    that is no job's. `plain`: Lines that are no events.
+    `jobs`: By number, those that began or, in a dry run, would. `made`: Those that finished. `skipped`: Those
+    whose record still held. `problem`: What it says of an error that is no job's. `plain`: Lines that are no events.
     """
 
     total: int = 0
     done: int = 0
-    skipped: int = 0
     jobs: dict[str, Job] = field(default_factory=dict)
+    made: list[Job] = field(default_factory=list)
+    skipped: list[Job] = field(default_factory=list)
     failed: dict[str, Job] = field(default_factory=dict)
     problem: list[str] = field(default_factory=list)
     plain: list[str] = field(default_factory=list)
@@ -105,10 +106,11 @@ class Progress:
                 )
             case "job_finished":
                 self.done += 1
-                return self.jobs.get(number)
+                if finished := self.jobs.get(number):
+                    self.made.append(finished)
+                return finished
             case _ if "skipped" in event:
-                self.skipped += 1
-                self.jobs.pop(str(event["skipped"]), None)
+                self.skipped.append(self.jobs.pop(str(event["skipped"])))
             case "job_error":
                 job = self.jobs.get(
                     number, Job(event.get("rule_name", "job"), event.get("log", []))
@@ -146,13 +148,10 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
-        jobs = _told_apart(progress, root)
-        number = len(jobs)
-        failed = f"{number} job{'s' * (number > 1)} failed"
+        jobs = failures(progress, root)
+        failed = f"{len(jobs)} job{'s' * (len(jobs) > 1)} failed"
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
-        for job in jobs:
-            text = "\n".join(f"    {line}" for line in _why(job, progress, root))
-            parts.append(f"  {job}:\n{text}")
+        parts += [f"  {job}:\n{indent(why, '    ')}" for job, why in jobs.items()]
     elif status < 0:
         name = signal.Signals(-status).name
         why = f", {_MEMORY}" if name == "SIGKILL" else ""
@@ -164,6 +163,12 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
         when = f"after {done} jobs" if progress.done else "before any job"
         parts = [f"the workflow stopped {when}:\n{text}"]
     return "\n".join([*parts, f"The whole log: {log}"])
+
+
+def failures(progress: Progress, root: Path) -> dict[str, str]:
+    """Why each failed job failed, by the job."""
+    jobs = _told_apart(progress, root)
+    return {str(job): "\n".join(_why(job, progress, root)) for job in jobs}
 
 
 def nothing_written(progress: Progress, root: Path) -> bool:
@@ -245,14 +250,8 @@ def _why(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def find_snakefile() -> Path:
-    """Find the workflow: at the top of a checkout, inside the package where it was installed."""
-    package = Path(rftfit.__file__).resolve().parent
-    places = (package.parents[1] / "Snakefile", package / "_workflow" / "Snakefile")
-    for place in places:
-        if place.is_file():
-            return place
-    looked = " or ".join(str(place) for place in places)
-    raise WorkflowError(f"no workflow found at {looked}; install rftfit again")
+    """Find the workflow."""
+    return shipped("Snakefile", "_workflow")
 
 
 def listen(

@@ -1,0 +1,47 @@
+"""Everything that is wrong with a campaign before it is run: configuration, run sheet, logs, robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rftfit.campaign.load import Campaign, check_campaign
+from rftfit.campaign.problems import Place, Problem
+from rftfit.errors import InputError
+from rftfit.measure.readable import open_logs
+from rftfit.robot.tracks import RobotCheck, check_robot
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was found: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
+
+    `not_opened`: Runs with a log that is too large to be opened here.
+    """
+
+    problems: list[Problem]
+    campaign: Campaign | None
+    robot: RobotCheck
+    not_opened: int
+
+    @property
+    def errors(self) -> int:
+        """How many of the problems are errors; the others are warnings."""
+        return sum(one.severity == "error" for one in self.problems)
+
+
+def check_all(config: Path) -> Checked:
+    """Check a campaign; logs are measured as the run does, where nothing else is an error."""
+    campaign, problems = check_campaign(config)
+    robot = check_robot(config)
+    found = Checked([*problems, *robot.problems], campaign, robot, 0)
+    if campaign is None or found.errors:
+        return found
+    try:
+        opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
+    except InputError as error:
+        unread = Problem("logs.reader", Place(config.name), None, str(error))
+        return Checked([*found.problems, unread], campaign, robot, 0)
+    of_logs = [problem for one in opened for problem in one.problems]
+    passed_over = sum(one.passed_over for one in opened)
+    return Checked([*found.problems, *of_logs], campaign, robot, passed_over)
