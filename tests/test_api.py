@@ -10,6 +10,7 @@ import json
 import re
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -271,14 +272,14 @@ def test_a_log_and_its_slope(tmp_path):
 
 
 def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
-    events = (
+    events: Any = (
         *({"event": "job_info", "jobid": one, "rule_name": rule, "wildcards": {"m": "sand"}}
           for one, rule in enumerate(("tare", "slopes"))),
         {"skipped": 0}, {"event": "job_finished", "job_id": 0}, {"event": "job_finished", "job_id": 1},
     )  # fmt: skip
     called = []
 
-    def listen(words, log, on_line, **_):
+    def listen(words, _, on_line, **__):
         called.extend(words)
         for event in events:
             on_line(json.dumps({"snakemake": "", **event}))

@@ -56,7 +56,7 @@ def test_exit_codes_are_those_of_the_errors():
 @pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["inspect"], ["init"]])
 def test_usage_errors(rftfit, words):
     said = rftfit(*words)
-    assert said.code == main.INPUT_NOT_VALID
+    assert said.code == exit_codes.INPUT_NOT_VALID
     assert "Usage: rftfit" in said.err
     assert "Error: " in said.err
 
@@ -106,7 +106,7 @@ def test_crash_where_the_folder_cannot_be_written(rftfit, monkeypatch, tmp_path)
 def test_interrupt(rftfit, monkeypatch, text, shown):
     fail_with(monkeypatch, KeyboardInterrupt(text))
     said = rftfit("check")
-    assert (said.code, said.err) == (main.INTERRUPTED, f"{shown}\n")
+    assert (said.code, said.err) == (exit_codes.INTERRUPTED, f"{shown}\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes close without an error here")
@@ -116,7 +116,7 @@ def test_reader_that_stops_reading():
     command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
     os.close(writer)
-    assert (done.returncode, done.stderr) == (main.PIPE_CLOSED, b"")
+    assert (done.returncode, done.stderr) == (exit_codes.PIPE_CLOSED, b"")
 
 
 def test_commands_load_nothing_heavy():

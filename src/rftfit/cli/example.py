@@ -16,6 +16,7 @@ from rftfit.cli.output import count, megabytes, say, table
 from rftfit.errors import InputError, OutputError
 from rftfit.store import atomic_path, write_bytes, write_text
 from rftfit.store.digests import read_sums, sha256_of
+from rftfit.store.environment import shipped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,12 +49,8 @@ EXAMPLES = {
 
 
 def own_files(name: str) -> Path:
-    """Find the folder of an example: at the top of a checkout, inside the package where installed."""
-    package = Path(rftfit.__file__).resolve().parent
-    for folder in (package.parents[1] / "examples" / name, package / "_examples" / name):
-        if (folder / SUMS).is_file():
-            return folder
-    raise InputError(f"the files of the example {name} are not there; install rftfit again")
+    """Folder of an example: its configuration, run sheet and the sums of its logs."""
+    return shipped(f"examples/{name}")
 
 
 def lay_out(source: Path, folder: Path) -> None:

@@ -16,9 +16,9 @@ LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "matplotlib", "jinj
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def shipped(name: str, folder: str) -> Path:
-    """Find a file that comes with the program: at the top of a checkout, or below the package's own `folder`."""
-    for place in (PACKAGE.parents[1] / name, PACKAGE / folder / name):
+def shipped(name: str) -> Path:
+    """Find a file that comes with the program: at the top of a checkout, inside the package where it was installed."""
+    for place in (PACKAGE.parents[1] / name, PACKAGE / "_workflow" / name):
         if place.exists():
             return place
     raise InputError(

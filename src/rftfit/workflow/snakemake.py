@@ -251,7 +251,7 @@ def _why(job: Job, progress: Progress, root: Path) -> list[str]:
 
 def find_snakefile() -> Path:
     """Find the workflow."""
-    return shipped("Snakefile", "_workflow")
+    return shipped("Snakefile")
 
 
 def listen(
