@@ -16,6 +16,7 @@ from rftfit.campaign.reading import read_model
 from rftfit.campaign.schema import json_schema
 from rftfit.errors import RftfitError
 from rftfit.store import write_text
+from rftfit.store.environment import shipped
 
 Point = Annotated[tuple[float, float], Field(strict=False)]
 _INSIDE_CM = 1e-9
@@ -134,9 +135,7 @@ def paper_robot() -> Robot:
 
 def paper_robot_path() -> Path:
     """Where the robot of the paper stands: in a clone, or beside the installed package."""
-    package = Path(__file__).resolve().parents[1]
-    installed = package / "_workflow" / "config" / "robot.yaml"
-    return installed if installed.is_file() else package.parents[1] / "config" / "robot.yaml"
+    return shipped("config/robot.yaml")
 
 
 def read_robot(path: Path, name: str = "") -> Robot:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError
+from rftfit.store.environment import shipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -113,9 +114,7 @@ def source_digests() -> dict[str, str]:
         path.relative_to(_PACKAGE).as_posix(): path for path in paths if path.suffix in _SOURCE
     }
     for name in _SETTINGS.values():
-        # at the top of a checkout, or as installed
-        places = (_PACKAGE.parents[1] / name, _PACKAGE / "_workflow" / name)
-        found[name] = next(place for place in places if place.is_file())
+        found[name] = shipped(name)
     return {name: sha256_of(found[name])[:_LENGTH] for name in sorted(found)}
 
 
