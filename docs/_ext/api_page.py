@@ -15,7 +15,7 @@ GROUPS = {
     "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
     "Forces": (
         "predict", "beyond_measured", "Outline", "model_leg", "arc", "polyline", "Motion", "rotation", "path",
-        "simulate",
+        "Mesh", "Motion3D", "simulate",
     ),
     "Logs and tables": ("read_log", "fit_slope", "published_table"),
     "Errors": ("RftfitError",),

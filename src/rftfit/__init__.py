@@ -17,7 +17,9 @@ __all__ = [
     "FourierProfile",
     "Map",
     "Medium",
+    "Mesh",
     "Motion",
+    "Motion3D",
     "Outline",
     "Plan",
     "Profile",
@@ -57,6 +59,7 @@ __all__ = [
 _FOUND_IN = {
     "api": ("check", "fit_slope", "read_log", "run", "simulate"),
     "errors": ("RftfitError",),
+    "model.mesh": ("Mesh", "Motion3D"),
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
     "model.planning": ("Plan", "Rig", "plan"),
@@ -80,6 +83,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rftfit.api import check, fit_slope, read_log, run, simulate
     from rftfit.errors import RftfitError
+    from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
     from rftfit.model.planning import Plan, Rig, plan
@@ -103,6 +107,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> object:
+    if name == "mujoco":  # a module, and the package mujoco is optional
+        return import_module("rftfit.robot.mujoco")
     for module, names in _FOUND_IN.items():
         if name in names:
             found = getattr(import_module(f"rftfit.{module}"), _INSIDE.get(name, name))

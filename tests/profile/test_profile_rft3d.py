@@ -10,7 +10,7 @@ from slices import SLICES
 
 import rftfit
 from rftfit.model import reference_kernel
-from rftfit.model.rft3d import _COEFFICIENTS, alpha_3drft, law
+from rftfit.model.rft3d import COEFFICIENTS, alpha_3drft, law
 
 GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 181, 5))
 
@@ -51,7 +51,7 @@ def by_hand(beta, gamma, friction):
         + k[7] * a * b + k[8] * b * c + k[9] * c * a + k[10] * a**3 + k[11] * b**3 + k[12] * c**3
         + k[13] * a * b**2 + k[14] * b * a**2 + k[15] * b * c**2 + k[16] * c * b**2
         + k[17] * c * a**2 + k[18] * a * c**2 + k[19] * a * b * c
-        for k in _COEFFICIENTS.tolist()
+        for k in COEFFICIENTS.tolist()
     )  # fmt: skip
     x = f1 * (-nx if up else nx) + f2 * vx
     z = f1 * (-nz if up else nz) + f2 * vz - f3

@@ -13,6 +13,8 @@ from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.model.draws import interval
 from rftfit.model.forces import Forces, force_draws, forces_on
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.mesh_prediction import predict_mesh
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import Outline
 from rftfit.model.profiles import FourierProfile, Profile
@@ -35,11 +37,13 @@ def end_names(quantity: str) -> tuple[str, str]:
 
 def predict(
     profile: Profile,
-    outline: Outline,
-    motion: Motion | None = None,
+    outline: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
     *,
     quantities: Sequence[str] = QUANTITIES,
+    law: str = "measured",
+    friction: float | None = None,
 ) -> pd.DataFrame:
     """Force and moment on a body that moves through a medium, with intervals.
 
@@ -47,14 +51,19 @@ def predict(
     ----------
     profile : Profile
         Of the medium: `published_medium`, `Medium.profile` of a campaign, ``scale(...).profile``.
-    outline : Outline
-        The body: `model_leg`, `arc`, `polyline`.
-    motion : Motion, optional
-        `rotation` (default: that of the paper's trials) or `path`.
+    outline : Outline or Mesh
+        The body: `model_leg`, `arc`, `polyline` in the plane, a `Mesh` in space.
+    motion : Motion or Motion3D, optional
+        `rotation` (default: that of the paper's trials) or `path`; of a mesh a `Motion3D`.
     confidence : float, optional
         Level of the intervals, which are pointwise: each pose for itself.
     quantities : sequence of str, optional
-        Which of ``force_z_N``, ``force_x_N``, ``moment_N_cm`` get an interval; default all.
+        Which of ``force_z_N``, ``force_x_N``, ``moment_N_cm`` get an interval; default all. Of an outline.
+    law : str, optional
+        Of a mesh: ``measured``, the whole map, or ``3d-rft``, which takes its alpha_z(0, 90 deg) alone.
+    friction : float, optional
+        Of a mesh: stress along a face is at most this times the stress across it, and no face is pulled or
+        driven. Default: as the law gives it; the surface of the measured plates is in their map.
 
     Returns
     -------
@@ -62,7 +71,15 @@ def predict(
         One row per pose: the columns of `motion`; ``force_z_N`` (up is positive), ``force_x_N``
         (toward +x), ``moment_N_cm`` about the reference point (from z toward x); after each its
         interval, as ``force_z_lo_N, force_z_hi_N``, where the profile has a spread; ``reason``, why
-        there is no number.
+        there is no number. Of a mesh: ``x_cm, y_cm, z_cm``, forces and moments about the reference point in
+        three directions (axes of the world), and ``closure_N``: the error of a force if the law in space errs
+        alike on all faces that leave their plane (measured law). It is not in the interval, because no
+        measurement in the plane contains it.
+
+    Raises
+    ------
+    TypeError
+        If the motion of a mesh is no `Motion3D`, or that of an outline is one.
 
     Examples
     --------
@@ -71,6 +88,12 @@ def predict(
     >>> round(float(forces["force_z_N"].max()), 1)
     8.9
     """
+    if isinstance(outline, Mesh):
+        if not isinstance(motion, Motion3D):
+            raise TypeError("a mesh moves in space: its motion is a Motion3D")
+        return predict_mesh(profile, outline, motion, confidence, law, friction)
+    if isinstance(motion, Motion3D):
+        raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
     best = forces_on(profile, outline, motion.poses)
     ends: Ends = {}

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.model.profiles import TableProfile
 
-_COEFFICIENTS = np.array([
+COEFFICIENTS = np.array([
     [0.00212, -0.02320, -0.20890, -0.43083, -0.00259, 0.48872, -0.00415, 0.07204, -0.02750, -0.08772,
      0.01992, -0.45961, 0.40799, -0.10107, -0.06576, 0.05664, -0.09269, 0.01892, 0.01033, 0.15120],
     [-0.06796, -0.10941, 0.04725, -0.06914, -0.05835, -0.65880, -0.11985, -0.25739, -0.26834, 0.02692,
@@ -37,7 +37,7 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
     x = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])
     terms = np.stack([x[[*factors]].prod(axis=0) for factors in _FACTORS])
-    along_m, along_v, down = np.tensordot(_COEFFICIENTS, terms, axes=1)[..., None]
+    along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
     gravity = np.zeros(m.shape[-1])
     gravity[-1] = -1
     return np.asarray(along_m * m + along_v * velocity + down * gravity)
@@ -54,18 +54,23 @@ def alpha_3drft(
     velocity = -np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
     normal = np.stack([np.sin(beta), np.cos(beta)], axis=-1)
     normal = normal * _sign(_dot(normal, velocity), -normal[..., -1])[..., None]
-    stress = law(normal, velocity)
+    found = turn_and_cap(law(normal, velocity), normal, velocity, friction)
+    down = np.array([0.0, -1.0])
+    x, z = np.moveaxis(found / law(down, down)[1], -1, 0)
+    return z, x
+
+
+def turn_and_cap(
+    stress: FloatArray, normal: FloatArray, velocity: FloatArray, friction: float
+) -> FloatArray:
+    """Turn a normal part that pulls and a tangential part that drives; cap the tangential one by friction."""
     across = _dot(stress, normal)
     along = stress - across[..., None] * normal
-    # a medium does not pull at a face, nor drive it along
     share = np.minimum(
         1, friction * np.abs(across) / np.maximum(np.sqrt(_dot(along, along)), _NONE)
     )
     share = np.where(_dot(along, velocity) > _NONE, -share, share)
-    found = share[..., None] * along - np.abs(across)[..., None] * normal
-    down = np.array([0.0, -1.0])
-    x, z = np.moveaxis(found / law(down, down)[1], -1, 0)
-    return z, x
+    return np.asarray(share[..., None] * along - np.abs(across)[..., None] * normal)
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:

@@ -1,0 +1,203 @@
+"""The compiled kernel in space: forces on the triangles of bodies, for both laws of `rftfit.model.faces`.
+
+Also the elastic-plastic faces by which a body rests: a face's displacement u follows its velocity v, no
+farther than delta; the law is read along u + tau v and grows with that up to the length delta.
+As in `rftfit.model.kernel`, all that is compiled stands in this one file.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.model.kernel import _compiled, _step
+from rftfit.model.profiles import Pack
+
+IntArray = npt.NDArray[np.int64]
+
+# as in `rftfit.model.profiles` and `rftfit.model.rft3d`, which the cache does not watch
+_NEGLIGIBLE, _NONE = 1e-9, 1e-9
+_ASIDE = 1e-9
+"""A face whose unit velocity leaves the plane of its normal and the vertical by less stays in it."""
+
+
+@_step
+def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
+    """Find the node below an angle, and where between it and the next."""
+    place = (angle - nodes[0]) * (bins.size / (nodes[-1] - nodes[0]))
+    node = bins[int(min(max(place, 0.0), bins.size - 1.0))]
+    if node + 2 < nodes.size and angle >= nodes[node + 1]:
+        node += 1
+    return node, (angle - nodes[node]) / (nodes[node + 1] - nodes[node])
+
+
+@_step
+def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
+    """Alpha z and x between the nodes of the map."""
+    column, v = _find(gamma, pack.gamma, pack.gamma_bins)
+    corner = pack.cells[row, column]
+    a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
+    z = a * corner[0] + b * corner[1] + c * corner[2] + d * corner[3]
+    x = a * corner[4] + b * corner[5] + c * corner[6] + d * corner[7]
+    if math.isnan(z + x):  # a missing corner without weight does not count
+        z, x = 0.0, 0.0
+        for k, weight in enumerate((a, b, c, d)):
+            if weight >= _NEGLIGIBLE or not math.isnan(corner[k]):
+                z += weight * corner[k]
+            if weight >= _NEGLIGIBLE or not math.isnan(corner[4 + k]):
+                x += weight * corner[4 + k]
+    return z, x
+
+
+@_step
+def _measured(
+    pack: Pack, across: float, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
+) -> tuple[float, float, float]:
+    """Stress over depth by the measured map; `across` is alpha_x(0, 0)."""
+    tilt, speed = math.sqrt(nx * nx + ny * ny), math.sqrt(vx * vx + vy * vy)
+    ex, ey = (nx / tilt, ny / tilt) if tilt > 0 else (1.0, 0.0)
+    rx, ry = (vx / speed, vy / speed) if speed > 0 else (1.0, 0.0)
+    beta = math.atan2(tilt, nz)
+    beta = beta - math.pi if beta >= math.pi / 2 else beta
+    row, u = _find(beta, pack.beta, pack.beta_bins)
+    upright = tilt * tilt
+    x, y, z = 0.0, 0.0, 0.0
+    if upright >= _NEGLIGIBLE:
+        along = vx * ex + vy * ey
+        aside = vy * ex - vx * ey
+        in_plane = math.sqrt(along * along + vz * vz)
+        up, ahead = _read(pack, row, u, math.atan2(-vz, -along))
+        x = upright * (in_plane * ahead * ex + across * aside * ey)
+        y = upright * (in_plane * ahead * ey - across * aside * ex)
+        z = upright * in_plane * up
+    if 1 - upright >= _NEGLIGIBLE:
+        gamma = math.atan2(-vz, -speed)
+        cos_p, sin_p = ex * rx + ey * ry, ey * rx - ex * ry
+        z1, x1 = _read(pack, row, u, gamma)
+        row, u = _find(-beta, pack.beta, pack.beta_bins)
+        z2, x2 = _read(pack, row, u, gamma)
+        level = (1 - upright) / 2
+        ahead, aside = x1 + x2 + (x1 - x2) * cos_p, (x1 - x2) * sin_p
+        x += level * (ahead * rx - aside * ry)
+        y += level * (ahead * ry + aside * rx)
+        z += level * (z1 + z2 + (z1 - z2) * cos_p)
+    return x, y, z
+
+
+@_step
+def _rft3d(
+    c: FloatArray, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
+) -> tuple[float, float, float]:
+    """Stress over depth by 3D-RFT; `c`: xi times the coefficients (3, 20), terms in the order of `rft3d`."""
+    forward = nx * vx + ny * vy + nz * vz
+    if (-nz if abs(nz) > _NONE else forward) < -_NONE:
+        nx, ny, nz, forward = -nx, -ny, -nz, -forward
+    p, q, r = -vz, -nz, forward
+    terms = (1.0, p, q, r, p * p, q * q, r * r, p * q, q * r, r * p, p * p * p, q * q * q, r * r * r,
+             p * q * q, q * p * p, q * r * r, r * q * q, r * p * p, p * r * r, p * q * r)  # fmt: skip
+    m, v, g = 0.0, 0.0, 0.0
+    for k in range(20):
+        m, v, g = m + c[0, k] * terms[k], v + c[1, k] * terms[k], g + c[2, k] * terms[k]
+    return m * nx + v * vx, m * ny + v * vy, m * nz + v * vz - g
+
+
+@_compiled
+def face_forces(
+    pack: Pack, across: float, coefficients: FloatArray, friction: float, faces: FloatArray,
+    ranges: IntArray, frames: FloatArray, elastic: tuple[float, float, float], shifts: FloatArray,
+    result: FloatArray,
+) -> None:  # fmt: skip
+    """Forces on bodies, each the faces of one range in one frame, written to `result` (p, 7).
+
+    `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
+    for none. `faces`: as of `describe`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
+    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
+    changed in place; delta 0: the plain law. `result`: force x, y, z (N), moment x, y, z about the reference
+    point (N cm), and depth times area of the leading faces that leave their plane (cm^3).
+    """
+    passed, delta, tau = elastic
+    for p in range(len(ranges)):
+        f = frames[p]
+        lost = 0.0
+        for k in range(18):
+            lost += 0.0 * f[k]
+        sx, sy, sz, mx, my, mz, leaving = lost, lost, lost, lost, lost, lost, lost
+        for i in range(ranges[p, 0], ranges[p, 1]):
+            t = faces[i]
+            z1 = f[2] + f[15] * t[0] + f[16] * t[1] + f[17] * t[2]
+            z2 = f[2] + f[15] * t[3] + f[16] * t[4] + f[17] * t[5]
+            z3 = f[2] + f[15] * t[6] + f[16] * t[7] + f[17] * t[8]
+            below = int(z1 < 0) + int(z2 < 0) + int(z3 < 0)
+            if below == 0:
+                if delta > 0:
+                    shifts[i, 0], shifts[i, 1], shifts[i, 2] = 0.0, 0.0, 0.0
+                continue
+            bx, by, bz, share = t[9], t[10], t[11], 1.0
+            if below < 3:  # the corner alone on its side of the surface, and what is cut off there
+                one = below == 1
+                a = 0 if (z1 < 0) == one else (3 if (z2 < 0) == one else 6)
+                b, c = (a + 3) % 9, (a + 6) % 9
+                za, zb, zc = (z1, z2, z3) if a == 0 else ((z2, z3, z1) if a == 3 else (z3, z1, z2))
+                to_b, to_c = za / (za - zb), za / (za - zc)
+                share = to_b * to_c
+                px = t[a] + (to_b * (t[b] - t[a]) + to_c * (t[c] - t[a])) / 3
+                py = t[a + 1] + (to_b * (t[b + 1] - t[a + 1]) + to_c * (t[c + 1] - t[a + 1])) / 3
+                pz = t[a + 2] + (to_b * (t[b + 2] - t[a + 2]) + to_c * (t[c + 2] - t[a + 2])) / 3
+                if not one:
+                    bx, by, bz = bx - share * px, by - share * py, bz - share * pz
+                    share = 1 - share
+                    px, py, pz = bx / share, by / share, bz / share
+                bx, by, bz = px, py, pz
+            ax = f[9] * bx + f[10] * by + f[11] * bz
+            ay = f[12] * bx + f[13] * by + f[14] * bz
+            az = f[15] * bx + f[16] * by + f[17] * bz
+            vx = f[3] + f[7] * az - f[8] * ay
+            vy = f[4] + f[8] * ax - f[6] * az
+            vz = f[5] + f[6] * ay - f[7] * ax
+            weight = 1.0
+            if delta > 0:
+                ux, uy, uz = (
+                    shifts[i, 0] + passed * vx,
+                    shifts[i, 1] + passed * vy,
+                    shifts[i, 2] + passed * vz,
+                )
+                length = math.sqrt(ux * ux + uy * uy + uz * uz)
+                if length > delta:
+                    ux, uy, uz = ux * delta / length, uy * delta / length, uz * delta / length
+                shifts[i, 0], shifts[i, 1], shifts[i, 2] = ux, uy, uz
+                vx, vy, vz = ux + tau * vx, uy + tau * vy, uz + tau * vz
+                weight = min(1.0, math.sqrt(vx * vx + vy * vy + vz * vz) / delta)
+            nx = f[9] * t[12] + f[10] * t[13] + f[11] * t[14]
+            ny = f[12] * t[12] + f[13] * t[13] + f[14] * t[14]
+            nz = f[15] * t[12] + f[16] * t[13] + f[17] * t[14]
+            outward = nx * vx + ny * vy + nz * vz
+            if t[16] > 0 and outward < 0:
+                nx, ny, nz, outward = -nx, -ny, -nz, -outward
+            if not outward > 0:
+                lost += 0.0 * outward
+                continue
+            speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+            vx, vy, vz = vx / speed, vy / speed, vz / speed
+            if coefficients.size > 0:
+                x, y, z = _rft3d(coefficients, nx, ny, nz, vx, vy, vz)
+            else:
+                x, y, z = _measured(pack, across, nx, ny, nz, vx, vy, vz)
+            if friction >= 0:  # as `rft3d.turn_and_cap`
+                normal = nx * x + ny * y + nz * z
+                x, y, z = x - normal * nx, y - normal * ny, z - normal * nz
+                along = max(math.sqrt(x * x + y * y + z * z), _NONE)
+                part = min(1.0, friction * abs(normal) / along)
+                part = -part if x * vx + y * vy + z * vz > _NONE else part
+                normal = abs(normal)
+                x, y, z = part * x - normal * nx, part * y - normal * ny, part * z - normal * nz
+            load = -(f[2] + az) * share * t[15]
+            x, y, z = weight * load * x, weight * load * y, weight * load * z
+            sx, sy, sz = sx + x, sy + y, sz + z
+            mx, my, mz = mx + ay * z - az * y, my + az * x - ax * z, mz + ax * y - ay * x
+            if abs(nx * vy - ny * vx) > _ASIDE:
+                leaving += load
+        row = result[p]
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6] = sx, sy, sz, mx, my, mz, leaving

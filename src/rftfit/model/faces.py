@@ -1,0 +1,152 @@
+"""Stress on the faces of a body in space, from a map measured in the plane, or by 3D-RFT; in plain numpy.
+
+`rftfit.model.face_kernel` is the compiled twin. x, y horizontal, z up; a face has its outward unit normal n
+and its unit velocity v, and counts only where n.v > 0. Force on it is alpha |z| A.
+
+A plane has one vertical direction and one horizontal one, a face in space has two horizontal ones: that of
+its normal, e, and that of its motion, r. Read in the plane of e, the map is exact where v has no part
+aside; read in the plane of r, with the part of the map that is odd in beta turned by the angle between e
+and r, it is one value at level faces. The measured law goes from the second (level) to the first (upright).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rftfit.conventions import FloatArray, wrap_beta
+from rftfit.model import rft3d
+from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.profiles import NEGLIGIBLE, Profile, TableProfile
+
+LAWS = ("measured", "3d-rft")
+
+STEP_DEG = 5.0
+"""Of the table through which profiles without one are read."""
+
+
+def as_table(profile: Profile) -> TableProfile:
+    """Take a profile as a table over all directions: itself, or read every `STEP_DEG` degrees."""
+    if isinstance(profile, TableProfile):
+        return profile
+    beta = np.radians(np.arange(-90, 91, STEP_DEG))
+    gamma = np.radians(np.arange(-180, 181, STEP_DEG))
+    alpha = profile.alpha(beta[:, None], gamma)
+    return TableProfile._of_nodes(beta, gamma, alpha, profile.name, profile.reason)
+
+
+def face_alpha(
+    profile: Profile,
+    normal: FloatArray,
+    velocity: FloatArray,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
+    """Stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
+
+    `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
+    driving parts are turned, and the tangential part is at most this times the normal one.
+    """
+    normal, velocity = (
+        part / np.linalg.norm(part, axis=-1, keepdims=True)
+        for part in np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
+    )
+    if law == "measured":
+        stress = _measured(as_table(profile), normal, velocity)
+    else:
+        down = np.array([0.0, 0.0, -1.0])
+        one_push = profile.alpha(0.0, np.pi / 2)[0] / rft3d.law(down, down)[2]
+        stress = np.multiply.outer(one_push, rft3d.law(normal, velocity))
+    if friction is None:
+        return np.asarray(stress)
+    return rft3d.turn_and_cap(stress, normal, velocity, friction)
+
+
+def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> FloatArray:
+    tilt, e = _split(normal)
+    speed, r = _split(velocity)
+    aside, t = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))
+    beta = wrap_beta(np.arctan2(tilt, normal[..., 2]))
+    down, along_e = -velocity[..., 2], (velocity[..., :2] * e).sum(axis=-1)
+
+    alpha_z, alpha_x = profile.alpha(beta, np.arctan2(down, -along_e))
+    in_plane = np.hypot(along_e, down)
+    across = profile.alpha(0 * beta, 0 * beta)[1]  # a plate that is drawn along itself
+    part_aside = (velocity[..., :2] * aside).sum(axis=-1)
+    facing = _join(
+        _times(in_plane * alpha_x, e) - _times(across * part_aside, aside), in_plane * alpha_z
+    )
+
+    gamma = np.arctan2(down, -speed)
+    (z1, x1), (z2, x2) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
+    cos_p, sin_p = (e * r).sum(axis=-1), (e * t).sum(axis=-1)
+    ahead, sideways = (x1 + x2) / 2 + (x1 - x2) / 2 * cos_p, (x1 - x2) / 2 * sin_p
+    harmonic = _join(_times(ahead, r) + _times(sideways, t), (z1 + z2) / 2 + (z1 - z2) / 2 * cos_p)
+    upright = (tilt**2)[..., None]
+    return np.asarray(
+        np.where(upright < NEGLIGIBLE, 0.0, upright * facing)
+        + np.where(1 - upright < NEGLIGIBLE, 0.0, (1 - upright) * harmonic)
+    )
+
+
+def _split(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Length of the horizontal part, and its direction, shape (..., 2); any one where there is none."""
+    length = np.hypot(vector[..., 0], vector[..., 1])
+    known = length[..., None] > 0
+    flat = np.where(known, vector[..., :2], [1.0, 0.0])
+    return length, flat / np.where(known, length[..., None], 1.0)
+
+
+def _join(horizontal: FloatArray, up: FloatArray) -> FloatArray:
+    return np.concatenate([horizontal, up[..., None]], axis=-1)
+
+
+def _times(size: FloatArray, direction: FloatArray) -> FloatArray:
+    return size[..., None] * direction
+
+
+def wet_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Submerged share of the area of triangles (..., 3, 3), and its centroid (..., 3)."""
+    below = triangles[..., 2] < 0
+    count = below.sum(axis=-1)
+    # the corner that is alone on its side of the surface, and what is cut off there
+    alone = np.where(count == 1, below.argmax(axis=-1), below.argmin(axis=-1))
+    order = (alone[..., None] + np.arange(3)) % 3
+    tip, *others = np.moveaxis(np.take_along_axis(triangles, order[..., None], axis=-2), -2, 0)
+    cut = (count == 1) | (count == 2)
+    heights = (np.where(cut, tip[..., 2] - one[..., 2], 1.0) for one in others)
+    first, second = (np.where(cut, tip[..., 2] / height, 0.0) for height in heights)
+    share = first * second
+    centre = tip + (_times(first, others[0] - tip) + _times(second, others[1] - tip)) / 3
+    middle = triangles.mean(axis=-2)
+    rest = (middle - _times(share, centre)) / np.where(share < 1, 1 - share, 1.0)[..., None]
+    wet = np.where(count == 1, share, np.where(count == 0, 0.0, 1 - share))
+    return wet, np.where((count == 1)[..., None], centre, rest)
+
+
+def mesh_forces(
+    profile: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
+    """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
+    poses = []
+    for frame in motion.frames:
+        position, velocity, rate = frame[:9].reshape(3, 3)
+        turned = frame[9:].reshape(3, 3)
+        arms = mesh.triangles @ turned.T
+        areas = area_vectors(arms)
+        size = np.linalg.norm(areas, axis=-1)
+        share, centre = wet_parts(arms + position)
+        arm = centre - position
+        moves = velocity + np.cross(rate, arm)
+        outward = (areas * moves).sum(axis=-1)
+        if mesh.sheet:
+            areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
+        counts = (share > 0) & (outward > 0)
+        load = -centre[:, 2] * share * size
+        stress = face_alpha(profile, areas[counts], moves[counts], law, friction)
+        force = _times(load[counts], stress)
+        poses.append(np.concatenate([force, np.cross(arm[counts], force)], axis=-1).sum(axis=-2))
+    return np.stack(poses, axis=-2)

@@ -1,0 +1,438 @@
+"""Triangle meshes of bodies in space, checked before use, and their poses."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.campaign.problems import CampaignError, Place, Problem, choose
+from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
+from rftfit.model.outlines import Outline
+
+IntArray = npt.NDArray[np.int64]
+
+UNITS_CM = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
+FORMATS = (".stl", ".obj", ".ply")
+SIZES_CM = (0.2, 100.0)
+"""Least and greatest length of a body from a file: outside of them its unit is probably another."""
+
+_SAME = 1e-7
+"""Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The skin of a solid body, or a thin sheet, as triangles about its reference point (0, 0, 0).
+
+    A mesh that is turned inside out, has repeated faces or faces without area is mended with a warning, and
+    `notes` says so; one that is open or not wound consistently is refused, because its forces
+    would be wrong and look possible.
+
+    Parameters
+    ----------
+    vertices_cm : array_like, shape (n, 3)
+        x, y horizontal, z up, cm.
+    faces : array_like, shape (m, 3)
+        Numbers of the three vertices of each triangle, counterclockwise seen from outside.
+    name : str, optional
+    sheet : bool, optional
+        True for a thin sheet, which feels the medium on either face and need not be closed.
+
+    Raises
+    ------
+    ValueError
+        If the mesh cannot be used; the text says why and where.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> wheel = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6)
+    >>> round(wheel.area_cm2)
+    481
+    """
+
+    vertices_cm: FloatArray
+    faces: IntArray
+    name: str = "mesh"
+    sheet: bool = False
+    notes: tuple[str, ...] = field(default=(), init=False)
+
+    def __post_init__(self) -> None:
+        vertices, faces = np.array(self.vertices_cm, dtype=float), np.array(self.faces)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+            raise ValueError(f"finite vertices of shape (n, 3) wanted, found {vertices.shape}")
+        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
+            raise ValueError(f"faces of shape (m, 3) wanted, found {faces.shape}")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise ValueError(
+                f"faces name vertices 0 to {len(vertices) - 1}, found {faces.min()} to {faces.max()}"
+            )
+        vertices, faces = _merge_vertices(vertices, faces)
+        notes = []
+        kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+        if not kept.all():
+            notes.append(f"left out {np.sum(~kept)} faces without area")
+        faces = faces[kept]
+        _, first = np.unique(_turned_to_smallest(faces), axis=0, return_index=True)
+        if len(first) < len(faces):
+            notes.append(f"left out {len(faces) - len(first)} faces that were there twice")
+        faces = faces[np.sort(first)]
+        if not self.sheet:
+            _check_closed(vertices, faces)
+            if _turned_inside_out(vertices, faces):
+                faces = faces[:, ::-1]
+                notes.append("turned inside out: the faces were wound clockwise seen from outside")
+        for note in notes:
+            warnings.warn(f"{self.name}: {note}", stacklevel=3)
+        object.__setattr__(self, "vertices_cm", vertices)
+        object.__setattr__(self, "faces", np.ascontiguousarray(faces, dtype=np.int64))
+        object.__setattr__(self, "notes", tuple(notes))
+
+    @property
+    def triangles(self) -> FloatArray:
+        """Corners of the faces, cm, shape (m, 3, 3)."""
+        return np.ascontiguousarray(self.vertices_cm[self.faces])
+
+    @property
+    def area_cm2(self) -> float:
+        """Area of all faces (of a sheet: of one side)."""
+        return float(np.linalg.norm(area_vectors(self.triangles), axis=-1).sum())
+
+    @classmethod
+    def read(cls, file: str | Path, unit: str, sheet: bool = False) -> Mesh:
+        """Read an STL, OBJ or PLY file by the package trimesh (``pip install 'rftfit[mesh]'``).
+
+        Parameters
+        ----------
+        file : str or Path
+        unit : str
+            Of the file's coordinates, which do not say it: ``mm``, ``cm``, ``m`` or ``in``.
+        sheet : bool, optional
+            As of `Mesh`.
+
+        Returns
+        -------
+        Mesh
+            Named after the file.
+
+        Raises
+        ------
+        InputError
+            If there is no such file, trimesh is missing, the mesh cannot be used, or it is shorter than 2 mm
+            or longer than 1 m (``Mesh(vertices_cm, faces)`` takes any size).
+        """
+        file = Path(file)
+        choose("unit", unit, tuple(UNITS_CM))
+        choose(f"{file}: ending", file.suffix.lower(), FORMATS)
+        if not file.is_file():
+            raise InputError(f"{file}: no such file")
+        try:
+            import trimesh
+        except ImportError:
+            raise InputError("to read meshes needs trimesh: pip install 'rftfit[mesh]'") from None
+        try:
+            found = trimesh.load_mesh(file, process=False)
+            vertices, faces = UNITS_CM[unit] * np.asarray(found.vertices), np.asarray(found.faces)
+            mesh = cls(vertices, faces, file.stem, sheet)
+        except Exception as error:  # noqa: BLE001 - a reader of foreign files fails in any way
+            raise InputError(f"{file}: no mesh that can be used: {error}") from None
+        size = float(np.ptp(mesh.vertices_cm, axis=0).max())
+        if not SIZES_CM[0] <= size <= SIZES_CM[1]:
+            raise InputError(
+                f"{file}: {size:.4g} cm long if its unit is {unit}; allowed: {SIZES_CM[0]:g} to "
+                f"{SIZES_CM[1]:g} cm. Is the unit another one of {', '.join(UNITS_CM)}?"
+            )
+        return mesh
+
+    @classmethod
+    def extrude(cls, outline: Outline) -> Mesh:
+        """Make a sheet of an outline in the plane: two triangles an element, as wide as the outline in y.
+
+        Parameters
+        ----------
+        outline : Outline
+            A thin one: `model_leg`, `arc`, `polyline`.
+
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        ValueError
+            If the outline is the skin of a solid body.
+        """
+        if outline.solid:
+            raise ValueError(f"{outline.name} is solid; allowed: a thin outline")
+        x, z, along_x, along_z, length = outline.body.T
+        ends = np.stack([np.stack([x + side * length * along_x, 0 * x, z + side * length * along_z], axis=-1)
+                         for side in (-1, 1)], axis=1)  # fmt: skip
+        side = np.array([0.0, outline.width_cm / 2, 0.0])
+        corners = np.concatenate([ends - side, ends + side], axis=1).reshape(-1, 3)
+        four = 4 * np.arange(len(x))[:, None]
+        faces = np.concatenate([four + np.array(half) for half in ([0, 1, 3], [0, 3, 2])])
+        return cls(corners, faces, outline.name, sheet=True)
+
+    @classmethod
+    def sphere(cls, radius_cm: float, facets: int = 32) -> Mesh:
+        """Sphere of `facets` latitudes and twice as many longitudes, vertices on it.
+
+        Parameters
+        ----------
+        radius_cm : float
+        facets : int, optional
+
+        Returns
+        -------
+        Mesh
+        """
+        polar = np.linspace(-np.pi / 2, np.pi / 2, facets + 1)
+        profile = radius_cm * np.stack([np.cos(polar), np.sin(polar)], axis=-1)
+        profile[[0, -1], 0] = 0.0
+        return cls(*_revolve(profile, 2 * facets), "sphere")
+
+    @classmethod
+    def cylinder(cls, radius_cm: float, width_cm: float, facets: int = 96) -> Mesh:
+        """Cylinder or wheel about the y axis, in the middle of its width at y = 0.
+
+        Parameters
+        ----------
+        radius_cm, width_cm : float
+        facets : int, optional
+            Around the axis; across the width and on the two ends triangles are as large.
+
+        Returns
+        -------
+        Mesh
+        """
+        radii = radius_cm * np.linspace(0, 1, facets // 6 + 1)
+        rows = max(1, round(facets * width_cm / (2 * np.pi * radius_cm)))
+        r = np.concatenate([radii[:-1], np.full(rows + 1, radius_cm), radii[-2::-1]])
+        y = np.linspace(-width_cm / 2, width_cm / 2, rows + 1)
+        y = np.concatenate([np.full(radii.size - 1, y[0]), y, np.full(radii.size - 1, y[-1])])
+        vertices, faces = _revolve(np.stack([r, y], axis=-1), facets)
+        # about the y axis instead of z; an exchange of two axes turns the faces over
+        return cls(vertices[:, [0, 2, 1]], faces[:, ::-1], "cylinder")
+
+
+def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
+    """Turn a line of points (r, z), from one end of the z axis up to the other, about it."""
+    angle = 2 * np.pi * np.arange(longitudes) / longitudes
+    r, z = profile.T[..., None]
+    vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
+    j, i = np.meshgrid(np.arange(len(profile) - 1), np.arange(longitudes), indexing="ij")
+    right = (i + 1) % longitudes
+    one, two = j * longitudes + i, j * longitudes + right
+    three, four = two + longitudes, one + longitudes
+    faces = np.stack([one, two, three, one, three, four], axis=-1).reshape(-1, 3)
+    on_axis = np.repeat(profile[:, 0] == 0, longitudes)  # all points of such a row are one
+    number = np.arange(on_axis.size)
+    faces = np.where(on_axis, number - number % longitudes, number)[faces]
+    return vertices.reshape(-1, 3), faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+
+
+def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    used = np.unique(faces)
+    size = np.ptp(vertices[used], axis=0).max()
+    if not size > 0:
+        raise ValueError("all vertices are one point")
+    place = np.round(vertices[used] / (_SAME * size))
+    _, first, number = np.unique(place, axis=0, return_index=True, return_inverse=True)
+    whole = np.zeros(len(vertices), dtype=np.int64)
+    whole[used] = number.ravel()
+    return vertices[used][first], whole[faces]
+
+
+def _turned_to_smallest(faces: IntArray) -> IntArray:
+    """Each face from its smallest vertex on."""
+    start = faces.argmin(axis=1)[:, None]
+    return np.take_along_axis(faces, (start + np.arange(3)) % 3, axis=1)
+
+
+def area_vectors(triangles: FloatArray) -> FloatArray:
+    """Normal times area of triangles (..., 3, 3)."""
+    a, b, c = np.moveaxis(triangles, -2, 0)
+    return np.asarray(np.cross(b - a, c - a) / 2)
+
+
+def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
+    """Each edge belongs to two faces, which run through it in opposite directions."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    edges, of, count = np.unique(
+        np.sort(np.stack([start, end], axis=-1), axis=1),
+        axis=0,
+        return_inverse=True,
+        return_counts=True,
+    )
+    direction = np.bincount(of.ravel(), np.where(start < end, 1, -1))
+    for wrong, text in (
+        (count == 1, "belong to one face only: the mesh is open (sheet=True takes a thin sheet)"),
+        (count > 2, "belong to more than two faces: walls inside, or bodies that touch"),
+        (direction != 0, "are run through twice in the same direction: some faces are turned over"),
+    ):
+        if wrong.any():
+            at = ", ".join(f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0))
+            raise ValueError(f"{wrong.sum()} of {len(edges)} edges {text}; the first at ({at}) cm")
+
+
+def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
+    """Whether the volume is negative. Raises ValueError where that holds of some parts only."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array(
+        (np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())),
+        (len(vertices),) * 2,
+    )
+    part = connected_components(links)[1][faces[:, 0]]
+    corners = vertices[faces] - vertices.mean(axis=0)
+    volumes = np.bincount(part, np.linalg.det(corners) / 6)
+    volumes = volumes[np.unique(part)]
+    if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
+        raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
+    if (volumes < 0).any() and (volumes > 0).any():
+        raise ValueError(
+            f"{(volumes < 0).sum()} of {volumes.size} closed parts are turned inside out: a part turned over, or "
+            "a hollow inside, which does not touch the medium and has to be taken out"
+        )
+    return bool((volumes < 0).all())
+
+
+PATH = Schema(
+    "path in space",
+    (
+        Column("t_s", meaning="time"),
+        *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
+        *(Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation") for axis in "xyz"),
+    ),
+    comments=True,
+    others="left",
+    most_rows=200_000,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Motion3D:
+    """Poses of a mesh: where its reference point is, how it is turned, and how it moves.
+
+    Parameters
+    ----------
+    position_cm, velocity_cm_per_s : array_like, shape (p, 3) or (3,)
+        Of the reference point; z = 0 is the free surface.
+    rate_rad_per_s : array_like, shape (p, 3) or (3,), optional
+        Angular velocity about the axes of the world: positive about y turns z toward x. Default 0.
+    rotation : array_like, shape (p, 3, 3) or (3, 3), or scipy.spatial.transform.Rotation, optional
+        From the mesh to the world. Default: not turned.
+    name : str, optional
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, or a matrix is no rotation.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> down = rftfit.Motion3D(position_cm=[0, 0, -1], velocity_cm_per_s=[0, 0, -1])
+    """
+
+    position_cm: FloatArray
+    velocity_cm_per_s: FloatArray
+    rate_rad_per_s: FloatArray | None = None
+    rotation: FloatArray | None = None
+    name: str = "poses in space"
+
+    def __post_init__(self) -> None:
+        turned = getattr(self.rotation, "as_matrix", lambda: self.rotation)()
+        turned = np.eye(3) if turned is None else np.asarray(turned, dtype=float)
+        rate = np.zeros(3) if self.rate_rad_per_s is None else self.rate_rad_per_s
+        given = {
+            "position_cm": self.position_cm,
+            "velocity_cm_per_s": self.velocity_cm_per_s,
+            "rate_rad_per_s": rate,
+        }
+        arrays = {name: np.atleast_2d(np.asarray(one, dtype=float)) for name, one in given.items()}
+        poses = max(len(one) for one in (*arrays.values(), np.reshape(turned, (-1, 3, 3))))
+        for name, one in arrays.items():
+            if one.ndim != 2 or one.shape[1] != 3 or len(one) not in (1, poses):
+                raise ValueError(f"{name} of shape ({poses}, 3) wanted, found {one.shape}")
+            object.__setattr__(self, name, np.array(np.broadcast_to(one, (poses, 3))))
+        if turned.shape not in ((3, 3), (1, 3, 3), (poses, 3, 3)):
+            raise ValueError(f"rotation of shape ({poses}, 3, 3) wanted, found {turned.shape}")
+        turned = np.array(np.broadcast_to(turned, (poses, 3, 3)))
+        known = turned[np.isfinite(turned).all(axis=(1, 2))]
+        if not (
+            np.allclose(known @ known.swapaxes(1, 2), np.eye(3), atol=1e-6)
+            and (np.linalg.det(known) > 0).all()
+        ):
+            raise ValueError("a matrix of rotation is not orthogonal, or mirrors")
+        object.__setattr__(self, "rotation", turned)
+
+    @property
+    def frames(self) -> FloatArray:
+        """Position, velocity, rate, and rotation row by row, shape (p, 18)."""
+        assert self.rotation is not None
+        turned = self.rotation.reshape(-1, 9)
+        return np.concatenate(
+            [self.position_cm, self.velocity_cm_per_s, self.rate_rad_per_s, turned], axis=1
+        )
+
+    @classmethod
+    def path(
+        cls,
+        time_s: npt.ArrayLike,
+        position_cm: npt.ArrayLike,
+        turn_deg: npt.ArrayLike,
+        name: str = "a path in space",
+    ) -> Motion3D:
+        """Move along a path; velocities and rates are differences between neighbouring times.
+
+        Parameters
+        ----------
+        time_s : array_like, shape (p,)
+            Increasing, at least two.
+        position_cm : array_like, shape (p, 3)
+        turn_deg : array_like, shape (p, 3)
+            Vector of rotation: along the axis, as long as the angle. Less than half a turn from one time to
+            the next.
+        name : str, optional
+
+        Returns
+        -------
+        Motion3D
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than two times, or time does not increase.
+        """
+        from scipy.spatial.transform import Rotation
+
+        time = np.asarray(time_s, dtype=float)
+        if time.size < 2 or not (np.diff(time) > 0).all():
+            raise ValueError("a path needs at least two times, and time must increase")
+        position = np.asarray(position_cm, dtype=float)
+        turned = Rotation.from_rotvec(np.radians(np.asarray(turn_deg, dtype=float)))
+        steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)
+        angle = np.concatenate([np.zeros((1, 3)), steps])
+        velocity, rate = (np.gradient(one, time, axis=0) for one in (position, angle))
+        return cls(position, velocity, rate, turned.as_matrix(), name)
+
+
+def read_motion(file: Path) -> Motion3D:
+    """Read a path from a table with the columns of `PATH`."""
+    rows, problems = read_rows(file, PATH)
+    if problems:
+        raise CampaignError(problems[:20])
+    numbers = np.array([[row.number[c.name] for c in PATH.columns] for row in rows])
+    try:
+        return Motion3D.path(numbers[:, 0], numbers[:, 1:4], numbers[:, 4:], f"along {file}")
+    except ValueError as error:
+        problem = Problem("path.times", Place(str(file), rows[-1].row, "t_s"), None, str(error))
+        raise CampaignError([problem]) from None

@@ -1,0 +1,127 @@
+"""Forces on a mesh with their intervals, and beside them what no measurement in the plane contains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from rftfit.campaign.problems import choose
+from rftfit.conventions import FloatArray
+from rftfit.model import rft3d
+from rftfit.model.draws import interval
+from rftfit.model.faces import LAWS, as_table
+from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.profiles import FourierProfile, Pack, Profile, TableProfile
+
+QUANTITIES = (
+    "force_x_N",
+    "force_y_N",
+    "force_z_N",
+    "moment_x_N_cm",
+    "moment_y_N_cm",
+    "moment_z_N_cm",
+)
+
+CLOSURE = 0.044
+"""Error of the measured law on a face that leaves its plane, rms of a component over the largest alpha, where
+3D-RFT is the truth (`studies/closure.py`)."""
+
+NO_ELASTICITY = (0.0, 0.0, 0.0)
+
+
+def describe(mesh: Mesh) -> FloatArray:
+    """What the compiled kernel needs of faces: corners, centroid, unit normal, area, 1 for a sheet: (m, 17)."""
+    triangles = mesh.triangles
+    normals = area_vectors(triangles)
+    area = np.linalg.norm(normals, axis=-1)[:, None]
+    unit = np.divide(normals, area, where=area > 0, out=np.zeros_like(normals))
+    sheet = np.full_like(area, mesh.sheet)
+    return np.hstack([triangles.reshape(-1, 9), triangles.mean(axis=1), unit, area, sheet])
+
+
+def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
+    """First arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT."""
+    choose("law", law, LAWS)
+    if law == "measured":
+        return as_table(profile).pack, float(profile.alpha(0.0, 0.0)[1]), np.zeros((0, 0))
+    down = np.array([0.0, 0.0, -1.0])
+    xi = float(profile.alpha(0.0, np.pi / 2)[0]) / rft3d.law(down, down)[2]
+    nothing = TableProfile(np.zeros((7, 13)), np.zeros((7, 13))).pack
+    return nothing, 0.0, xi * rft3d.COEFFICIENTS
+
+
+def mesh_forces(
+    profile: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
+    """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7)."""
+    return _forces(law_of(profile, law), describe(mesh), motion, friction)
+
+
+def _forces(
+    law: tuple[Pack, float, FloatArray], faces: FloatArray, motion: Motion3D, friction: float | None
+) -> FloatArray:
+    from rftfit.model.face_kernel import face_forces
+
+    frames = motion.frames
+    ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
+    result = np.empty((len(frames), 7))
+    limit = -1.0 if friction is None else float(friction)
+    face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), result)
+    return result
+
+
+def mesh_draws(
+    draws: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
+    """`mesh_forces` for each of a stack of draws, without the last column: (draws, p, 6)."""
+    stack = as_table(draws)
+    values_z, values_x = (
+        one.reshape(-1, *one.shape[-2:]) for one in (stack.alpha_z, stack.alpha_x)
+    )
+    faces = describe(mesh)
+    result = []
+    for alpha in zip(values_z, values_x, strict=True):
+        one = TableProfile._of_nodes(stack.beta, stack.gamma, alpha)
+        result.append(_forces(law_of(one, law), faces, motion, friction)[:, :6])
+    return np.stack(result)
+
+
+def predict_mesh(
+    profile: Profile, mesh: Mesh, motion: Motion3D, confidence: float = 0.95, law: str = "measured",
+    friction: float | None = None,
+) -> pd.DataFrame:  # fmt: skip
+    """`rftfit.predict` of a mesh."""
+    best = mesh_forces(profile, mesh, motion, law, friction)
+    ends = None
+    if isinstance(profile.spread, Profile):
+        ends = interval(mesh_draws(profile.spread, mesh, motion, law, friction), confidence)
+    elif profile.spread is not None:
+        medium = profile.spread.at(confidence)
+        unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
+        each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
+        ends = medium.with_interval(unit, each)[1:]
+    columns = {f"{axis}_cm": motion.position_cm[:, k] for k, axis in enumerate("xyz")}
+    for k, name in enumerate(QUANTITIES):
+        columns[name] = best[:, k]
+        if ends is not None:
+            what, unit_of = name.split("_N")
+            columns |= {
+                f"{what}_{end}_N{unit_of}": ends[side][:, k]
+                for side, end in enumerate(("lo", "hi"))
+            }
+    table = as_table(profile)
+    largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
+    columns["closure_N"] = (
+        CLOSURE * largest * best[:, 6] if law == "measured" else np.full(len(best), np.nan)
+    )
+    unknown = np.isnan(best[:, :6]).any(axis=1)
+    why = profile.reason or "a position, rotation or velocity is missing"
+    return pd.DataFrame(columns | {"reason": np.where(unknown, why, "")})

@@ -1,0 +1,210 @@
+"""Both laws on faces and bodies in space: published vectors, the numpy twin, and what symmetry demands."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import rftfit
+from rftfit.model import faces
+from rftfit.model.faces import LAWS, face_alpha
+from rftfit.model.forces import forces_on
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.profiles import FourierProfile
+
+POPPY = rftfit.published_medium("poppy_LP")
+UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
+
+VECTORS = np.loadtxt(StringIO("""
+ 0 0 -1          0 0 -1        0 0 0.350930                    0 0 0.875040
+ 1 0 0           1 0 0         -0.071280 0 0.009457            -0.191850 0 0.074620
+ 1 0 0           0 1 0         0 -0.015925 0                   0.002120 -0.067960 0.026340
+ .6 0 -.8        .8 0 -.6      -0.102892 0 0.146587            -0.371078 0 0.576288
+ .6 0 -.8        0 .8 -.6      -0.044816 -0.043030 0.115830    -0.178931 -0.274613 0.567569
+ .36 .48 -.8     -.6 0 -.8     0.001101 -0.040590 0.163412     0.126798 -0.142861 0.670820
+ .48 .6 .64      .6 .64 .48    -0.017011 -0.018376 -0.010961   -0.108214 -0.121036 0.016086
+ .6 .8 0         1 0 0         -0.035853 -0.026570 0.005674    -0.235004 -0.135797 0.041528
+ 0 .6 -.8        .48 .64 -.6   -0.025818 -0.090624 0.138638    -0.164346 -0.364415 0.609791
+ 0 0 1           0 0 1         0 0 -0.009094                   0 0 -0.079660
+""")).reshape(-1, 4, 3)  # fmt: skip
+
+
+def test_faces():
+    normal, velocity, measured, rft3d = VECTORS.swapaxes(0, 1)
+    np.testing.assert_allclose(face_alpha(POPPY, normal, velocity), measured, atol=1e-6)
+    np.testing.assert_allclose(face_alpha(UNIT, normal, 2 * velocity, "3d-rft"), rft3d, atol=1e-6)
+
+
+def slipping(height_cm=3.25, slip_deg=15.0):
+    a = np.radians(slip_deg)
+    return Motion3D([0, 0, height_cm], [np.cos(a), np.sin(a), 0], [0, 1 / 6.25, 0])
+
+
+def leg_at(theta_deg, velocity=(0, 0, 0), rate=0.2):
+    turned = Rotation.from_rotvec([0, np.radians(theta_deg), 0])
+    return Motion3D([0, 0, 2], velocity, [0, rate, 0], turned)
+
+
+SINKING = Motion3D([0, 0, -1], [1, 0.3, -0.5], [0.1, 0.4, -0.2])
+LEG = Mesh.extrude(rftfit.model_leg("c_leg"))
+BODIES = {
+    "sphere 32": (Mesh.sphere(2, 32), SINKING,
+                  (-1.563521, -0.733999, 4.199393, -1.455827, -0.861024, 0.354119)),
+    "sphere 64": (Mesh.sphere(2, 64), SINKING,
+                  (-1.565907, -0.734335, 4.208601, -1.459321, -0.867027, 0.353756)),
+    "wheel 48": (Mesh.cylinder(6.25, 6, 48), slipping(),
+                 (-3.464519, -3.761436, 14.293933, -20.179344, -15.340425, -4.467862)),
+    "wheel 96": (Mesh.cylinder(6.25, 6, 96), slipping(),
+                 (-3.472393, -3.744576, 14.176595, -20.023013, -15.491561, -4.492904)),
+    "wheel 192": (Mesh.cylinder(6.25, 6, 192), slipping(),
+                  (-3.473274, -3.741298, 14.159593, -20.007744, -15.535065, -4.499362)),
+    "leg": (LEG, leg_at(-40), (4.894529, 0, 8.097347, -0.070094, -44.495996, 0.032795)),
+    "leg aside": (LEG, leg_at(-40, (0, 0.3, 0)),
+                  (4.733959, -0.842351, 7.950653, -5.196937, -43.371511, -1.468956)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_bodies(name):
+    mesh, motion, expected = BODIES[name]
+    np.testing.assert_allclose(mesh_forces(POPPY, mesh, motion)[0, :6], expected, atol=1e-5)
+
+
+def test_sphere_by_3d_rft():
+    xi = POPPY.alpha(0.0, np.pi / 2)[0] / 0.87504
+    assert round(float(xi), 6) == 0.401045
+    found = mesh_forces(POPPY, Mesh.sphere(2, 128), SINKING, "3d-rft", 0.4)[0, :6]
+    expected = (-2.780853, -1.186514, 6.271999, -1.404455, -1.179153, 0.581460)
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+def with_holes():
+    alpha_z, alpha_x = (part.copy() for part in POPPY.cells[2:])
+    alpha_z[10] = alpha_x[60] = np.nan
+    return rftfit.TableProfile(alpha_z.reshape(7, 13), alpha_x.reshape(7, 13))
+
+
+PROFILES = {
+    "table": POPPY,
+    "holes": with_holes(),
+    "nine terms": rftfit.published_medium("poppy_LP", "fourier"),
+    "depth only": rftfit.published_medium("poppy_LP", "depth_only"),
+}
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("friction", [None, 0.3])
+def test_compiled_and_plain_agree(profile, law, friction):
+    cases = [
+        (Mesh.sphere(2, 12), SINKING),
+        (Mesh.cylinder(6.25, 6, 24), slipping()),
+        (LEG, leg_at(35)),
+    ]
+    for mesh, motion in cases:
+        found = mesh_forces(PROFILES[profile], mesh, motion, law, friction)[:, :6]
+        plain = faces.mesh_forces(PROFILES[profile], mesh, motion, law, friction)
+        np.testing.assert_allclose(
+            found, plain, rtol=0, atol=1e-12 * abs(plain).max(initial=1, where=np.isfinite(plain))
+        )
+
+
+@pytest.mark.parametrize("leg", ["c_leg", "flat_leg", "reversed_c_leg"])
+def test_a_leg_in_translation_is_that_of_the_plane(leg):
+    outline = rftfit.model_leg(leg)
+    theta = np.radians(np.arange(-135, 136, 15))
+    gamma = np.linspace(-np.pi, np.pi, theta.size)
+    vx, vz, none = -np.cos(gamma), -np.sin(gamma), 0 * gamma
+    flat = forces_on(POPPY, outline, np.stack([none, none - 3, theta, vx, vz, none], axis=-1))
+    motion = Motion3D(np.stack([none, none, none - 3], axis=-1), np.stack([vx, none, vz], axis=-1),
+                      None, Rotation.from_rotvec(theta[:, None] * [0, 1, 0]))  # fmt: skip
+    found = mesh_forces(POPPY, Mesh.extrude(outline), motion)
+    np.testing.assert_allclose(found[:, 0], flat.force_x_N, atol=1e-12)
+    np.testing.assert_allclose(found[:, 2], flat.force_z_N, atol=1e-12)
+    np.testing.assert_array_equal(found[:, 6], 0)  # no face leaves its plane
+
+
+def test_a_turning_leg_differs_by_the_rule_within_a_strip():
+    flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
+    found = mesh_forces(POPPY, LEG, leg_at(-40))[0]
+    np.testing.assert_allclose([found[0], found[2], found[4]],
+                               [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]], atol=0.02)  # fmt: skip
+
+
+def test_convergence_with_the_mesh():
+    exact = mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
+    errors = [np.linalg.norm(mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
+              for n in (12, 24, 48)]  # fmt: skip
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+    assert errors[2] < 0.002 * np.linalg.norm(exact)
+
+
+angle = st.floats(-np.pi, np.pi)
+PROPERTY = settings(max_examples=60, deadline=None)
+
+
+def vector(tilt, turn):
+    return np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
+
+
+@PROPERTY
+@given(tilt=angle, turn=angle, other=angle, way=angle)
+def test_the_law_is_continuous_at_level_faces_and_vertical_motion(tilt, turn, other, way):
+    any_one, tiny = vector(tilt, turn), 1e-7
+    for profile in (POPPY, PROFILES["nine terms"]):
+        for pole in (0.0, np.pi):
+            near = [vector(pole + tiny, a) for a in (other, way)]
+            # a level face whatever way it is tilted; motion straight up or down whatever way it leans
+            level = [face_alpha(profile, n, any_one) for n in near]
+            vertical = [face_alpha(profile, any_one, v) for v in near]
+            np.testing.assert_allclose(*level, atol=1e-6)
+            np.testing.assert_allclose(*vertical, atol=1e-6)
+
+
+@PROPERTY
+@given(
+    turn=angle,
+    tilt=st.floats(0, np.pi),
+    way=angle,
+    lean=st.floats(0, np.pi),
+    friction=st.sampled_from([None, 0.5]),
+)
+def test_turning_all_about_the_vertical_turns_the_stress(turn, tilt, way, lean, friction):
+    about_z = Rotation.from_rotvec([0, 0, turn])
+    n, v = vector(tilt, 0.0), vector(lean, way)
+    for law in LAWS:
+        found = face_alpha(POPPY, about_z.apply(n), about_z.apply(v), law, friction)
+        np.testing.assert_allclose(
+            found, about_z.apply(face_alpha(POPPY, n, v, law, friction)), atol=1e-9
+        )
+
+
+@PROPERTY
+@given(turn=angle)
+def test_rotation_of_mesh_motion_and_frame(turn):
+    about_z, wheel, motion = (
+        Rotation.from_rotvec([0, 0, turn]),
+        Mesh.cylinder(6.25, 6, 24),
+        slipping(),
+    )
+    turned = Motion3D(motion.position_cm, about_z.apply(motion.velocity_cm_per_s),
+                      about_z.apply(motion.rate_rad_per_s), about_z)  # fmt: skip
+    found, first = (mesh_forces(POPPY, wheel, one)[0] for one in (turned, motion))
+    expected = np.concatenate([about_z.apply(first[:6].reshape(2, 3)).ravel(), first[6:]])
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_missing_numbers_say_why():
+    poses = Motion3D([[0, 0, -1], [0, 0, np.nan], [0, 0, 5]], [0, 0, -1])
+    table = rftfit.predict(POPPY, Mesh.sphere(1, 8), poses)
+    assert table["reason"].ne("").tolist() == [False, True, False]
+    assert np.isnan(table["force_z_N"][1])
+    assert table["force_z_N"][2] == 0
+    table = rftfit.predict(FourierProfile(np.full(9, np.nan)), Mesh.sphere(1, 8), SINKING)
+    assert table["reason"].ne("").all()
