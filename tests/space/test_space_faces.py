@@ -18,7 +18,7 @@ from rftfit.model.mesh import Mesh, Motion3D
 from rftfit.model.mesh_prediction import mesh_forces
 from rftfit.model.profiles import FourierProfile
 
-POPPY = rftfit.published_medium("poppy_LP")
+POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
 
 VECTORS = np.loadtxt(StringIO("""
@@ -163,8 +163,8 @@ def test_the_law_is_continuous_at_level_faces_and_vertical_motion(tilt, turn, ot
             # a level face whatever way it is tilted; motion straight up or down whatever way it leans
             level = [face_alpha(profile, n, any_one) for n in near]
             vertical = [face_alpha(profile, any_one, v) for v in near]
-            np.testing.assert_allclose(*level, atol=1e-6)
-            np.testing.assert_allclose(*vertical, atol=1e-6)
+            np.testing.assert_allclose(level[0], level[1], atol=1e-6)
+            np.testing.assert_allclose(vertical[0], vertical[1], atol=1e-6)
 
 
 @PROPERTY
@@ -193,15 +193,15 @@ def test_rotation_of_mesh_motion_and_frame(turn):
         Mesh.cylinder(6.25, 6, 24),
         slipping(),
     )
-    turned = Motion3D(motion.position_cm, about_z.apply(motion.velocity_cm_per_s),
-                      about_z.apply(motion.rate_rad_per_s), about_z)  # fmt: skip
+    position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
+    turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
     found, first = (mesh_forces(POPPY, wheel, one)[0] for one in (turned, motion))
     expected = np.concatenate([about_z.apply(first[:6].reshape(2, 3)).ravel(), first[6:]])
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_missing_numbers_say_why():
-    poses = Motion3D([[0, 0, -1], [0, 0, np.nan], [0, 0, 5]], [0, 0, -1])
+    poses = Motion3D(np.array([[0, 0, -1], [0, 0, np.nan], [0, 0, 5]]), [0, 0, -1])
     table = rftfit.predict(POPPY, Mesh.sphere(1, 8), poses)
     assert table["reason"].ne("").tolist() == [False, True, False]
     assert np.isnan(table["force_z_N"][1])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,6 @@ _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
 
 
-@dataclass(frozen=True)
 class Mesh:
     """The skin of a solid body, or a thin sheet, as triangles about its reference point (0, 0, 0).
 
@@ -57,42 +56,38 @@ class Mesh:
     481
     """
 
-    vertices_cm: FloatArray
-    faces: IntArray
-    name: str = "mesh"
-    sheet: bool = False
-    notes: tuple[str, ...] = field(default=(), init=False)
-
-    def __post_init__(self) -> None:
-        vertices, faces = np.array(self.vertices_cm, dtype=float), np.array(self.faces)
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
-            raise ValueError(f"finite vertices of shape (n, 3) wanted, found {vertices.shape}")
-        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
-            raise ValueError(f"faces of shape (m, 3) wanted, found {faces.shape}")
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError(
-                f"faces name vertices 0 to {len(vertices) - 1}, found {faces.min()} to {faces.max()}"
-            )
-        vertices, faces = _merge_vertices(vertices, faces)
+    def __init__(
+        self,
+        vertices_cm: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        name: str = "mesh",
+        sheet: bool = False,
+    ) -> None:
+        vertices, corners = np.array(vertices_cm, dtype=float), np.array(faces, dtype=np.int64)
+        for what, one in (("vertices", vertices), ("faces", corners)):
+            if one.ndim != 2 or one.shape[1] != 3 or not one.size or not np.isfinite(one).all():
+                raise ValueError(f"finite {what} of shape (n, 3) wanted, found {one.shape}")
+        if corners.min() < 0 or corners.max() >= len(vertices):
+            found = f"{corners.min()} to {corners.max()}"
+            raise ValueError(f"faces name vertices 0 to {len(vertices) - 1}, found {found}")
+        vertices, corners = _merge_vertices(vertices, corners)
         notes = []
-        kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
-        if not kept.all():
-            notes.append(f"left out {np.sum(~kept)} faces without area")
-        faces = faces[kept]
-        _, first = np.unique(_turned_to_smallest(faces), axis=0, return_index=True)
-        if len(first) < len(faces):
-            notes.append(f"left out {len(faces) - len(first)} faces that were there twice")
-        faces = faces[np.sort(first)]
-        if not self.sheet:
-            _check_closed(vertices, faces)
-            if _turned_inside_out(vertices, faces):
-                faces = faces[:, ::-1]
-                notes.append("turned inside out: the faces were wound clockwise seen from outside")
+        whole = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+        if lost := len(corners) - len(whole):
+            notes.append(f"left out {lost} faces without area")
+        _, first = np.unique(np.sort(whole, axis=1), axis=0, return_index=True)
+        if lost := len(whole) - len(first):
+            notes.append(f"left out {lost} faces that were there twice")
+        corners = whole[np.sort(first)]
+        if not sheet:
+            _check_closed(vertices, corners)
+            if _turned_inside_out(vertices, corners):
+                corners = corners[:, ::-1]
+                notes.append("turned inside out: faces were wound clockwise seen from outside")
         for note in notes:
-            warnings.warn(f"{self.name}: {note}", stacklevel=3)
-        object.__setattr__(self, "vertices_cm", vertices)
-        object.__setattr__(self, "faces", np.ascontiguousarray(faces, dtype=np.int64))
-        object.__setattr__(self, "notes", tuple(notes))
+            warnings.warn(f"{name}: {note}", stacklevel=2)
+        self.vertices_cm, self.faces, self.name, self.sheet = vertices, corners, name, sheet
+        self.notes = tuple(notes)
 
     @property
     def triangles(self) -> FloatArray:
@@ -249,12 +244,6 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
     return vertices[used][first], whole[faces]
 
 
-def _turned_to_smallest(faces: IntArray) -> IntArray:
-    """Each face from its smallest vertex on."""
-    start = faces.argmin(axis=1)[:, None]
-    return np.take_along_axis(faces, (start + np.arange(3)) % 3, axis=1)
-
-
 def area_vectors(triangles: FloatArray) -> FloatArray:
     """Normal times area of triangles (..., 3, 3)."""
     a, b, c = np.moveaxis(triangles, -2, 0)
@@ -263,14 +252,12 @@ def area_vectors(triangles: FloatArray) -> FloatArray:
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Each edge belongs to two faces, which run through it in opposite directions."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    forward = np.where(edges[:, 0] < edges[:, 1], 1, -1)
     edges, of, count = np.unique(
-        np.sort(np.stack([start, end], axis=-1), axis=1),
-        axis=0,
-        return_inverse=True,
-        return_counts=True,
+        np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
     )
-    direction = np.bincount(of.ravel(), np.where(start < end, 1, -1))
+    direction = np.bincount(of.ravel(), forward)
     for wrong, text in (
         (count == 1, "belong to one face only: the mesh is open (sheet=True takes a thin sheet)"),
         (count > 2, "belong to more than two faces: walls inside, or bodies that touch"),
@@ -317,7 +304,6 @@ PATH = Schema(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
 class Motion3D:
     """Poses of a mesh: where its reference point is, how it is turned, and how it moves.
 
@@ -331,6 +317,11 @@ class Motion3D:
         From the mesh to the world. Default: not turned.
     name : str, optional
 
+    Attributes
+    ----------
+    frames : numpy.ndarray, shape (p, 18)
+        Position, velocity, rate, and rotation row by row.
+
     Raises
     ------
     ValueError
@@ -342,46 +333,36 @@ class Motion3D:
     >>> down = rftfit.Motion3D(position_cm=[0, 0, -1], velocity_cm_per_s=[0, 0, -1])
     """
 
-    position_cm: FloatArray
-    velocity_cm_per_s: FloatArray
-    rate_rad_per_s: FloatArray | None = None
-    rotation: FloatArray | None = None
-    name: str = "poses in space"
-
-    def __post_init__(self) -> None:
-        turned = getattr(self.rotation, "as_matrix", lambda: self.rotation)()
-        turned = np.eye(3) if turned is None else np.asarray(turned, dtype=float)
-        rate = np.zeros(3) if self.rate_rad_per_s is None else self.rate_rad_per_s
-        given = {
-            "position_cm": self.position_cm,
-            "velocity_cm_per_s": self.velocity_cm_per_s,
-            "rate_rad_per_s": rate,
+    def __init__(
+        self,
+        position_cm: npt.ArrayLike,
+        velocity_cm_per_s: npt.ArrayLike,
+        rate_rad_per_s: npt.ArrayLike | None = None,
+        rotation: Any = None,
+        name: str = "poses in space",
+    ) -> None:
+        matrices = getattr(rotation, "as_matrix", lambda: rotation)()
+        parts = {
+            "position_cm": (position_cm, 3),
+            "velocity_cm_per_s": (velocity_cm_per_s, 3),
+            "rate_rad_per_s": (np.zeros(3) if rate_rad_per_s is None else rate_rad_per_s, 3),
+            "rotation": (np.eye(3) if matrices is None else matrices, 9),
         }
-        arrays = {name: np.atleast_2d(np.asarray(one, dtype=float)) for name, one in given.items()}
-        poses = max(len(one) for one in (*arrays.values(), np.reshape(turned, (-1, 3, 3))))
-        for name, one in arrays.items():
-            if one.ndim != 2 or one.shape[1] != 3 or len(one) not in (1, poses):
-                raise ValueError(f"{name} of shape ({poses}, 3) wanted, found {one.shape}")
-            object.__setattr__(self, name, np.array(np.broadcast_to(one, (poses, 3))))
-        if turned.shape not in ((3, 3), (1, 3, 3), (poses, 3, 3)):
-            raise ValueError(f"rotation of shape ({poses}, 3, 3) wanted, found {turned.shape}")
-        turned = np.array(np.broadcast_to(turned, (poses, 3, 3)))
-        known = turned[np.isfinite(turned).all(axis=(1, 2))]
-        if not (
-            np.allclose(known @ known.swapaxes(1, 2), np.eye(3), atol=1e-6)
-            and (np.linalg.det(known) > 0).all()
-        ):
+        arrays = []
+        for part, (given, size) in parts.items():
+            one = np.asarray(given, dtype=float)
+            if one.size % size or one.shape[-1:] != (3,):
+                raise ValueError(f"{part}: {size} numbers a pose wanted, found {one.shape}")
+            arrays.append(one.reshape(-1, size))
+        if len({len(one) for one in arrays} - {1}) > 1:
+            raise ValueError(f"poses differ in number: {[len(one) for one in arrays]}")
+        poses = max(map(len, arrays))
+        self.frames = np.hstack([np.broadcast_to(one, (poses, one.shape[1])) for one in arrays])
+        self.name = name
+        turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
+        square = turned @ turned.swapaxes(1, 2)
+        if not (np.allclose(square, np.eye(3), atol=1e-6) and (np.linalg.det(turned) > 0).all()):
             raise ValueError("a matrix of rotation is not orthogonal, or mirrors")
-        object.__setattr__(self, "rotation", turned)
-
-    @property
-    def frames(self) -> FloatArray:
-        """Position, velocity, rate, and rotation row by row, shape (p, 18)."""
-        assert self.rotation is not None
-        turned = self.rotation.reshape(-1, 9)
-        return np.concatenate(
-            [self.position_cm, self.velocity_cm_per_s, self.rate_rad_per_s, turned], axis=1
-        )
 
     @classmethod
     def path(

@@ -108,7 +108,7 @@ def predict_mesh(
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
         each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
         ends = medium.with_interval(unit, each)[1:]
-    columns = {f"{axis}_cm": motion.position_cm[:, k] for k, axis in enumerate("xyz")}
+    columns = {f"{axis}_cm": motion.frames[:, k] for k, axis in enumerate("xyz")}
     for k, name in enumerate(QUANTITIES):
         columns[name] = best[:, k]
         if ends is not None:
