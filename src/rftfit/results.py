@@ -14,8 +14,8 @@ from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, cell_at, column, window_of
-from rftfit.measure.checks import marks_of
 from rftfit.measure.flags import Remark, remark, with_reasons
+from rftfit.measure.verdicts import marks_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import (

@@ -15,7 +15,7 @@ from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit as library
 from rftfit import reference
-from rftfit.measure.checks import COLUMNS, UNUSABLE
+from rftfit.measure.verdicts import COLUMNS, UNUSABLE
 from rftfit.store import write_csv
 
 from .conftest import Said

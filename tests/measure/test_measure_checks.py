@@ -17,30 +17,29 @@ from rftfit.campaign.config import Medium
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure import checks
-from rftfit.measure.checks import (
-    CHECKS,
-    COLUMNS,
-    Check,
-    _axes,
-    _Cells,
-    against_known,
-    check_axes,
-    check_channels,
+from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work, other_axes
+from rftfit.measure.checks_channels import against_known, check_channels
+from rftfit.measure.checks_runs import (
     check_drift,
     check_logs,
-    check_medium,
     check_rods,
     check_size,
     check_steadiness,
-    check_surface,
+)
+from rftfit.measure.checks_surface import check_linearity, check_surface
+from rftfit.measure.flags import flag_columns, remark
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.levels import two_heaps
+from rftfit.measure.verdicts import (
+    CHECKS,
+    COLUMNS,
+    Check,
+    Measured,
     marked,
     marks_of,
     rows_of,
-    two_heaps,
     usable,
 )
-from rftfit.measure.flags import flag_columns, remark
-from rftfit.measure.ledger import RowStatus
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
@@ -59,11 +58,17 @@ def on_grid(medium, grid):
     return pd.DataFrame(columns | {"medium": medium, "spread": "one bed as prepared"})
 
 
+def measured(sheet=None, config=None, medium=None, copies=(), **tables):
+    """A measured medium of which only what a check reads is there."""
+    no_table: Any = SimpleNamespace(table=None)
+    return Measured(config or no_table, medium, sheet or {}, tables, copies)
+
+
 def axes(table):
-    cells = _Cells.of(table)
-    other = None if cells.resists else _axes(cells)
-    found = check_axes(cells, other, table, "transducer.axes", {})
-    return {str(one.check): one for one in found}
+    one = measured(alpha=table)
+    return {
+        check.check: check for check in (check_work(one), check_symmetry(one), check_up_down(one))
+    }
 
 
 def measured_with(table, z, x):
@@ -195,7 +200,7 @@ def test_how_much_harder_than_down_up_may_be():
 
 
 def test_errors_are_exchanged_with_the_axes():
-    cells = _Cells.of(few_cells([(30, 45, 0.3, 0.1, 0.01, 0.02), (30, -45, 0.3, 0.1, 0.01, 0.02)]))
+    cells = Cells.of(few_cells([(30, 45, 0.3, 0.1, 0.01, 0.02), (30, -45, 0.3, 0.1, 0.01, 0.02)]))
     other = cells.turned(np.array([[0, 1], [1, 0]]))
     # alpha_x of a pull is filed turned
     np.testing.assert_allclose(other.force, [[0.1, -0.1], [0.3, -0.3]])
@@ -257,7 +262,9 @@ def channels_of(*logs, constant=()):
     rows = []
     for number, (run, channels) in enumerate(logs):
         name = f"r{number}"
-        sheet[name] = SimpleNamespace(**usual | {k: v for k, v in run.items() if k != "status"})
+        sheet[name] = SimpleNamespace(
+            run_id=name, **usual | {k: v for k, v in run.items() if k != "status"}
+        )
         row: dict[str, Any] = {"run_id": name, "status": run.get("status", "read")}
         for channel in ("F1", "F2", "F3"):
             low, high, share, held = channels.get(
@@ -279,7 +286,14 @@ def channels_of(*logs, constant=()):
     )
     names = ["run_id", "status", "F1_low_N", *(f"F{n}_noise_N" for n in (1, 2, 3))]
     facts = pd.DataFrame(rows, columns=None if rows else names)
-    return check_channels(config, sheet, facts, ([], []))
+    fits = pd.DataFrame(columns=["run_id"])
+    peers = pd.DataFrame(columns=["run_id", "known_z_ratio", "known_x_ratio"])
+    tares = pd.DataFrame(columns=["run_id", "tare_run", "tare_rms_N", "force_rms_N"])
+    trends = facts.assign(zero_trend_z_N=math.nan, zero_trend_x_N=math.nan)
+    one = measured(
+        sheet, config, runs=trends, fits=fits, peers=peers, tares=tares, alpha=few_cells([])
+    )
+    return check_channels(one)
 
 
 FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
@@ -441,32 +455,34 @@ def level_runs(count, rises=(0.2, 0.2, 0.2)):
 def test_a_trend_is_of_the_larger_force_over_the_good_part():
     tables = level_runs(60)
     assert (
-        check_steadiness(tables).found
+        check_steadiness(measured(**tables)).found
         == "stress changes by 20.0 % over the steady part (of 3 runs)"
     )
     # the largest on the whole, not at once
     tables["tared"].loc[::60, "force_z_N"] = 99.0
-    assert check_steadiness(tables).found.startswith("stress changes by 20.0 %")
+    assert check_steadiness(measured(**tables)).found.startswith("stress changes by 20.0 %")
     # what the fit leaves out is left out; what is left is half as long, and its mean larger
     tables["windows"].loc[np.arange(180) % 60 < 30, "why"] = int(RowStatus.GOOD) + 1
     path = np.linspace(2, 8, 60)[30:]
     force = 1 + 0.2 * (path - 5) / 6
     change = 100 * np.ptp(force) / force.mean()
-    assert check_steadiness(tables).found.startswith(f"stress changes by {change:.1f} %")
+    assert check_steadiness(measured(**tables)).found.startswith(
+        f"stress changes by {change:.1f} %"
+    )
 
 
 @pytest.mark.parametrize(("samples", "verdict"), [(30, "failed"), (29, "not checked")])
 def test_a_trend_needs_thirty_samples(samples, verdict):
-    assert check_steadiness(level_runs(samples)).verdict == verdict
+    assert check_steadiness(measured(**level_runs(samples))).verdict == verdict
 
 
 def test_whose_trend_counts():
-    assert check_steadiness(level_runs(60, (0.2, 0.2))).verdict == "not checked"
+    assert check_steadiness(measured(**level_runs(60, (0.2, 0.2)))).verdict == "not checked"
     tables = level_runs(60)
     for column, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
         one = tables["fits"].copy()
         one.loc[0, column] = value
-        assert check_steadiness(tables | {"fits": one}).verdict == "not checked"
+        assert check_steadiness(measured(**tables | {"fits": one})).verdict == "not checked"
 
 
 def test_marks_name_what_fails_and_why_it_is_accepted():
@@ -545,7 +561,7 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
 def test_wrong_axes_are_named(medium, z, x, named):
     wrong = measured_with(on_grid(medium, "few"), z, x)
     assert axes(wrong)["work"].verdict == "failed"
-    name, mended = _axes(_Cells.of(wrong)) or ("", None)
+    name, mended = other_axes(Cells.of(wrong)) or ("", None)
     assert name.startswith(named)
     assert mended is not None
     assert (mended.back, mended.resists) == (0, True)
@@ -555,7 +571,7 @@ def test_axes_that_mend_nothing_are_not_named():
     """Forces that give energy back whatever the axes are called."""
     rows = [(0, 45, z, x, 0.001, 0.001) for z in (-0.2, 0.2) for x in (-0.2, 0.2)] * 3
     assert axes(few_cells(rows))["work"].verdict == "failed"
-    assert _axes(_Cells.of(few_cells(rows))) is None
+    assert other_axes(Cells.of(few_cells(rows))) is None
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
@@ -563,7 +579,7 @@ def test_axes_that_mend_nothing_are_not_named():
 def test_a_turned_mount_is_measured(medium, angle):
     table = turned(on_grid(medium, "few"), angle)
     # the published tables themselves look turned by up to 2.3 deg
-    assert math.degrees(_Cells.of(table).turn_rad[0]) == pytest.approx(angle, abs=2.3)
+    assert math.degrees(Cells.of(table).turn_rad[0]) == pytest.approx(angle, abs=2.3)
     assert axes(table)["symmetry"].verdict == ("failed" if angle else "passed")
 
 
@@ -592,14 +608,14 @@ A = math.radians(5)
 )  # fmt: skip
 def test_turn_of_the_mount_by_mirror_images(rows, turn, se):
     table = few_cells(rows)
-    assert _Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
+    assert Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
     limit = 0.04 + 3 * se
     verdict = "not checked" if math.isnan(turn) else "passed" if turn <= limit else "failed"
     assert axes(table)["symmetry"].verdict == verdict
     # what the config says of the turn's own error is no error of the turn that is found
     parted = table.assign(alpha_x_turn_N_per_cm3=0.1)
     parted["alpha_x_se_N_per_cm3"] = np.hypot(parted["alpha_x_se_N_per_cm3"], 0.1)
-    assert _Cells.of(parted).turn_rad == pytest.approx((turn, se), nan_ok=True, rel=1e-6)
+    assert Cells.of(parted).turn_rad == pytest.approx((turn, se), nan_ok=True, rel=1e-6)
 
 
 def test_how_much_a_level_plate_may_feel_sideways():
@@ -625,8 +641,10 @@ def test_how_much_a_level_plate_may_feel_sideways():
     ],
 )  # fmt: skip
 def test_size(value, expected, verdict):
-    assert check_size(few_cells([(0, 90, value, 0, 0, 0)]), expected).verdict == verdict
-    assert check_size(few_cells([(0, 0, value, 0, 0, 0)]), expected).verdict == "not checked"
+    medium = SimpleNamespace(expected_alpha=expected)
+    for gamma, wanted in ((90, verdict), (0, "not checked")):
+        alpha = few_cells([(0, gamma, value, 0, 0, 0)])
+        assert check_size(measured(medium=medium, alpha=alpha)).verdict == wanted
 
 
 @pytest.mark.parametrize(
@@ -704,15 +722,15 @@ def test_rods_run_by_run(way, tare, which):
     table = pd.DataFrame(
         {"run_id": [*sheet], "tare_run": "rod", "force_rms_N": 2.0, "tare_rms_N": tare}
     )
-    found = check_rods(table, sheet)
+    found = check_rods(measured(sheet, tares=table))
     assert [one.run_id for one in found.runs] == which
     assert found.verdict == ("failed" if which else "passed")
     # where plate and rod feel a twentieth, only three times as much is clear
     for weak, runs in ((0.17, []), (0.31, ["r2"])):
         faint = table.assign(force_rms_N=[0.1, 2.0, 2.0], tare_rms_N=[weak, 0.2, 0.2])
-        assert [one.run_id for one in check_rods(faint, sheet).runs] == runs
-    assert check_rods(table.assign(tare_run=""), sheet).verdict == "not checked"
-    assert check_rods(table.assign(force_rms_N=0.0), sheet).verdict == "not checked"
+        assert [one.run_id for one in check_rods(measured(sheet, tares=faint)).runs] == runs
+    assert check_rods(measured(sheet, tares=table.assign(tare_run=""))).verdict == "not checked"
+    assert check_rods(measured(sheet, tares=table.assign(force_rms_N=0.0))).verdict == "not checked"
 
 
 @pytest.mark.parametrize(
@@ -737,7 +755,9 @@ def test_drift(trend, verdict, which, axis):
     sheet = sheet_of("p" * 9)
     runs = pd.DataFrame({"run_id": [*sheet], "zero_trend_z_N": 0.0, "zero_trend_x_N": 0.0})
     runs = runs.assign(**{f"zero_trend_{axis}_N": trend})
-    found = check_drift(sheet, runs, pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
+    found = check_drift(
+        measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
+    )
     assert found.verdict == verdict
     assert [one.run_id for one in found.runs] == [f"r{n + 2}" for n in which]
 
@@ -768,8 +788,8 @@ def channels_against(seen, explained=False, turn=0.0):
         transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
         force_log=SimpleNamespace(columns={}), table=None,
     )  # fmt: skip
-    against = against_known(config, sheet, facts, fits, peers, (), explained)  # type: ignore[arg-type]
-    return check_channels(config, sheet, facts, against)  # type: ignore[arg-type]
+    one = measured(sheet, config, runs=facts, fits=fits, peers=peers)
+    return [flag for _, flags in against_known(one, set(), explained) for flag in flags]
 
 
 X, Z = (f"alpha_{c}_N_per_cm3" for c in "xz")
@@ -796,12 +816,10 @@ HALF = [1.0] * 6 + [3.0] * 6
 )
 def test_channels_against_what_every_medium_feels(seen, code, count):
     found = channels_against(seen)
-    assert {one.code for one in found.runs} == ({code} if code else set())
-    assert len(found.runs) == count
-    assert found.verdict == ("failed" if count else "not checked")
+    assert [one.code for one in found] == [code] * count
     # what other axes or a drift of all runs explain is not told twice
     if code != "channel-gain":
-        assert not channels_against(seen, explained=True).runs
+        assert not channels_against(seen, explained=True)
 
 
 def strokes(start_cm, late_s=0.0, count=8, **columns):
@@ -822,10 +840,11 @@ def strokes(start_cm, late_s=0.0, count=8, **columns):
 
 def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
-        media={"m": SimpleNamespace(role=role)}, arm=SimpleNamespace(speed_cm_per_s=1.0),
+        arm=SimpleNamespace(speed_cm_per_s=1.0),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )  # fmt: skip
-    return check_surface(config, "m", tables, sheet_of("p" * 60))  # type: ignore[arg-type]
+    one = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
+    return check_surface(one), check_linearity(one)
 
 
 @pytest.mark.parametrize(
@@ -925,22 +944,22 @@ def test_which_strokes_tell_where_stress_begins(columns, role):
 def test_what_trend_is_allowed():
     """A tenth, or three standard errors of the median."""
     for rise, verdict in ((0.101, "failed"), (0.099, "passed"), (-0.101, "failed")):
-        found = check_steadiness(level_runs(60, (rise,) * 3))
+        found = check_steadiness(measured(**level_runs(60, (rise,) * 3)))
         assert (found.verdict, found.allowed) == (verdict, "10.0 % of either sign")
     se = 1.2533 * 1.4826 * 0.1 / math.sqrt(3)
-    found = check_steadiness(level_runs(60, (0.1, 0.2, 0.3)))
+    found = check_steadiness(measured(**level_runs(60, (0.1, 0.2, 0.3))))
     assert (found.verdict, found.allowed) == ("passed", f"{300 * se:.1f} % of either sign")
 
 
 def test_copies_are_listed_with_what_they_are_copies_of():
     sheet: Any = {name: SimpleNamespace(intruder="") for name in "abcd"}
-    found = check_logs(sheet, {"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")})
+    found = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
     assert found.verdict == "failed"
     assert [(one.run_id, one.values["runs"]) for one in found.runs] == [
         ("b", "c, d"), ("c", "b, d"), ("d", "b, c"),
     ]  # fmt: skip
-    assert check_logs(sheet, {"a": ()}).verdict == "passed"
-    assert check_logs(sheet, {}).verdict == "not checked"
+    assert check_logs(measured(sheet, copies={"a": ()})).verdict == "passed"
+    assert check_logs(measured(sheet, copies={})).verdict == "not checked"
 
 
 @pytest.mark.parametrize(
@@ -964,21 +983,13 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     def one(name):
         return Check(name, "failed" if name == failed else "passed", runs=(flag,))
 
-    monkeypatch.setattr(checks, "against_known", lambda *_: ([], []))
-    for function, names in {
-        "check_channels": ["channels"], "check_rods": ["rods"], "check_drift": ["drift"],
-        "check_axes": ["work", "symmetry", "up_down"], "check_surface": ["surface", "linearity"],
-        "check_steadiness": ["steadiness"], "check_repeats": ["repeats"], "check_logs": ["same_logs"],
-        "check_size": ["size"],
-    }.items():  # fmt: skip
-        made: Any = one(names[0]) if len(names) == 1 else [one(name) for name in names]
-        monkeypatch.setattr(checks, function, lambda *_, made=made: made)
-    medium = SimpleNamespace(expected_alpha=None, accept={failed: "why"} if accepted else {})
+    order = {name: lambda _, name=name: one(name) for name in checks.IN_ORDER}
+    monkeypatch.setattr(checks, "IN_ORDER", order)
+    medium = SimpleNamespace(accept={failed: "why"} if accepted else {})
     campaign: Any = SimpleNamespace(
-        config=SimpleNamespace(media={"m": medium}, table=None), runs_of=lambda _: []
+        config=SimpleNamespace(media={"m": medium}), runs_of=lambda _: []
     )
-    tables = dict.fromkeys(("runs", "tares", "fits", "peers"), pd.DataFrame())
-    found = check_medium(campaign, "m", tables | {"alpha": on_grid("poppy_LP", "few")}, {})
+    found = checks.check_medium(campaign, "m", {}, {})
     assert [one.check for one in found] == [*CHECKS]
     verdicts = {str(one.check): one.verdict for one in found}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")

@@ -799,7 +799,7 @@ CheckName = Literal[
     "channels", "rods", "work", "symmetry", "up_down", "drift", "surface", "linearity",
     "steadiness", "repeats", "same_logs", "size",
 ]  # fmt: skip
-"""Checks of `rftfit.measure.checks`."""
+"""Checks of `rftfit.measure.verdicts`."""
 
 
 class Medium(Model):

@@ -36,7 +36,7 @@ def check(
     fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
-    from rftfit.measure.checks import FAILED
+    from rftfit.measure.verdicts import FAILED
     from rftfit.workflow.check import check_all
 
     found = check_all(config)

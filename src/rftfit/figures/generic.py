@@ -9,7 +9,7 @@ import numpy as np
 from rftfit.figures import captions, maps, style
 from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
 from rftfit.figures.registry import figure, only_if
-from rftfit.measure.checks import usable
+from rftfit.measure.verdicts import usable
 from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import GENERIC
 

@@ -10,8 +10,8 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
-from rftfit.measure.checks import ACCEPTED, FAILED
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.verdicts import ACCEPTED, FAILED
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:

@@ -17,9 +17,9 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
-from rftfit.measure.checks import usable
 from rftfit.measure.flags import Remark, quoted, remark, say
 from rftfit.measure.slopes import student_quantile
+from rftfit.measure.verdicts import usable
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
 from rftfit.model.fourier import (
     TERMS,

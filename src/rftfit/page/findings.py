@@ -23,9 +23,9 @@ from rftfit.figures.captions import (
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
-from rftfit.measure.checks import UNUSABLE
 from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of, remark
+from rftfit.measure.verdicts import UNUSABLE
 from rftfit.page.cells import records
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within

@@ -8,10 +8,18 @@ from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.captions import in_brackets, name_of, percent, span
-from rftfit.measure.checks import ACCEPTED, CHECKS, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
+from rftfit.measure.verdicts import (
+    ACCEPTED,
+    CHECKS,
+    DOUBTFUL,
+    FAILED,
+    NOT_CHECKED,
+    PASSED,
+    UNUSABLE,
+)
 from rftfit.page.cells import records
 from rftfit.results import Results
 
@@ -172,13 +180,13 @@ def believed(results: Results) -> dict[str, Any]:
     for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
         where = ", ".join(titles[medium] for medium in rows["medium"])
         everywhere = len(rows) == len(results.media)
-        unchecked.append(CHECKS[str(check)][1] + ("" if everywhere else f" ({where})"))
+        unchecked.append(CHECKS[str(check)].question + ("" if everywhere else f" ({where})"))
     return {
         "failed": [
             (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
             for row in records(failed)
         ],
-        "passed": [CHECKS[check][1] for check in dict.fromkeys(good["check"])],
+        "passed": [CHECKS[check].question for check in dict.fromkeys(good["check"])],
         "unchecked": unchecked,
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),

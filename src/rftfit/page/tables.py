@@ -14,10 +14,10 @@ from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICT
 from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.checks import DOUBTFUL
 from rftfit.measure.depths import power_of
 from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of
+from rftfit.measure.verdicts import DOUBTFUL
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.compare.peers import apart, compare_runs
 from rftfit.measure.alpha import alpha_table
-from rftfit.measure.checks import COLUMNS, check_medium, marked, marks_of
+from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
@@ -17,6 +17,7 @@ from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
+from rftfit.measure.verdicts import COLUMNS, marked, marks_of
 
 if TYPE_CHECKING:
     import pandas as pd

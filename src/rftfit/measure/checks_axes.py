@@ -1,0 +1,206 @@
+"""What an alpha table itself shows: whether the medium takes energy, axes and signs, the turn of the mount."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+from rftfit.measure.alpha import alpha_columns, column, rows_at
+from rftfit.measure.fits import LEAST_WORK
+from rftfit.measure.verdicts import Check, Measured, flags_on, judged, not_checked, rows_of
+
+_SIGMAS = 3.0
+_SIGMAS_PUSH = 2.0
+"""Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
+_CELLS = 3
+_TURN, _ALIKE = 0.04, 0.05
+"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg."""
+
+
+def check_work(measured: Measured) -> Check:
+    """Whether the medium takes energy in all cells but a few; other axes that would mend it are named."""
+    alpha, sheet = measured.tables["alpha"], measured.sheet
+    cells = Cells.of(alpha)
+    if not (count := cells.gamma.size):
+        return not_checked("work", "no cell has alpha")
+    done, least = cells.work
+    back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
+    runs = " ".join(back["run_ids"]).split()
+    where = "the columns of the table" if measured.config.table else "transducer.axes"
+    given = f"{cells.back} of {count} cells give energy back"
+    sentence = (
+        f"The signs of forces or motion are wrong in some runs ({given}: {rows_of(runs, sheet)}): look at "
+        f"the direction, the angles and the logs of these runs, then at {where}."
+    )
+    if (other := other_axes(cells)) is not None:
+        name, then = other
+        after = f"{then.back or 'none'} of them with that put right"
+        sentence = f"{name} ({given}; {after}): look at {where}."
+        # the axes are those of all runs
+        runs = []
+    worst = int((done / least).argmin())
+    found = f"{given}, the lowest D = {done[worst]:.3g} N/cm^3"
+    allowed = f"D of {-least[worst]:.3g} N/cm^3 or more in all but {_CELLS - 1} cells"
+    return judged("work", cells.resists, found, allowed, sentence, flags_on(runs, "gives-back"))
+
+
+def check_symmetry(measured: Measured) -> Check:
+    """Whether mirror images straight down feel opposite horizontal forces."""
+    cells = Cells.of(measured.tables["alpha"])
+    turn, se = cells.turn_rad
+    if math.isnan(turn):
+        return not_checked("symmetry", "no alpha at (0, 90) deg, and no mirror images")
+    degrees = math.degrees(turn)
+    lo, hi = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
+    found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
+    allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
+    sentence = (
+        f"Plates straight down feel a horizontal force to one side ({found}): look at transducer.turn_deg and "
+        "transducer.axes, and for a bent plate or a slanted bed."
+    )
+    return judged("symmetry", cells.upright, found, allowed, sentence)
+
+
+def check_up_down(measured: Measured) -> Check:
+    """Whether pushing a level plate down takes more than pulling it up."""
+    cells = Cells.of(measured.tables["alpha"])
+    if cells.push is None or cells.pull is None:
+        return not_checked("up_down", "no alpha at (0, 90) or at (0, -90) deg")
+    down, up = cells.force[0, [cells.push, cells.pull]]
+    found = f"alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3"
+    sentence = (
+        f"Pulling a level plate up takes more than pushing it down ({found}): look whether "
+        "intrusions and extractions are exchanged in the run sheet."
+    )
+    allowed = "alpha_z(0, 90) above the size of alpha_z(0, -90)"
+    return judged("up_down", cells.heavier_down, found, allowed, sentence)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells that have alpha; `force` and `se` are of shape (2, n), z and x, N/cm^3.
+
+    `gamma`: rad. `side`: -1 where alpha_x was turned, as that of an extraction. `turn`: the part of `se`
+    that a turn of the mount beyond what is stated makes in x.
+    `push`, `pull`: Where the cells (0, 90) and (0, -90) deg are; None where they have no alpha.
+    `pairs`: Cells straight up or down that are mirror images of each other, or of themselves.
+    """
+
+    gamma: FloatArray
+    side: FloatArray
+    force: FloatArray
+    se: FloatArray
+    turn: FloatArray
+    push: int | None
+    pull: int | None
+    pairs: tuple[tuple[int, int], ...]
+
+    @classmethod
+    def of(cls, alpha: pd.DataFrame) -> Cells:
+        """Take the cells that have alpha out of an alpha table."""
+        known = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
+        table = alpha.iloc[known].reset_index(drop=True)
+        force = np.stack(alpha_columns(table))
+        se = np.nan_to_num(np.stack([table[column(c, "_se")].to_numpy(float) for c in "zx"]))
+        gamma = np.radians(table["gamma_deg"].to_numpy(float))
+        turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
+        beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+        push, pull = (int(row) if row >= 0 else None for row in rows_at(table, 0, [90, -90]))
+        image = rows_at(table, -beta_deg, gamma_deg)
+        pairs = tuple(
+            (one, int(other)) for one, other in enumerate(image)
+            if other >= one and abs(gamma_deg[one]) == 90
+        )  # fmt: skip
+        side = np.where(gamma < 0, -1.0, 1.0)
+        return cls(gamma, side, force, se, turn, push, pull, pairs)
+
+    def turned(self, matrix: FloatArray) -> Cells:
+        """What the table would be with other axes: `matrix` acts on the force (z, x)."""
+        sides = np.stack([np.ones_like(self.side), self.side])
+        turn = matrix[:, :, None] * sides[:, None] * sides[None]
+        force = np.einsum("ijn,jn->in", turn, self.force)
+        se = np.sqrt(np.einsum("ijn,jn->in", turn**2, self.se**2))
+        return replace(self, force=force, se=se)
+
+    @property
+    def work(self) -> tuple[FloatArray, FloatArray]:
+        """D = alpha_x cos gamma + alpha_z sin gamma, and how far below 0 noise may bring it."""
+        share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
+        se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
+        sigmas = np.full(se.shape, _SIGMAS)
+        if self.push is not None:
+            sigmas[self.push] = _SIGMAS_PUSH
+        return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
+
+    @property
+    def back(self) -> int:
+        """Number of cells in which the medium gives energy back."""
+        done, least = self.work
+        return int(np.count_nonzero(done < -least))
+
+    @property
+    def resists(self) -> bool:
+        """Whether the medium takes energy, as it must."""
+        done, least = self.work
+        pulled = self.push is not None and done[self.push] < -least[self.push]
+        return self.back < _CELLS and not pulled
+
+    @property
+    def turn_rad(self) -> tuple[float, float]:
+        """How far the mount is turned beyond what is stated, and its standard error; NaN if not measured.
+
+        Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
+        """
+        one, other = np.array(self.pairs, dtype=int).reshape(-1, 2).T
+        z, x = ((part[one] + part[other]) for part in (self.force[0] * self.side, self.force[1]))
+        variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
+        # a cell that is its own image is there twice
+        error = np.where(one == other, 4 * variance[one], variance[one] + variance[other])
+        weight = z / np.maximum(error + (_ALIKE * np.abs(z).max(initial=0)) ** 2, 1e-12)
+        size = float(weight @ z)
+        if not size > 0:
+            return math.nan, math.nan
+        return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ error)) / size
+
+    @property
+    def upright(self) -> bool:
+        """Whether mirror images straight down feel opposite horizontal forces."""
+        turn, se = self.turn_rad
+        return not abs(turn) > _TURN + _SIGMAS * se
+
+    @property
+    def heavier_down(self) -> bool:
+        """Whether pushing a level plate down takes more than pulling it up."""
+        if self.push is None or self.pull is None:
+            return True
+        (down, up), errors = (part[0, [self.push, self.pull]] for part in (self.force, self.se))
+        return bool(abs(up) - down <= _SIGMAS * math.hypot(*errors))
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """Number of these tests that fail, and of cells that give energy back: the fewer the better."""
+        return 3 - self.resists - self.upright - self.heavier_down, self.back
+
+
+_OTHER_AXES = {
+    "Z looks reversed": [[-1, 0], [0, 1]],
+    "X looks reversed": [[1, 0], [0, -1]],
+    "Z and x both look reversed, or the logs of plates and rods exchanged": [[-1, 0], [0, -1]],
+    "X and z look exchanged": [[0, 1], [1, 0]],
+    "X and z look exchanged, with z reversed": [[0, -1], [1, 0]],
+    "X and z look exchanged, with x reversed": [[0, 1], [-1, 0]],
+    "X and z look exchanged, and both reversed": [[0, -1], [-1, 0]],
+}
+
+
+def other_axes(cells: Cells) -> tuple[str, Cells] | None:
+    """The other axes with which a table that gives energy back is as it should be, if there are any."""
+    if cells.resists:
+        return None
+    tried = {name: cells.turned(np.array(matrix)) for name, matrix in _OTHER_AXES.items()}
+    best = min(tried, key=lambda name: tried[name].rank)
+    return (best, tried[best]) if tried[best].resists and tried[best].rank < cells.rank else None

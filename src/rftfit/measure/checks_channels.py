@@ -1,0 +1,211 @@
+"""Whether each channel of the transducer measures what it should: in its readings, and against known media."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rftfit.campaign.config import Config
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
+from rftfit.measure.checks_axes import Cells, other_axes
+from rftfit.measure.checks_runs import check_drift, check_rods
+from rftfit.measure.fits import is_symmetric
+from rftfit.measure.flags import Remark
+from rftfit.measure.levels import Mask, two_heaps
+from rftfit.measure.verdicts import (
+    Check,
+    Measured,
+    as_sentence,
+    flags_on,
+    judged,
+    not_checked,
+    rows_of,
+)
+
+_CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
+_SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
+"""Relative to alpha_z(0, 90): less is silence; all published media feel more than the second in some directions;
+above the third no ordinary turn of the mount changes a sign."""
+_MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
+
+Cause = tuple[str, list[Remark]]
+"""What is wrong with a channel, in words, and flags of the runs that show it."""
+
+
+def check_channels(measured: Measured) -> Check:
+    """Look for a channel that is constant, frozen or cut off, feels nothing, or is another's or reversed."""
+    facts = measured.tables["runs"]
+    read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
+    logs = [(measured.sheet[row["run_id"]], row) for row in read]
+    logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
+    # what stands still or stops, or an exchange, is the first name of what feels nothing
+    causes = stuck(measured.config, logs) or sideways(measured.config, logs)
+    causes = causes or against_known(measured, *_already_explained(measured))
+    if not logs and not causes:
+        return not_checked("channels", "no readings of channels")
+    found = "; ".join(words for words, _ in causes) or f"{len(logs)} logs"
+    allowed = f"below {_FROZEN:.0%} of a stroke at one reading, no end in common below the range"
+    flags = [flag for _, own in causes for flag in own]
+    return judged("channels", not causes, found, allowed, as_sentence(found), flags)
+
+
+Logs = Sequence[tuple[Run, dict[Any, Any]]]
+
+
+def _measured_channel(config: Config, axis: str) -> str | None:
+    """Channel along an axis; None where the config states a constant for it."""
+    name = getattr(config.transducer.axes, axis)[1:]
+    stated = config.force_log.columns.get(name)
+    return None if stated is not None and stated.constant is not None else name
+
+
+def _pushes(logs: Logs) -> Logs:
+    """What goes deeper feels more and more; a level path or a pull need not."""
+    return [one for one in logs if one[0].direction not in ("horizontal", "extraction")]
+
+
+def stuck(config: Config, logs: Logs) -> list[Cause]:
+    """Channels along x and z that stand still, or that stop below their range in several logs."""
+    causes = []
+    for axis in "xz":
+        if (name := _measured_channel(config, axis)) is None:
+            continue
+        feels = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
+        dead = [row for row in feels if row[f"{name}_held"] >= _FROZEN]
+        if len(dead) >= min(_LOGS, len(feels)) > 0:
+            whole = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
+            words = (
+                f"{name}, along {axis}, {'is constant' if whole else 'stands still'} in "
+                f"{len(dead)} of {len(feels)} logs: look at its cable and its column"
+            )
+            runs = [row["run_id"] for row in dead]
+            causes.append((words, flags_on(runs, "channel-still", channel=name)))
+            continue
+        limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
+        for value, runs in _ends([row for _, row in logs], name, limit).items():
+            words = (
+                f"{name}, along {axis}, stops at {value:g} N in {len(runs)} of {len(logs)} logs, "
+                "below its range: look at the range of amplifier and logger"
+            )
+            flags = flags_on(runs, "channel-clipped", channel=name, newtons=value)
+            causes.append((words, flags))
+    return causes
+
+
+def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float, list[str]]:
+    """Readings below the range at which a channel stops in several logs, and these runs."""
+    found: dict[float, list[str]] = {}
+    for row in rows:
+        low, high, held = (row[f"{name}_{fact}_N"] for fact in ("low", "high", "held"))
+        if row[f"{name}_held"] >= _CLIPPED and low < high and held in (low, high):
+            found.setdefault(held, []).append(row["run_id"])
+    return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
+
+
+def sideways(config: Config, logs: Logs) -> list[Cause]:
+    """Channels x and y exchanged: what lies across the motion feels more than what lies along it."""
+    slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
+    y, x = (getattr(config.transducer.axes, axis)[1:] for axis in "yx")
+    across, along = (
+        np.array([row[f"{name}_high_N"] - row[f"{name}_low_N"] for row in slanted])
+        for name in (y, x)
+    )
+    if not slanted or np.median(across) <= 10 * config.transducer.precision_N:
+        return []
+    ratio = float(np.median(across / np.maximum(along, 1e-9)))
+    words = (
+        f"x and y look exchanged: {y}, across the motion, feels {ratio:.3g} times what {x}, along it, does: "
+        "look at transducer.axes"
+    )
+    return [(words, [])] if ratio > _SIDEWAYS else []
+
+
+def _already_explained(measured: Measured) -> tuple[set[str], bool]:
+    """Runs whose logs look like those of rods; whether other axes or a drift of all runs explain the rest."""
+    exchanged = {flag.run_id for flag in check_rods(measured).runs}
+    drifting = len(check_drift(measured).runs) == len(measured.tables["fits"])
+    return exchanged, drifting or other_axes(Cells.of(measured.tables["alpha"])) is not None
+
+
+def against_known(measured: Measured, exchanged: set[str], explained: bool) -> list[Cause]:
+    """Runs in which a channel feels nothing of what every known medium makes it feel, the opposite, or a part."""
+    config, tables, sheet = measured.config, measured.tables, measured.sheet
+    known_z_x = ["known_z_ratio", "known_x_ratio"]
+    table = tables["fits"].merge(tables["peers"][["run_id", *known_z_x]], on="run_id")
+    noise = tables["runs"][["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]]
+    table = table.merge(noise, on="run_id")
+    table = table[~table["run_id"].isin([*exchanged])]
+    if table.empty:
+        return []
+    side = np.where(table["mirrored"].to_numpy(bool), -1.0, 1.0)
+    sides = np.stack([np.ones_like(side), side])
+    force = sides * np.stack([
+        table[f"alpha_{c}_N_per_cm3"].to_numpy(float) + table[f"alpha_{c}_rod_N_per_cm3"].fillna(0)
+        for c in "zx"
+    ])  # fmt: skip
+    known = sides * table[known_z_x].to_numpy(float).T
+    turn = math.radians(config.transducer.turn_deg)
+    mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
+    strong = np.abs(known) >= _CLEAR
+    with np.errstate(invalid="ignore", divide="ignore"):
+        sizes = [float(np.nanmedian(np.abs(mount[c] / known[c])[strong[c]])) if strong[c].any() else 0.0
+                 for c in (0, 1)]  # fmt: skip
+    size = np.nanmax(sizes)
+    causes = []
+    for place, axis in enumerate("zx"):
+        name = _measured_channel(config, axis)
+        if not size > 0 or name is None:
+            continue
+        faint = np.abs(mount[place]) < _SILENT * size
+        must = np.abs(known[place]) >= _MUST_FEEL
+        silent = faint & must
+        opposite = (np.sign(force[place]) != np.sign(known[place])) & ~faint & must
+        reversed_ = opposite & strong[place]
+        fewest = min(max(_LOGS, math.ceil(_FAINT * must.sum())), must.sum())
+        code, runs = "", table["run_id"]
+        values: dict[str, Any] = {"channel": name}
+        if not explained and silent.sum() >= fewest > 0:
+            code, runs = "channel-silent", runs[faint]
+            what = f"feels nothing in {silent.sum()} of {must.sum()} runs that must feel something"
+            look = "its cable and its column"
+        elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
+            code, runs = "channel-reversed", runs[opposite]
+            what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs that tell"
+            look = "its wires and at the motion of these runs"
+        elif gain := _other_gain(
+            table[f"{name}_noise_N"].to_numpy(float), mount[place], known[place], strong[place]
+        ):
+            times, other = gain
+            code, runs, values = "channel-gain", runs[other], values | {"times": times}
+            what = (
+                f"has {times:.2g} times the noise, and about as many times the force, in {other.sum()} of "
+                f"{other.size} runs, beside the others"
+            )
+            look = "its amplifier and its unit"
+        if code:
+            whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
+            words = f"{whose} {what} ({rows_of(runs, sheet)}): look at {look}"
+            causes.append((words, flags_on(runs, code, **values)))
+    return causes
+
+
+def _other_gain(
+    noise: FloatArray, force: FloatArray, known: FloatArray, strong: Mask
+) -> tuple[float, Mask] | None:
+    """Runs in which noise and force of a channel are both so many times those of the others."""
+    if not (noise > 0).all() or (heaps := two_heaps(np.log(noise))) is None:
+        return None
+    other = heaps[1]
+    if not (strong & other).any() or not (strong & ~other).any():
+        return None
+    share = np.abs(force / np.where(strong, known, 1.0))
+    times, more = (
+        float(np.median(of[strong & other]) / np.median(of[strong & ~other]))
+        for of in (noise, share)
+    )
+    alike = more > 0 and abs(math.log(more / times)) < 0.5 * abs(math.log(times))
+    return (times, other) if alike and abs(math.log(times)) > math.log(_GAIN) else None

@@ -1,0 +1,85 @@
+"""One level or two: the median of some runs, heaps of values, and stretches of runs with a level of their own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+
+Mask = npt.NDArray[np.bool_]
+
+FEW_RUNS = 3
+MODES, _LEAST_SPREAD, _HEAP = 8.0, 0.03, 0.2
+"""Two heaps: least difference in spreads; least spread, cm or ratio; least share of the runs."""
+
+
+def median_of_runs(values: FloatArray) -> tuple[float, float]:
+    """Median of some runs and its standard error, from their scatter; NaN for fewer than three."""
+    if values.size < FEW_RUNS:
+        return math.nan, math.nan
+    middle = float(np.median(values))
+    # 1.4826 makes a standard deviation of a median deviation, 1.2533 that of a median
+    scatter = 1.4826 * float(np.median(np.abs(values - middle)))
+    return middle, 1.2533 * scatter / math.sqrt(values.size)
+
+
+def _fewest(count: int) -> int:
+    return max(FEW_RUNS + 1, math.ceil(_HEAP * count))
+
+
+def two_heaps(values: FloatArray) -> tuple[float, Mask] | None:
+    """Tell which of some values lie in a heap of their own; None where there is one heap.
+
+    The smaller one, or of two equal ones that which is farther from 0, with how clear it is.
+    """
+    count, fewest = values.size, _fewest(values.size)
+    best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
+    least_rest = math.inf
+    ranks = np.empty(count, dtype=int)
+    ranks[np.argsort(values, kind="stable")] = np.arange(count)
+    for split in range(fewest, count - fewest + 1):
+        part = ranks >= split
+        middles = np.median(values[part]), np.median(values[~part])
+        rest = np.abs(values - np.where(part, *middles))
+        # of few runs, parted where they lie apart, the median deviation is small by chance
+        spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), _LEAST_SPREAD)
+        clear = float(abs(middles[0] - middles[1])) / spread / MODES
+        if clear > 1.0 and rest.sum() < least_rest - 1e-9:
+            best, least_rest = (clear, part), float(rest.sum())
+    clear, part = best
+    if clear <= 1.0:
+        return None
+    sizes = part.sum(), (~part).sum()
+    farther = abs(np.median(values[part])) >= abs(np.median(values[~part]))
+    first = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
+    return clear, part if first else ~part
+
+
+_MOST_ENDS = 300
+"""A stretch begins or ends at so many places at most."""
+
+
+def stretch_apart(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
+    """Find the stretch of runs, in order, whose start least squares move farthest, in standard errors."""
+    count, fewest = start.size, _fewest(start.size)
+    ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))
+    first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
+    fits = (last - first >= fewest) & (count - (last - first) >= fewest)
+    other = np.zeros(count, dtype=bool)
+    if not fits.any():
+        return other
+    first, last = first[fits], last[fits]
+    basis, _ = np.linalg.qr(common / sigma[:, None])
+    rest = start / sigma
+    rest = rest - basis @ (basis.T @ rest)
+    sums = np.zeros((count + 1, 2 + basis.shape[1]))
+    sums[1:] = np.cumsum(np.column_stack([rest, 1 / sigma, basis]) / sigma[:, None], axis=0)
+    along, power, *shared = (sums[last] - sums[first]).T
+    free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
+    best = int(np.argmax(np.abs(along) / np.sqrt(free)))
+    other[first[best] : last[best]] = True
+    # the smaller part is the other one
+    return other if 2 * other.sum() <= count else ~other

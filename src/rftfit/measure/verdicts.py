@@ -1,0 +1,179 @@
+"""Verdicts on a medium: what a check reads, what it says, what follows, and how tables carry that.
+
+``docs/theory/checks.md`` says what each check rests on and where its threshold is from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, get_args
+
+import pandas as pd
+
+from rftfit.campaign.config import CheckName, Config, Medium
+from rftfit.campaign.sheet import Run
+from rftfit.measure.flags import (
+    FLAGS,
+    MARKS,
+    Remark,
+    flag_columns,
+    flags_of,
+    reason_columns,
+    remark,
+)
+
+PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
+UNUSABLE, DOUBTFUL = "unusable", "doubtful"
+
+
+class Rule(NamedTuple):
+    """What follows for a medium that fails a check, what the check asks, and what must be put right before.
+
+    A failure of one of `after` comes first: the check's own would be another name of it.
+    """
+
+    effect: str
+    question: str
+    after: tuple[CheckName, ...] = ()
+
+
+_LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
+_ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
+CHECKS: dict[str, Rule] = {
+    "channels": Rule(UNUSABLE, "no channel is dead, frozen, cut off, reversed or another's"),
+    "rods": Rule(UNUSABLE, "rods feel less than plates", ("channels",)),
+    "work": Rule(UNUSABLE, "the medium takes energy", _LOGS),
+    "symmetry": Rule(
+        UNUSABLE, "plates at beta and -beta straight down feel opposite horizontal forces", _ALPHA
+    ),
+    "up_down": Rule(DOUBTFUL, "down is harder than up", _ALPHA),
+    "drift": Rule(DOUBTFUL, "the zero of the force stays where it is", ("channels", "rods")),
+    "surface": Rule(DOUBTFUL, "stress begins at the surface, in all runs alike", _LOGS),
+    "linearity": Rule(DOUBTFUL, "stress is proportional to depth", (*_LOGS, "surface")),
+    "steadiness": Rule(DOUBTFUL, "horizontal runs are steady", _LOGS),
+    "repeats": Rule(
+        DOUBTFUL, "each run is as the other runs say", (*_ALPHA, "symmetry", "surface")
+    ),
+    "same_logs": Rule(UNUSABLE, "no log is there twice"),
+    "size": Rule(UNUSABLE, "alpha is as large as expected", _LOGS),
+}
+assert tuple(CHECKS) == get_args(CheckName)
+
+COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence"]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What checks read of one medium.
+
+    `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``alpha``, ``tared`` and
+    ``windows``. `copies`: Of `copies_of`.
+    """
+
+    config: Config
+    medium: Medium
+    sheet: Mapping[str, Run]
+    tables: Mapping[str, pd.DataFrame]
+    copies: Mapping[str, Collection[str]]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What one check says about one medium: `found` and `allowed` in words, the likely cause in `sentence`.
+
+    `runs`: what is wrong with single runs, for the flags of their cells.
+    """
+
+    check: CheckName
+    verdict: str
+    found: str = ""
+    allowed: str = ""
+    sentence: str = ""
+    runs: tuple[Remark, ...] = ()
+
+    @property
+    def effect(self) -> str:
+        """What follows for the medium."""
+        return CHECKS[self.check].effect if self.verdict == FAILED else ""
+
+
+def judged(
+    check: CheckName,
+    good: bool,
+    found: str,
+    allowed: str,
+    sentence: str,
+    runs: Iterable[Remark] = (),
+) -> Check:
+    """Pass a medium, or fail it with a sentence."""
+    verdict, words = (PASSED, "") if good else (FAILED, sentence)
+    return Check(check, verdict, found, allowed, words, tuple(runs))
+
+
+def not_checked(check: CheckName, why: str) -> Check:
+    """Say why a medium cannot be checked."""
+    return Check(check, NOT_CHECKED, why)
+
+
+def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:
+    """One flag on each of some runs."""
+    return [remark(code, run_id=run, **values) for run in runs]
+
+
+def as_sentence(words: str) -> str:
+    """Begin with a capital letter and end with a full stop."""
+    return f"{words[0].upper()}{words[1:]}."
+
+
+MOST_NAMED = 6
+"""So many rows or runs are named in a sentence."""
+
+
+def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
+    """Rows of the run sheet of some runs, in few words: ``rows 2 to 34 and 40``; rods between them do not count."""
+    wanted = set(runs)
+    spans: list[list[int]] = []
+    before = False
+    for run in sorted(sheet.values(), key=lambda run: run.row):
+        if run.run_id in wanted:
+            spans = spans if before else [*spans, [run.row, run.row]]
+            spans[-1][1] = run.row
+        before = run.run_id in wanted or (before and run.kind not in ("plate", "leg"))
+    words = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]
+    if len(words) > MOST_NAMED:
+        words = [*words[: MOST_NAMED - 1], f"others to {spans[-1][1]}"]
+    listed = " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+    return f"{'rows' if len(wanted) > 1 else 'row'} {listed} of the run sheet"
+
+
+def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
+    """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
+    found = {}
+    for medium, rows in checks.groupby("medium", sort=False):
+        marks = []
+        for effect in (UNUSABLE, DOUBTFUL):
+            failed = ", ".join(rows.loc[rows["effect"] == effect, "check"])
+            marks += [remark(effect, checks=failed)] if failed else []
+        # by the config as it is now, which may be newer than the table
+        accept: dict[Any, str] = media[str(medium)].accept
+        accepted = rows.loc[rows["verdict"] == ACCEPTED, "check"]
+        marks += [remark(ACCEPTED, check=check, why=accept.get(check, "")) for check in accepted]
+        if marks:
+            found[str(medium)] = marks
+    return found
+
+
+def marked(alpha: pd.DataFrame, checks: Sequence[Check], marks: Sequence[Remark]) -> pd.DataFrame:
+    """Add the marks of its medium to an alpha table, and flags to the cells of single bad runs."""
+    alpha = alpha.assign(**reason_columns(marks, MARKS))
+    bad = {one.run_id: one for check in checks for one in check.runs}
+    added = ([bad[run] for run in runs.split() if run in bad] for runs in alpha["run_ids"])
+    rows = zip(alpha.to_dict("records"), added, strict=True)
+    alpha[[*FLAGS]] = [[*flag_columns([*flags_of(row), *own]).values()] for row, own in rows]
+    return alpha
+
+
+def usable(alpha: pd.DataFrame) -> bool:
+    """Whether a medium may enter what is made from several media."""
+    return not any(UNUSABLE in str(own).split() for own in alpha.get("checks_code", ()))
