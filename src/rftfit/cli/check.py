@@ -79,7 +79,7 @@ def _print(found: Checked, checks: list[dict[str, Any]] | None) -> None:
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     """Print the physical checks, and what to look at where one fails."""
-    from rftfit.measure.checks import ACCEPTED, FAILED
+    from rftfit.measure.verdicts import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
     say(table(list(names), [[str(row[name]) for name in names] for row in rows]))
