@@ -116,9 +116,9 @@ def alpha_table(
     rows = []
     for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
         place = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
-        rows.append(place | numbers | cell.told)
+        rows.append(place | numbers | cell.columns)
     # no plate run at all: the columns of a table all the same
-    columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_TOLD]
+    columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_WORDS]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -155,10 +155,10 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
             alpha, se = (np.array([run[column(component, q)] for run in part], dtype=float)
                          for q in ("", "_se"))  # fmt: skip
             same = len({run.get("tare_run", "") for run in part}) < len(part)
-            tare, bent = (np.array([run.get(column(component, q), 0.0) for run in part])
+            tare, curvature = (np.array([run.get(column(component, q), 0.0) for run in part])
                           for q in ("_tare", "_curvature"))  # fmt: skip
             # a tare that they share and a curvature that they have alike do not make them differ
-            groups.append((alpha, np.sqrt(np.maximum(se**2 - same * tare**2 - bent**2, 0.0))))
+            groups.append((alpha, np.sqrt(np.maximum(se**2 - same * tare**2 - curvature**2, 0.0))))
     return groups
 
 
@@ -177,14 +177,14 @@ class _Cell:
     """The runs of one direction that give its alpha: the sum of `share` times that of each run.
 
     `level`: whether their means at several depths are fitted, as in horizontal runs; `line`: by a line through
-    zero. `told`: other columns.
+    zero. `columns`: depths, runs, flags and reasons.
     """
 
     runs: list[Row]
     share: FloatArray
     level: bool
     line: bool
-    told: dict[str, float | int | str]
+    columns: dict[str, float | int | str]
 
     def sum(self, name: str) -> float:
         """What the runs have in a column, added up by their shares."""
@@ -197,7 +197,7 @@ class _Cell:
 
 _NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
 _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_TOLD = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", *FLAGS, *MARKS, *REASON]  # fmt: skip
+_WORDS = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", *FLAGS, *MARKS, *REASON]  # fmt: skip
 
 
 def _cell(
@@ -289,8 +289,8 @@ def _errors(
             row |= {column(c, f"_{name}"): part.sd for name, part in found.items()}
             if spread[c].source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
-            told = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
-            rows[-1] |= row | {"spread": told}
+            known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
+            rows[-1] |= row | {"spread": known_from}
     return rows
 
 
@@ -314,8 +314,10 @@ def _together(cell: _Cell) -> float:
 def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict[str, Part]:
     """Errors that the logs show, and those of surface and tare, of one component."""
     alpha, se, dof = cell.of(column(c)), cell.of(column(c, "_se")), cell.of(f"alpha_{c}_dof")
-    startup, tare, bent = (cell.of(column(c, f"_{name}")) for name in (STARTUP, TARE, CURVATURE))
-    own = np.maximum(se**2 - startup**2 - tare**2 - bent**2, 0) * cell.share**2
+    startup, tare, curvature = (
+        cell.of(column(c, f"_{name}")) for name in (STARTUP, TARE, CURVATURE)
+    )
+    own = np.maximum(se**2 - startup**2 - tare**2 - curvature**2, 0) * cell.share**2
     # runs that share a tare err alike, each to its own side
     signed = np.where((c == "x") & (cell.of("mirrored") != 0), -1.0, 1.0) * cell.share * tare
     names = np.array([str(run.get("tare_run", "")) for run in cell.runs])
@@ -329,7 +331,7 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
         TARE: Part(signs * math.hypot(*of_tares)),
         SURFACE: Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
         SESSION: Part(surface.session * float(moved.sum())),
-        CURVATURE: Part(float(cell.share @ bent) + _over_depths(cell, alpha, se, spread)),
+        CURVATURE: Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
     }
 
 

@@ -46,8 +46,8 @@ def alpha_at_depths(
     curved = math.isfinite(power_of(tables["fits"], tables["checks"]))
     for at in config.fit.depths_cm if curved else ():
         fit = config.fit.model_copy(update={"law": "power", "law_depth_cm": at})
-        bent = replace(campaign, config=config.model_copy(update={"fit": fit}))
-        fits = fit_medium(bent, medium, tables["runs"], tables["tared"], tables["tares"])[0]
+        with_power = replace(campaign, config=config.model_copy(update={"fit": fit}))
+        fits = fit_medium(with_power, medium, tables["runs"], tables["tared"], tables["tares"])[0]
         table = cells(fits, at)
         table.insert(3, "depth_cm", at)
         parts.append(table)

@@ -321,10 +321,10 @@ def _linearity_flags(
         return ()
     # curvature that stays below the noise of one sample bends nothing that could be measured
     visible = config.transducer.precision_N / plate.area_cm2
-    bent = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
+    is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     return tuple(
         remark("not-linear", component=name, percent=100 * ratio)
-        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, bent, strict=True)
+        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, is_curved, strict=True)
         if bad
     )
 

@@ -187,7 +187,7 @@ SENTENCES = {
     "few-points": "too few points: {found} in the window, {wanted} wanted",
     "zero-depths": "all depths are 0, where a stress has no slope through zero",
     "short-window": "window too short: it covers {found:.4g} cm of depth, {wanted:.4g} cm wanted ({least}): a slope "
-    "cannot be told from a constant stress",
+    "cannot be distinguished from a constant stress",
     "most-samples": "{count} of {size} samples {why}",
     "most-beyond-wall": "{count} of {size} samples {why}: the path goes from x = {first:.1f} to {last:.1f} cm, allowed are "
     "{low:.1f} to {high:.1f} cm from the middle of the container, which arm.middle_x_mm gives",
@@ -324,8 +324,8 @@ def say(remarks: Iterable[Remark]) -> str:
     """Say some remarks; those on one run stand together behind its name."""
     parts: list[str] = []
     for run, group in groupby(remarks, key=lambda one: one.run_id):
-        said = [sentence(one) for one in group]
-        parts += [f"{run}: {', '.join(said)}"] if run else said
+        sentences = [sentence(one) for one in group]
+        parts += [f"{run}: {', '.join(sentences)}"] if run else sentences
     return "; ".join(parts)
 
 
@@ -351,8 +351,8 @@ def flag_columns(flags: Collection[Remark]) -> dict[str, str]:
     """Columns of flags: words, codes, and the values that the words hold."""
     flags = list(dict.fromkeys(flags))
     values = [dict(one.values) | ({"run_id": one.run_id} if one.run_id else {}) for one in flags]
-    told = say(flags), " ".join(one.code for one in flags), json.dumps(values) if flags else ""
-    return dict(zip(FLAGS, told, strict=True))
+    cells = say(flags), " ".join(one.code for one in flags), json.dumps(values) if flags else ""
+    return dict(zip(FLAGS, cells, strict=True))
 
 
 def flags_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:

@@ -77,8 +77,8 @@ def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Join ledgers; a run in air that serves several media is read for each but counted once."""
     book = pd.concat([part.fillna({"medium": ""}) for part in parts], ignore_index=True)
     in_air = book["kind"] == "leg_air"
-    once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
-    return once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
+    counted_once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
+    return counted_once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
 
 
 def check(

@@ -1,4 +1,4 @@
-"""What would become of the logs of a campaign, told before it is run."""
+"""What would become of the logs of a campaign, before it is run."""
 
 from __future__ import annotations
 
@@ -56,36 +56,36 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
         flags = {  # of all else the table's own reader has warned
             run: tuple(one for one in own if one.code == "gives-back") for run, own in flags.items()
         }
-    # of the others the sheet has said so
-    told = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
-    found.runs = len(told)
+    # the sheet has reported the others
+    opened = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
+    found.runs = len(opened)
     refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
     doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
-    for run in told:
+    for run in opened:
         for reason in reasons[run.run_id]:
             refused[reason.code][run] = reason
         for flag in flags[run.run_id]:
             doubted[flag.code].setdefault(run, flag)
     lost = {run for members in refused.values() for run in members}
-    wanted = [run for run in told if run.kind not in TARE_KINDS] or told
+    wanted = [run for run in opened if run.kind not in TARE_KINDS] or opened
     severity: Severity = "error" if lost.issuperset(wanted) else "warning"
     for kinds, code, what in ((refused, "refused", "dropped"), (doubted, "flagged", "flagged")):
         for members in kinds.values():
-            place = _said(medium, list(members), len(told), f"would be {what}")
+            place = _place(medium, list(members), len(opened), f"would be {what}")
             text = str(next(iter(members.values())))
             found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
     return found
 
 
-_Told = dict[str, tuple[Remark, ...]]
+_Remarks = dict[str, tuple[Remark, ...]]
 
 
-def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Told, _Told]:
+def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Remarks, _Remarks]:
     """Reasons and flags of some runs, by run_id."""
     ingest = ingest_table if campaign.config.table else ingest_medium
-    reasons: _Told = {}
-    flags: _Told = {}
+    reasons: _Remarks = {}
+    flags: _Remarks = {}
     for part in _portions(runs):
         own = replace(campaign, runs=part)
         samples, status, _ = ingest(own, medium)
@@ -123,7 +123,7 @@ def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
     ]
 
 
-def _said(medium: str, members: list[Run], of: int, what: str) -> Place:
+def _place(medium: str, members: list[Run], of: int, what: str) -> Place:
     first = members[0]
     count = f"{len(members)} of {of} runs" if len(members) > 1 else "1 run"
     more = ", for example " if len(members) > 1 else ": "

@@ -24,7 +24,7 @@ _TURN_CM = 0.05
 _CORNER_CM, _CORNER_DEG = 0.1, 10.0
 _LEAST_TURN_DEG = 10.0
 _LONGEST_STEP_S = 0.5
-_TOLD = 6
+_MOST_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -134,9 +134,12 @@ _Found = tuple[float, float, float]
 def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, float]:
     """The stroke that the sheet names, in the order of time; where it names none, the only one."""
     if run.stroke is None and len(strokes) > 1:
-        told = [f"{length:.1f}" for length, _, _ in strokes]
-        told = told[:1] if len(set(told)) == 1 else [*told[:_TOLD], *["..."] * (len(told) > _TOLD)]
-        raise Refused("several-strokes", count=len(strokes), lengths=", ".join(told), unit=unit)
+        lengths = [f"{length:.1f}" for length, _, _ in strokes]
+        if len(set(lengths)) == 1:
+            lengths = lengths[:1]
+        elif len(lengths) > _MOST_NAMED:
+            lengths = [*lengths[:_MOST_NAMED], "..."]
+        raise Refused("several-strokes", count=len(strokes), lengths=", ".join(lengths), unit=unit)
     if (run.stroke or 1) > len(strokes):
         raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
     return strokes[(run.stroke or 1) - 1][1:]

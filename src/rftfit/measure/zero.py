@@ -25,7 +25,7 @@ class Zero:
     `force`, N: (2, n), a straight line in time between two stretches in air; else constant, (2, 1).
     `variance` (2,) of its error, N^2, allows for autocorrelation. `drift_N`: largest change between the
     two stretches; NaN if there is but one. `trend_N` (2,): what a straight line through the only stretch
-    would add until the stroke; NaN if there are two or if it cannot be told.
+    would add until the stroke; NaN if there are two or if it is not known.
     """
 
     force: FloatArray
