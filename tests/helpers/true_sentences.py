@@ -10,7 +10,7 @@ import re
 import sys
 from collections.abc import Callable
 
-from rftfit.figures.captions import of_method, predicted_by, tared
+from rftfit.figures.labels import of_method, predicted_by, tared
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figures, has_intervals
 from rftfit.page.page import page

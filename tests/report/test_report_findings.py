@@ -14,7 +14,6 @@ from matplotlib.text import Text
 from page_inputs import page_results, sand_results, write
 
 from rftfit.figures.maps import estimated_maps
-from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, content, preview
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.page.page import page as make_page
@@ -206,5 +205,3 @@ def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     assert [tuple(np.ravel([line.get_xdata(), line.get_ydata()])) for line in rings] == [
         (90.0, 0.0)
     ]
-    caption = next(one for one in figures() if one.name == "estimated_maps").caption_of(results)
-    assert "from 1 measured" in caption

@@ -19,7 +19,7 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
-from rftfit.figures.captions import span
+from rftfit.figures.labels import span
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     forces_over_zeta,
@@ -30,7 +30,6 @@ from rftfit.figures.legs import (
     legs_in_sands,
     peak_errors,
 )
-from rftfit.figures.registry import figures
 from rftfit.figures.sands import penetration as draw_penetration
 from rftfit.figures.style import content, save
 from rftfit.model.fourier import TERMS
@@ -432,13 +431,3 @@ def test_the_measured_peak_is_that_of_the_tables(draw):
 )
 def test_an_interval_has_a_width(low, high, told):
     assert span(low, high) == told
-
-
-def test_captions_tell_the_peak_errors():
-    behind = errors().assign(peak_error_percent=-4.5, peak_errors="hip 90 %, arc 10 %")
-    found = results(leg_errors=behind)
-    told = next(one for one in figures() if one.name == "legs").caption_of(found, "poppy_LP")
-    assert "measured table: c-leg \u22124.5 %, flat leg \u22124.5 %" in told
-    assert "(hip: its height): c-leg, hip 90 %, arc 10 %; flat leg, hip" in told
-    told = next(one for one in figures() if one.name == "legs_by_medium").caption_of(found)
-    assert "within 10 % in 6 and within 33 % in 6 of 6 cases" in told

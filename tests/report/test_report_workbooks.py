@@ -10,7 +10,7 @@ from page_inputs import bare_campaign, paper_config, write
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.captions import half_width
+from rftfit.figures.labels import half_width
 from rftfit.page.workbooks import Book, workbooks
 
 MEDIA = [*reference.MEDIA, "generic"]

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.figures import captions, maps, style
+from rftfit.figures import labels, maps, style
 from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
-from rftfit.figures.registry import figure, only_if
-from rftfit.measure.verdicts import usable
+from rftfit.figures.registry import figure, when
 from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
 TERM_LABELS = {
@@ -38,23 +36,9 @@ TERM_LABELS = {
 """The nine terms as the paper writes them."""
 
 
-def _numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    own, scaled = _tables(results)
-    if why_no_fit(scaled, "zeta"):
-        return None
-    own = own[(own["medium"] == GENERIC) & own["value_N_per_cm3"].notna()]
-    values = zip(own["coefficient"], own["value_N_per_cm3"], strict=True)
-    terms = ", ".join(f"{term} {style.number(value)}" for term, value in values)
-    fitted = scaled.loc[scaled["zeta"].notna(), "medium"]
-    several = sum(usable(results[name].alpha) for name in fitted) > 1
-    return captions.zetas(results) | {"generic": terms, "several": several, "single": not several}
-
-
 def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Coefficients, and zeta of the media, which counts where there is a generic profile."""
-    rows, scaled = (
-        captions.of_method(results, f"{n}.csv") for n in ("coefficients", "penetration")
-    )
+    rows, scaled = (labels.of_method(results, f"{n}.csv") for n in ("coefficients", "penetration"))
     # it is the mean of the usable media, of which there need not be one
     generic = (rows["medium"] == GENERIC).any()
     return rows, scaled if generic else scaled.assign(zeta=np.nan)
@@ -64,18 +48,14 @@ def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     "generic_profile",
     reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
     settings=("fourier",),
-    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    media=when(lambda campaign: campaign.of_role("laboratory")),
     paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",
-    caption="""{several}Coefficients of the media over their zeta (thin) against their term, and their mean, the generic M0 \
-(thick), by {method}.
-{single}Coefficients of the medium over its zeta against their term, by {method}: with one medium they are the generic M0.
-Below, the generic profile, and alpha over zeta against it.
-{several}Good: the coefficients of all media lie together.
-Good: the points lie along the lines of perfect collapse.
-Scaling: {zetas}.
-Generic coefficients, without a unit: {generic}.""",
-    numbers=_numbers,
+    caption=(
+        "Coefficients of the media over their zeta (thin), and their mean, the generic M0 (thick); below, the generic "
+        "profile, and alpha over zeta against it. Good: the media lie together, points along the lines."
+    ),
+    shown=lambda results, _: not why_no_fit(_tables(results)[1], "zeta"),
 )
 def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""

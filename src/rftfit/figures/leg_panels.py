@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import captions, style
+from rftfit.figures import labels, style
 from rftfit.model.outlines import leg_outline
 from rftfit.reference import LEGS
 
@@ -33,7 +33,7 @@ PROFILE_LOOKS: dict[str, tuple[str, Any, str]] = {
 }
 """Colour, line and marker of each profile; line and marker serve grey prints."""
 
-PROFILE_TITLES = captions.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
+PROFILE_TITLES = labels.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
@@ -43,7 +43,7 @@ NOTE_PT = 5.5
 
 def leg_title(leg: str) -> str:
     """Name of a leg in figures."""
-    return captions.LEGS.get(leg, style.plain(leg))
+    return labels.LEGS.get(leg, style.plain(leg))
 
 
 def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:

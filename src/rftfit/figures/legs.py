@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.compare.legs import measured_peak
-from rftfit.compare.sensitivity import shapes, told
-from rftfit.figures import captions, leg_panels, style
+from rftfit.figures import labels, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, rows_of
 from rftfit.figures.maps import why_no_fit
-from rftfit.figures.registry import figure, only_if
+from rftfit.figures.registry import figure, when
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,19 +23,12 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row
     from rftfit.results import Results
 
 
 def _legged(campaign: Campaign) -> tuple[str, ...]:
     return campaign.with_legs("laboratory")
-
-
-def _numbers(results: Results, media: Sequence[str]) -> Words:
-    return {
-        name: not {*media}.isdisjoint(own) for name, own in captions.predicted_by(results).items()
-    }
 
 
 # One medium, by every model
@@ -57,18 +49,9 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
     media=lambda campaign: _legged(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
-    caption="""Forces on the legs turned through {medium}: dots measured, lines predicted.
-Bands: {level} intervals.
-Shares of the errors in the variance of the peak lift by the measured table (hip: its height): {behind}.
-{depth_only}Insets: the depth-only model, the baseline, beside the same dots.
-Good: lines run through the dots.
-Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, medium: (
-        _numbers(results, [medium])
-        | {
-            "peaks": captions.peaks_by_leg(results, medium, PROFILES),
-            "behind": captions.errors_behind_peaks(results, medium),
-        }
+    caption=(
+        "Forces on the legs turned through {medium}: dots measured, lines predicted. "
+        "Good: lines run through the dots."
     ),
 )
 def legs(results: Results, medium: str) -> Figure:
@@ -157,15 +140,12 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
     "legs_by_medium",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit",),
-    media=only_if(lambda campaign: _legged(campaign)[1:]),
+    media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
-    caption="""Forces on the legs in the laboratory media. Dots: measured; the peak lifts stand above each panel.
-{table}Lines: predicted from the interpolated table. Good: they run through the dots.
-Bands: {level} intervals.
-Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: (
-        _numbers(results, results.laboratory) | captions.peaks(results, results.laboratory)
+    caption=(
+        "Forces on the legs in the laboratory media, the peak lifts above each panel. "
+        "Good: lines, predicted, run through the dots."
     ),
 )
 def legs_by_medium(results: Results) -> Figure:
@@ -177,15 +157,12 @@ def legs_by_medium(results: Results) -> Figure:
     "legs_depth_only",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit",),
-    media=only_if(lambda campaign: _legged(campaign)[1:]),
+    media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
-    caption="""Forces on the legs in the laboratory media. Dots: measured; the peak lifts stand above each panel.
-{depth_only}Dotted: by the depth-only model, the baseline, which knows depth and projected area but no angle.
-Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: (
-        _numbers(results, results.laboratory)
-        | captions.peaks_by_medium(results, results.laboratory, ["depth_only"])
+    caption=(
+        "Measured forces on the legs (dots) beside the depth-only model (dotted), the baseline, which knows depth and "
+        "projected area but no angle."
     ),
 )
 def legs_depth_only(results: Results) -> Figure:
@@ -197,18 +174,12 @@ def legs_depth_only(results: Results) -> Figure:
     "legs_in_sands",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit",),
-    media=only_if(lambda campaign: campaign.with_legs("natural_sand")),
+    media=when(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",
-    caption="""Forces on the legs in the natural sands. Dots: measured; the peak lifts stand above each panel.
-{map}Lines: predicted by the map from {pushes}. Good: they run through the dots.
-{map}Bands: {level} intervals.
-{generic}Thin lines: by the paper's scaling routine; they alone are in Fig. S12.
-Error of the predicted peak lift: {peaks}.""",
-    numbers=lambda results, _: (
-        _numbers(results, results.sands)
-        | captions.peaks_by_medium(results, results.sands, ["map", "generic"])
-        | {"pushes": captions.pushes_of_sands(results)}
+    caption=(
+        "Forces on the legs in the natural sands, predicted from few pushes into each. Good: thick lines run through the "
+        "dots; the thin ones are the paper's scaling routine."
     ),
 )
 def legs_in_sands(results: Results) -> Figure:
@@ -318,24 +289,18 @@ _DASHES: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-def _zeta_numbers(results: Results) -> Words | None:
-    if why_no_fit(captions.of_method(results, "penetration.csv"), "zeta"):
-        return None
-    return _numbers(results, results.laboratory) | captions.zetas(results)
-
-
 @figure(
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
     settings=("fit", "fourier"),
-    media=only_if(_legged),
+    media=when(_legged),
     paper="Fig. S8",
     section="Legs",
-    caption="""Measured forces over zeta in the laboratory media.
-{generic}Black: the generic prediction. Good: all curves fall on it.
-{generic}Grey: the widest of its {level} intervals.
-Scaling: {zetas}.""",
-    numbers=lambda results, _: _zeta_numbers(results),
+    caption=(
+        "Measured forces over zeta in the laboratory media. Good: all curves fall together, on the black generic "
+        "prediction."
+    ),
+    shown=lambda results, _: not why_no_fit(labels.of_method(results, "penetration.csv"), "zeta"),
 )
 def forces_over_zeta(results: Results) -> Figure:
     """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
@@ -343,7 +308,7 @@ def forces_over_zeta(results: Results) -> Figure:
     Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
     zeta (one and the same curve), its band the widest of their intervals.
     """
-    own, method = captions.of_method(results, "penetration.csv"), results.config.fourier.method
+    own, method = labels.of_method(results, "penetration.csv"), results.config.fourier.method
     if why := why_no_fit(own, "zeta"):
         return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
     zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
@@ -436,15 +401,13 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
     "peak_errors",
     reads=("leg_errors.csv",),
     settings=("fit",),
-    media=only_if(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
+    media=when(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="Legs",
-    caption="""How far the predicted peak lift is from the measured one, on a logarithmic axis of their ratio. The \
-shades are what the paper states: 10 % (c-leg, four media) and 33 % (all legs and media). Good: points inside the shades.
-Bars: {level} intervals.
-Errors: {peaks}.""",
-    numbers=lambda results, _: (
-        found if (found := captions.peaks(results, results.media))["peaks"] else None
+    caption=(
+        "Error of the predicted peak lift. Shaded: what the paper states, 10 % (c-leg, four media) and 33 % (all). "
+        "Good: points inside the shades."
     ),
+    shown=lambda results, _: results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
 )
 def peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
@@ -492,13 +455,6 @@ def peak_errors(results: Results) -> Figure:
 _SHAPE_PANEL_CM, _SHAPE_TOP_CM = 4.2, 0.5
 
 
-def _shape_numbers(results: Results) -> Words | None:
-    rows = _varied(results)
-    if rows.empty:
-        return None
-    return {"counts": told(shapes(rows)), "arcs": bool((rows["arc_deg"] > 0).any())}
-
-
 def _varied(results: Results) -> pd.DataFrame:
     """Peaks by the measured table beside measured ones, a row a shape of a leg."""
     table = results.table("leg_sensitivity.csv")
@@ -508,14 +464,13 @@ def _varied(results: Results) -> pd.DataFrame:
 @figure(
     "leg_shapes",
     reads=("leg_sensitivity.csv",),
-    media=only_if(_legged),
+    media=when(_legged),
     section="Legs",
-    caption="""Error of the predicted peaks by the measured table, as the shape of the legs is varied: the face (full: \
-middle line; hollow: half the thickness ahead), the height of the hip (bars: 2 mm up and down).
-{arcs}Across: the angle that the arc of a curved leg spans.
-Shaded: the 33 % that the paper states for all legs and media. Good: points inside the shade whatever the shape.
-Peaks within 33 %: {counts}.""",
-    numbers=lambda results, _: _shape_numbers(results),
+    caption=(
+        "Error of the predicted peaks as the shape of the legs is varied: arc, height of the hip (bars, 2 mm), face "
+        "(hollow: half the thickness ahead). Good: inside the shaded 33 % whatever the shape."
+    ),
+    shown=lambda results, _: len(_varied(results)),
 )
 def leg_shapes(results: Results) -> Figure:
     """Draw predicted over measured peaks of every leg against its arc, for all laboratory media."""

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit import conventions
-from rftfit.figures import captions, style
+from rftfit.figures import labels, style
 from rftfit.figures.plates import stress_runs
-from rftfit.figures.registry import figure, greek, only_if
+from rftfit.figures.registry import figure, when
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.profiles import DepthOnlyProfile, TableProfile
-from rftfit.model.scaling import GENERIC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
     Model = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -46,45 +44,10 @@ PITCH_CM = 4.08
 LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 
-def _cell_numbers(results: Results, medium: str) -> Words:
-    told, most = [], 0
-    media = (medium,) if medium else results.laboratory
-    for name in media:
-        table = results[name].alpha
-        alpha = table["alpha_z_N_per_cm3"]
-        text = f"{results[name].title}: {alpha.notna().sum()} of {len(table)} cells have a value"
-        if alpha.notna().any():
-            ends = dict.fromkeys(captions.quantile(alpha, end, 3) for end in (0, 1))
-            text += (
-                f", \N{GREEK SMALL LETTER ALPHA}_z{' from' * (len(ends) > 1)} {' to '.join(ends)}"
-            )
-        told.append(text + _half_width(table, "its interval"))
-        most = max(most, int(alpha.notna().sum()))
-    shown = stress_runs(results.campaign) if medium else []
-    return {
-        "cells": "; ".join(told), "some": most > 0, "many": most >= _SMOOTH, "plates": bool(medium),
-        "dots": most > 1 and not all(lies_on_grid(results[name].alpha) for name in media),
-        "circles": any(results.campaign.by_id[run].medium == medium for run in shown),
-    }  # fmt: skip
-
-
-def _half_width(table: pd.DataFrame, of: str) -> str:
-    """Median half width of the intervals; nothing of a table that has none."""
-    half = captions.median_half_width(table, 4)
-    return half and f", median half width of {of} {half}"
-
-
-_SMOOTH = 4
-"""Directions that make a map."""
-
-_MAPS_CAPTION = """Measured alpha over attack angle beta and intrusion angle gamma. Red pushes up or toward +x.
-{some}Beside it: the half width of its {level} interval.
-{dots}Dots are single directions that lie on no grid; the colour between them is interpolated, white is farther than \
-35 degrees from all of them.
-{plates}Small plates are held at the angles where they stand, and arrows show where they move.
-{circles}Circles: the runs of the stress figure.
-{many}Good: smooth from cell to cell.
-In N/cm^3: {cells}."""
+_MAPS_CAPTION = (
+    "Measured alpha over attack angle beta and direction of motion gamma, and the half width of its interval. "
+    "Red pushes up or toward +x. Good: smooth from cell to cell."
+)
 
 
 @figure(
@@ -92,11 +55,10 @@ In N/cm^3: {cells}."""
     reads=("alpha/{laboratory}.csv",),
     settings=("fit",),
     # a single medium has a figure of its own
-    media=only_if(lambda campaign: campaign.of_role("laboratory")[1:]),
+    media=when(lambda campaign: campaign.of_role("laboratory")[1:]),
     paper="Fig. S4",
     section="Force profiles",
     caption=_MAPS_CAPTION,
-    numbers=_cell_numbers,
 )
 def alpha_maps(results: Results) -> Figure:
     """Draw maps of the measured alpha of all laboratory media."""
@@ -110,8 +72,8 @@ def alpha_maps(results: Results) -> Figure:
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
-    caption=_MAPS_CAPTION,
-    numbers=_cell_numbers,
+    caption=_MAPS_CAPTION
+    + " Arrows: how plates move; circles: runs of the stress figure.",
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
@@ -146,30 +108,19 @@ def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _estimated_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    told = []
-    for name in _few_pushes(results.campaign):
-        table = results.table(f"maps/{name}.csv")
-        if len(table):
-            half, pushes = (
-                captions.median_half_width(table, 3),
-                (table["source"] == "measured").sum(),
-            )
-            told.append(f"{results[name].title} {half} from {pushes} measured")
-    return {"half": "; ".join(told)} if told else None
-
-
 @figure(
     "estimated_maps",
     reads=("maps/{media}.csv", "alpha/{media}.csv"),
     settings=("fit",),
-    media=only_if(_few_pushes),
+    media=when(_few_pushes),
     section="Force profiles",
-    caption="""alpha in all directions of media with few pushes (circles), estimated by the shape that known \
-media share, and the half width of its {level} interval.
-Good: narrow where a body's elements move; rftfit plan says which push makes it narrower.
-Median half width in N/cm^3: {half}.""",
-    numbers=_estimated_numbers,
+    caption=(
+        "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
+        "and the half width of its interval. Good: narrow where elements of a body move."
+    ),
+    shown=lambda results, _: any(
+        len(results.table(f"maps/{name}.csv")) for name in _few_pushes(results.campaign)
+    ),
 )
 def estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
@@ -214,7 +165,7 @@ def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
             fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * captions.half_width(table, c)
+            width = 1e3 * labels.half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= _has_holes(table, name)
@@ -246,38 +197,25 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
     return bool(np.isnan(values).any())
 
 
-def _fit_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    table = captions.of_method(results, "coefficients.csv")
-    if why_no_fit(table, "value_N_per_cm3"):
-        return None
-    own = table[table["medium"] != GENERIC]
-    told, titles = [], results.campaign.titles
-    for name, rows in own.groupby("medium", sort=False):
-        misfit = float(rows["misfit_rms_N_per_cm3"].iloc[0])
-        text = f"{titles[str(name)]}: no fit"
-        if np.isfinite(misfit):
-            text = (
-                f"{titles[str(name)]}: {rows['kept'].sum()} of 9 terms kept, root mean square misfit "
-                f"{style.number(misfit, 3)}"
-            )
-        told.append(text + _half_width(results[str(name)].alpha, "the interval of alpha"))
-    return {"fits": greek("; ".join(told))}
+def _fitted(results: Results, medium: str = "") -> bool:  # noqa: ARG001
+    """Whether any medium has nine terms by the configured method."""
+    return not why_no_fit(labels.of_method(results, "coefficients.csv"), "value_N_per_cm3")
 
 
 @figure(
     "fit_maps",
     reads=("alpha/{laboratory}.csv", "coefficients.csv"),
     settings=("fourier",),
-    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    media=when(lambda campaign: campaign.of_role("laboratory")),
     section="Force profiles",
-    caption="""The nine-term Fourier fit by {method}, and what it leaves of the measured alpha.
-Good: what it leaves is small beside alpha.
-In N/cm^3: {fits}.""",
-    numbers=_fit_numbers,
+    caption=(
+        "The nine-term Fourier fit by {method}, and measured minus fit. Good: what is left is small beside alpha."
+    ),
+    shown=_fitted,
 )
 def fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
-    method, fits = results.config.fourier.method, captions.of_method(results, "coefficients.csv")
+    method, fits = results.config.fourier.method, labels.of_method(results, "coefficients.csv")
     if why := why_no_fit(fits, "value_N_per_cm3"):
         return style.missing(f"no nine-term fit by {method}", why)
     models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
@@ -294,12 +232,11 @@ def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Fig. S1",
     section="Force profiles",
-    caption="""alpha of the depth-only model in {medium}, made from alpha_z straight down and up and from \
-alpha_x of an upright plate moved sideways as measured, and what it leaves of the measured alpha.
-It knows the depth and the projected area, not the angles: the second and fourth map show what it misses.""",
-    numbers=lambda results, medium: (
-        None if np.isnan(_depth_only(results, medium).values).any() else {}
+    caption=(
+        "alpha of the depth-only model in {medium}, made from measured pushes straight down, up and sideways; "
+        "beside it what the model misses, since it knows depth and projected area but no angle."
     ),
+    shown=lambda results, medium: not _depth_only(results, medium).reason,
 )
 def depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
@@ -343,7 +280,7 @@ def why_no_fit(fits: pd.DataFrame, column: str) -> list[str]:
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:
     """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
-    table = captions.of_method(results, "coefficients.csv")
+    table = labels.of_method(results, "coefficients.csv")
     rows = table[table["medium"] == medium].set_index("coefficient")
     values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
     return values.reindex(list(TERMS)).to_numpy(float)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.errors import InputError
-from rftfit.figures import captions, style
-from rftfit.figures.registry import figure, greek, only_if
+from rftfit.figures import style
+from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
@@ -70,22 +69,6 @@ def stress_runs(campaign: Campaign) -> list[str]:
     return [nearest[name] for name in sorted(nearest, reverse=True)]
 
 
-def _stress_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    told, directions = [], set()
-    for run in stress_runs(results.campaign):
-        fits = results[results.campaign.by_id[run].medium].fits
-        slopes = fits[(fits["run_id"] == run) & fits["alpha_z_N_per_cm3"].notna()]
-        for row in slopes.to_dict("records"):
-            z, x = (alpha_text(row, c) for c in "zx")
-            angles = f"({style.degrees(row['beta_deg'])}, {style.degrees(row['gamma_deg'])})"
-            told.append(greek(f"{run} at {angles}: alpha_z {z}, alpha_x {x} N/cm^3"))
-            directions.add(row["direction"])
-    if not told:
-        return None
-    return {"slopes": "; ".join(told), "legs": _reach(results.config) > 0,
-            "extraction": "extraction" in directions}  # fmt: skip
-
-
 def _reach(config: Config) -> float:
     """Greatest depth that a tip of the legs reaches, cm; 0 without legs."""
     depths = [leg.max_length_cm - leg.hip_height_cm for leg in config.legs.values()]
@@ -96,16 +79,13 @@ def _reach(config: Config) -> float:
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
     settings=("intruders", "fit", "figures"),
-    media=only_if(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
+    media=when(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
-    caption="""Stress against depth of single runs, and alpha times depth.
-Bands: {level} intervals.
-The shaded depths were fitted. Good: the stress is straight over them.
-{legs}The bar on top: the depths that the legs reach.
-{extraction}An extraction is drawn as it is filed: its horizontal stress is turned.
-Slopes by run, filed under (beta, gamma): {slopes}.""",
-    numbers=_stress_numbers,
+    caption=(
+        "Stress against depth of single runs, and alpha times depth. Good: the stress is straight over the "
+        "shaded depths, which were fitted."
+    ),
 )
 def stress_of_runs(results: Results) -> Figure:
     """Draw stress against depth of chosen intrusions and extractions, one panel per run."""
@@ -201,16 +181,12 @@ _NOTE_PT = 5.5
     reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
            "alpha/{laboratory}.csv"),
     settings=("intruders", "fit"),
-    media=only_if(lambda campaign: campaign.of_samples("laboratory")),
+    media=when(lambda campaign: campaign.of_samples("laboratory")),
     section="Measurement",
-    caption="""Is stress in proportion to depth? Lines are alpha times depth; samples outside the window of the \
-fit are faint. Good: samples lie along their line.
-{horizontal}A horizontal run is one point at its depth.
-Bands and bars: {level} intervals.
-At the end of the window a parabola through zero departs from the line by {bend} % of the stress there, in the \
-median (slanted runs: {slanted}; flagged as not linear: {doubts}).
-In the worst twentieth it departs by {bend_most} %.""",
-    numbers=captions.plates,
+    caption=(
+        "Is stress in proportion to depth? Lines are alpha times depth; samples outside the window of the fit are "
+        "faint. Good: samples lie along their line."
+    ),
 )  # fmt: skip
 def linearity(results: Results) -> Figure:
     """Draw stress against depth, one column per cell and one colour per medium."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from rftfit import conventions
 from rftfit.compare.legs import measured_peak
-from rftfit.figures import captions, leg_panels, style
+from rftfit.figures import leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
-    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.clocks import ClockFit
@@ -155,17 +154,6 @@ def _about(run: Run) -> str:
     return f"{held}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
 
 
-def _numbers(results: Results, medium: str) -> Words | None:
-    found, legs = captions.plates(results, medium), results[medium].legs
-    if found is None or (found["good"] == "0" and legs.empty):
-        return None
-    tares = {
-        "the rod alone": found["tared"],
-        "the leg turned in air": captions.tared(results, legs),
-    }
-    return found | {"tares": " or ".join(name for name, there in tares.items() if there)}
-
-
 @figure(
     "protocol",
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
@@ -173,15 +161,10 @@ def _numbers(results: Results, medium: str) -> Words | None:
     settings=("intruders", "fit"),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
-    caption="""How a force becomes a slope, in {medium}.
-One run of each kind in a column: its position, the force on it, and what it gave. Strokes begin at 0 s.
-Pale: the force on its tare ({tares}), which is taken off. Good: small beside the force on the run.
-{extraction}The stress of a plate is drawn as filed: of an extraction the horizontal part is turned.
-{horizontal}A horizontal run counts once its force is steady.
-Good: the stress is straight over the shaded window.
-{good} of {runs} plate runs of this medium gave a slope.
-The half width of its {level} interval is {half} N/cm^3 in the median.""",
-    numbers=_numbers,
+    caption=(
+        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result. "
+        "Good: the pale force is small, and stress is straight over the shaded window."
+    ),
 )  # fmt: skip
 def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
@@ -328,10 +311,6 @@ def _draw_leg(axes: Axes, column: Column) -> str:
 # The tare: what the rod and the mount alone felt, and where that may be used
 
 
-def _tare_numbers(results: Results, medium: str) -> Words | None:
-    return None if _known(results, medium).empty else captions.plates(results, medium)
-
-
 def _known(results: Results, medium: str) -> pd.DataFrame:
     """Slanted plate runs that have a tare."""
     tares = results.table(f"tares/{medium}.csv")
@@ -344,11 +323,11 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
     settings=("fit",),
     media=lambda campaign: campaign.of_logs("laboratory")[:1],
     section="Measurement",
-    caption="""What the rod and the mount alone felt along the deepest slanted path in {medium}, and the \
-depths at which it may be taken off. Outside them the tare refuses, and those samples are not used.
-Good: small beside the forces on plates, and valid over the whole stroke.
-{good} of {runs} plate runs of this medium have a slope.""",
-    numbers=_tare_numbers,
+    caption=(
+        "The force on the rod and the mount alone along the deepest slanted path in {medium}; outside the shaded "
+        "depths the tare refuses. Good: small beside the forces on plates, and valid over the whole stroke."
+    ),
+    shown=lambda results, medium: len(_known(results, medium)),
 )
 def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
@@ -408,11 +387,10 @@ _GOOD = (
     logs=True,
     media=lambda c: c.of_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
-    caption="""How the clocks of force and motion log were brought together in {medium}, run by run, from \
-what both saw.
-Good: force and motion begin and end together, one lag stands out, and its interval is narrow.
-{good} of {runs} plate runs of this medium gave a slope.""",
-    numbers=captions.plates,
+    caption=(
+        "How the clocks of force and motion log were brought together in {medium}, run by run. "
+        "Good: one lag stands out, and its interval is narrow."
+    ),
 )  # fmt: skip
 def clocks(results: Results, medium: str) -> Figure:
     """Draw how the clocks of each run of a medium were brought together."""

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.compare.peers import MAP, REPEATS
-from rftfit.figures import captions, style
-from rftfit.figures.registry import figure, only_if
+from rftfit.compare.peers import MAP
+from rftfit.figures import style
+from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, problem_text, span, stress_of, thin
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 
@@ -24,19 +24,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.flags import Remark
     from rftfit.results import Results
 
 
-def _numbers(results: Results, medium: str) -> Words | None:
-    fits, found = results[medium].fits, captions.plates(results, medium)
-    if found is None:
-        return None
+def _count(fits: pd.DataFrame, title: str, what: str = "run") -> str:
+    """Say how many plate runs a medium has, and how many of them need a look."""
     shared = shared_flags(fits)
     marked = sum(bool(problem_text(fit, shared)) for fit in fits.to_dict("records"))
-    return found | {"marked": str(marked)}
+    return f"{title}: {len(fits)} {what}{'s' * (len(fits) != 1)}, {marked} marked"
 
 
 @figure(
@@ -46,13 +43,7 @@ def _numbers(results: Results, medium: str) -> Words | None:
     media=lambda campaign: campaign.of_samples(),
     folder="quality",
     section="Measurement",
-    caption="""Every plate run in {medium} with its window and fit; a run that needs a look has a red \
-frame, in which it says why.
-{tared}Pale: its tare, as stress. Good: small beside that of the plate.
-Good: stress along the dashed line over the shaded window, few red frames.
-{good} of {runs} plate runs gave a slope; {marked} marked.
-The median half width of the {level} interval is {half} N/cm^3.""",
-    numbers=_numbers,
+    caption=lambda results, medium: _count(results[medium].fits, results[medium].title),
 )
 def quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
@@ -85,8 +76,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     pages = lay_out(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
     shared = shared_flags(fits)
-    marked = sum(bool(problem_text(fit, shared)) for fit in fit_of.values())
-    title = f"{medium_title}: {len(rows)} plate run{'s' * (len(rows) != 1)}, {marked} marked"
+    title = _count(fits, medium_title, "plate run")
     figures = []
     for i, page in enumerate(pages):
         sheet = Sheet(page, reach, shared)
@@ -408,36 +398,16 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
     return {medium: table for medium, table in every.items() if len(table) > 1}
 
 
-def _beside_numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    import pandas as pd
-
-    tables = _compared(results).values()
-    if not tables:
-        return None
-    peers = pd.concat(tables)
-    judged, apart = int(peers["times_spread"].notna().sum()), int(peers["apart"].sum())
-    found: Words = {name: bool((peers["beside"] == name).any()) for name in (REPEATS, MAP)}
-    return found | {
-        "judged": str(judged),
-        "apart": f"{apart}" if apart else "",
-        "alike": judged > 0 and not apart,
-    }
-
-
 @figure(
     "runs_side_by_side",
     reads=("peers/{laboratory}.csv",),
-    media=only_if(lambda campaign: campaign.of_role("laboratory")),
+    media=when(lambda campaign: campaign.of_role("laboratory")),
     section="Measurement",
-    caption="""Does each run agree with the others of its medium? Alpha of a run less what the others say, over what \
-they say.
-{repeats}Filled: one of three runs of a direction or more, beside the median of the rest.
-{map}Hollow: one of fewer, beside what all other runs of the medium and the shape that granular media share say of it.
-{apart} of the {judged} runs that could be judged stand apart: red, the farthest with their names. Where one of \
-three is wrong, the two others are off zero too.
-{alike}None of the {judged} runs that could be judged stands apart.
-Good: all points about zero, none red.""",
-    numbers=_beside_numbers,
+    caption=(
+        "Does each run agree with the others of its medium? Its alpha less what they say: filled beside repeats, "
+        "hollow beside the shape that granular media share. Good: all points about zero, none red."
+    ),
+    shown=lambda results, _: _compared(results),
 )
 def runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
@@ -507,7 +477,7 @@ def _summary(table: pd.DataFrame) -> str:
     if times.isna().all():
         return f"{len(table)} runs: too few to tell how far runs differ"
     half = [
-        captions.quantile((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs(), 0.5, 4)
+        style.number((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs().median(), 4)
         for c in "zx"
     ]  # fmt: skip
     return (

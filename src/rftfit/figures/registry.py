@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from rftfit.errors import InputError
-from rftfit.figures.style import level, mark, styled
+from rftfit.figures.style import mark, styled
 from rftfit.measure.flags import say
 
 if TYPE_CHECKING:
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.results import Results
-
-Words = dict[str, str | bool]
-"""Words of a caption by name."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -43,14 +40,13 @@ class Declared:
     `draw`: Function that draws it.
     `reads`: Below ``results/``. ``{medium}`` is the figure's own; ``{media}``, ``{laboratory}`` and ``{sands}``
         stand for all of these.
-    `caption`: What is seen and what good looks like, in lines. Words in braces come from `numbers`,
-        or are ``{medium}`` (its title), ``{level}`` (of intervals) and ``{method}`` (of the fit); a
-        line with a word that this campaign does not have is left out. A word that is True prints nothing:
-        a condition on the records.
+    `caption`: What is seen and what good looks like, at most 40 words: numbers stand in tables.
+        ``{medium}`` is its title, ``{method}`` that of the fit; or a function of results and medium.
     `section`: Of the page.
     `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
     `paper`: Number of the paper's figure that it is made after, empty where there is none.
-    `numbers`: Words of the caption, from results and medium; None where the figure says itself why it is empty.
+    `shown`: Whether there is something to see, of results and medium; where not, the figure says why and
+        has no caption.
     `settings`: Sections of the configuration that it depends on.
     `logs`: Whether it reads logs.
     `folder`: Below ``results/``.
@@ -60,11 +56,11 @@ class Declared:
     name: str
     draw: Callable[..., Any]
     reads: tuple[str, ...]
-    caption: str
+    caption: str | Callable[[Results, str], str]
     section: str
     media: Callable[[Campaign], tuple[str, ...]]
     paper: str = ""
-    numbers: Callable[[Results, str], Words | None] | None = None
+    shown: Callable[[Results, str], object] = lambda results, medium: True  # noqa: ARG005
     settings: tuple[str, ...] = ()
     logs: bool = False
     folder: str = "figures"
@@ -88,38 +84,24 @@ class Declared:
         return f"{self.folder}/{name}"
 
     def caption_of(self, results: Results, medium: str = "") -> str:
-        """Write the caption with the numbers of a run, as plain text; what is missing is left out."""
-        words: Words = {
-            "medium": results.campaign.titles.get(medium, medium),
-            "level": level(results),
-            "method": results.config.fourier.method,
+        """Write the caption for a run, as plain text; empty where there is nothing to see."""
+        # no table, or an odd one: the caption stands as it is
+        with suppress(InputError, LookupError, ValueError, TypeError):
+            if not self.shown(results, medium):
+                return ""
+            if callable(self.caption):
+                return self.caption(results, medium)
+        words = {
+            "{medium}": results.campaign.titles.get(medium, medium),
+            "{method}": results.config.fourier.method,
         }
+        told = greek(str(self.caption)) + (
+            f" After {self.paper} of the paper." if self.paper else ""
+        )
         # a title may have braces of its own
-        told = [greek(f"{one}.") for one in _marks(results, self.section, medium)]
-        # no table, or an odd one: the caption stands without its numbers
-        odd = InputError, LookupError, ValueError, TypeError
-        with suppress(*odd):
-            words["level"] = level(results) if has_intervals(results) else ""
-        if self.numbers is not None:
-            with suppress(*odd):
-                if (found := self.numbers(results, medium)) is None:
-                    return " ".join(told)
-                words |= found
-        known = {
-            name: " ".join(word.split()) if isinstance(word, str) else ""
-            for name, word in words.items()
-            if word
-        }
-        lines = self.caption.splitlines()
-        if self.paper:
-            lines.append(f"Made after {self.paper} of Li, Zhang and Goldman (2013).")
-        told += [
-            greek(line).format(**known) for line in lines if set(_WORD.findall(line)) <= set(known)
-        ]
-        return " ".join(told)
+        return re.sub(r"\{\w+\}", lambda found: words[found[0]], told)
 
 
-_WORD = re.compile(r"\{(\w+)\}")
 _GREEK = {
     "alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "zeta": "\u03b6", "theta": "\u03b8", "chi": "\u03c7",
 }  # fmt: skip
@@ -135,12 +117,12 @@ def greek(text: str) -> str:
 _DECLARED: list[Declared] = []
 
 
-def once(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
+def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
     """The figure exists once in every campaign."""
     return ("",)
 
 
-def only_if(there: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
+def when(there: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
     """The figure exists once in a campaign that has what it shows."""
     return lambda campaign: ("",) if there(campaign) else ()
 
@@ -160,7 +142,7 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
 
         # the media that fail a check are named in every figure
         own = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
-        _DECLARED.append(Declared(name=name, draw=inside, **{"media": once} | facts | own))
+        _DECLARED.append(Declared(name=name, draw=inside, **{"media": single} | facts | own))
         return inside
 
     return declare

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import captions, style
+from rftfit.figures import labels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
-from rftfit.figures.registry import figure, greek, only_if
-from rftfit.robot.speeds import held_from_alpha, share_within
+from rftfit.figures.registry import figure, when
+from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.conventions import FloatArray
-    from rftfit.figures.registry import Words
     from rftfit.results import Results
 
     _Draw = Callable[[Results, str], Figure]
@@ -74,69 +73,19 @@ _WIDEST_HZ = 1.25
 """No speed is read between neighbours that are farther apart."""
 
 
-def _speed_numbers(results: Results, sweep: str) -> Words | None:
-    errors, runs = results.table(f"{sweep}/errors.csv"), results.table(f"{sweep}/speed.csv")
-    if runs.empty:
-        return None
-    told = {}
-    fitted = (errors["calibrated"] == "yes").any()
-    for name, part in errors.groupby("profile", sort=False):
-        (near, of), (far, _) = (share_within(part, percent) for percent in (20, 35))
-        half = (
-            part["simulated_from_alpha_hi_cm_per_s"] - part["simulated_from_alpha_lo_cm_per_s"]
-        ) / 2
-        new = part[part["calibrated"] == "no"]
-        (new_near, new_of), (new_far, _) = (share_within(new, percent) for percent in (20, 35))
-        told[str(name)] = (
-            f"{captions.name_of(str(name))}: within 20 % in {near} and within 35 % in {far} of {of} conditions"
-        )
-        if fitted:
-            told[str(name)] += (
-                f"; of the {new_of} that the robot's unknown lengths were not found from, in {new_near} and {new_far}"
-            )
-        if half.notna().any():
-            median, most = (captions.quantile(half, share, 2) for share in (0.5, 1))
-            told[str(name)] += (
-                f"; the errors of alpha alone leave \N{PLUS-MINUS SIGN} {median} cm/s "
-            )
-            told[str(name)] += f"in the median, {most} cm/s at most, which holds "
-            told[str(name)] += "{} of {} measured speeds".format(*held_from_alpha(part))
-    once = errors.drop_duplicates("condition")
-    on_table = runs[runs["profile"] == "table"]
-    counts = {
-        "conditions": len(once),
-        "calibrated": (once["calibrated"] == "yes").sum(),
-        "runs": len(runs),
-        "not_steady": (runs["outcome"] != "steady").sum(),
-        "tipped": (runs["outcome"] == "tipped").sum(),
-        "warned": (runs["warning"] != "").sum(),
-    }
-    found: Words = {name: str(count) for name, count in counts.items() if count}
-    return found | {
-        "robot_medium": results.campaign.titles[results.campaign.robot_medium],
-        "simulated": bool(on_table["speed_cm_per_s"].notna().any()),
-        "rings": any(map(is_of_motion, once["curvature_times_R"], once["frequency_Hz"])),
-        "intervals": bool(errors["simulated_from_alpha_lo_cm_per_s"].notna().any()),
-        "trials": bool(once["measured_sd_cm_per_s"].notna().any()),
-        "table": told.get("table", ""),
-        "profiles": ". ".join(told.values()),
-    }
+def _simulated(results: Results, sweep: str) -> int:
+    return len(results.table(f"{sweep}/speed.csv"))
 
 
 @sweep_figure(
     "speed",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. 4C",
-    caption="""The robot's mean forward speed against stride frequency for legs of several curvatures.
-{simulated}Lines: simulated on the measured table.
-Points: measured on {robot_medium} in {conditions} conditions. Good: lines through the points.
-{trials}Their bars: standard deviation of trials.
-{rings}Rings: the runs whose motion is drawn over time.
-{intervals}Shaded bars: what the errors of alpha and of the legs' arc leave open ({level}), and no intervals of the speed. \
-Neither other lengths of the robot nor what the model leaves out is in them.
-Hollow points ({calibrated} of {conditions}) are those that the robot's unknown lengths were found from.
-Simulated on the {table}.""",
-    numbers=_speed_numbers,
+    caption=(
+        "The robot's mean forward speed against stride frequency, simulated with the measured alpha (lines). "
+        "Shaded bars: what the errors of alpha and of the legs' arc leave open. Good: lines through the points."
+    ),
+    shown=lambda results, sweep: len(_on_measured_table(results, sweep, "speed")[0]),
 )
 def speed(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency on the measured table.
@@ -168,14 +117,11 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
     "profiles",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. S13",
-    caption="""The robot's mean forward speed by force profile, one row each: against stride frequency (left) and \
-against leg curvature (right), read between the speeds at the left.
-Of {runs} runs, {not_steady} came to no steady speed.
-Crosses on the line of zero: the robot turned upside down ({tipped} runs).
-Of {runs} runs, {warned} have leg tips faster than resistive forces are known to hold.
-Good: lines through the points of {conditions} measured conditions.
-By profile: {profiles}.""",
-    numbers=_speed_numbers,
+    caption=(
+        "The robot's mean forward speed by force profile (rows), against stride frequency (left) and leg curvature "
+        "(right). Good: lines through the points."
+    ),
+    shown=_simulated,
 )
 def profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
@@ -366,38 +312,15 @@ def _speed_entries(
     return entries
 
 
-def _curvature_numbers(results: Results, sweep: str) -> Words | None:
-    told, best = [], results.table(f"{sweep}/optimum.csv")
-    if not (best["profile"] == "table").any():
-        return None
-    for name, part in best.groupby("profile", sort=False):
-        top = part.iloc[int(part["frequency_Hz"].to_numpy(float).argmax())]
-        reading = captions.span(top["reading_lo"], top["reading_hi"], 2)
-        ends = captions.span(
-            top["best_curvature_from_alpha_lo"], top["best_curvature_from_alpha_hi"], 3
-        )
-        told.append(
-            f"{captions.name_of(str(name))}, {style.number(top['frequency_Hz'], 1)} Hz: fastest at R'/r "
-            f"{style.number(top['best_curvature_times_R'], 2)} (read within {reading}"
-            + (f"; by the errors of alpha alone {ends}" if ends else "")
-            + f") with {style.number(top['speed_cm_per_s'], 1)} cm/s"
-            + (", which the robot was calibrated on" if top["calibrated"] == "yes" else "")
-        )
-    measured = results.table(f"{sweep}/errors.csv")["measured_cm_per_s"].notna().any()
-    return {"best": greek("; ".join(told)), "measured": bool(measured)}
-
-
 @sweep_figure(
     "curvature",
     reads=("speed.csv", "optimum.csv", "errors.csv"),
     paper="Fig. 4D",
-    caption="""The robot's mean forward speed against leg curvature R'/r (1: c-leg, 0: flat, -1: reversed c-leg). \
-Left: lines are simulated speeds, read at 1 to 5 Hz between those against stride frequency.
-{measured}Points: measured speeds, read likewise. Good: lines through the points.
-Right: the simulated speed at all frequencies of the sweep, with the fastest curvature at each; its bars are how far \
-it can be read off the points of the sweep.
-By profile: {best}.""",
-    numbers=_curvature_numbers,
+    caption=(
+        "The robot's mean forward speed against leg curvature (1: c-leg, 0: flat, -1: reversed). Right: over "
+        "curvature and frequency, the fastest curvature in white. Good: lines through the points."
+    ),
+    shown=lambda results, sweep: len(_on_measured_table(results, sweep, "optimum")[0]),
 )
 def curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
@@ -411,7 +334,7 @@ def curvature(results: Results, sweep: str) -> Figure:
     if table.empty:
         reasons = own["reason"].value_counts()
         why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
-        head = f"{captions.name_of('table')}: no run of the sweep has a steady speed"
+        head = f"{labels.name_of('table')}: no run of the sweep has a steady speed"
         return style.missing(head, [why])
     page = style.new_figure(style.DOUBLE_CM, 8.3)
     left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
@@ -461,29 +384,17 @@ def _run_name(curvature: float, frequency: float) -> str:
     return f"{leg_name(curvature)}, {frequency:g} Hz"
 
 
-def _stance_numbers(results: Results) -> Words | None:
-    table, told = results.table("robot/stances.csv"), []
-    if table.empty:
-        return None
-    for run, part in _by_run(table):
-        legs = _standing(part)
-        z, x = (style.number(float(legs[f"force_{c}_N"].sum()), 2) for c in "zx")
-        told.append(f"{_run_name(*run)}, {z} N up and {x} N forward")
-    return {"sums": "; ".join(told)}
-
-
 @figure(
     "robot_stance",
     reads=("robot/stances.csv",),
-    media=only_if(lambda campaign: campaign.robot_medium),
+    media=when(lambda campaign: campaign.robot_medium),
     section="Robot",
     paper="Fig. 4A",
-    caption="""The simulated robot from the side as one tripod of legs passes straight below its hips, and the force \
-of the medium on every element of that tripod.
-Arrows of both panels have one scale.
-Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium.
-In sum on the tripod: {sums}.""",
-    numbers=lambda results, _: _stance_numbers(results),
+    caption=(
+        "The simulated robot as one tripod passes below its hips, and the force on every element of that tripod. "
+        "Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium."
+    ),
+    shown=lambda results, _: len(results.table("robot/stances.csv")),
 )
 def robot_stance(results: Results) -> Figure:
     """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
@@ -563,46 +474,20 @@ _GROUPS: tuple[tuple[str, Any], ...] = (
 MEAN_S = 0.01
 """Forces are drawn as means over this time: at zero speed they jump from step to step."""
 
-_JUMPS = """Forces are means over 10 ms: those of the medium do not depend on the speed but turn with its direction, \
-so they jump from one step of the simulation to the next when the robot stands still."""
-
-
-def _stride_numbers(results: Results, medium: str) -> Words:  # noqa: ARG001
-    motion, told = results.table("robot/motion.csv"), []
-    for run, part in _by_run(motion):
-        rise, pitch = (np.ptp(part[name].to_numpy(float)) for name in ("z_cm", "pitch_deg"))
-        lift = _mean_force(part, "force_z_tripod_1_N").max()
-        told.append(
-            f"{_run_name(*run)}: {style.number(_mean_speed(part), 1)} cm/s, height within "
-            f"{style.number(rise, 2)} cm, pitch within {style.number(pitch, 1)} degrees, lift of a "
-            f"tripod up to {style.number(float(lift), 2)} N"
-        )
-    measured = {run: part["run_id"].nunique() for run in MOTION
-                if len(part := _measured(results.table("robot/strides.csv"), run))}  # fmt: skip
-    tracks = "; ".join(f"{leg_name(run[0])}, {count} trials" for run, count in measured.items())
-    on = dict.fromkeys(captions.name_of(str(name)) for name in motion["profile"])
-    return {"strides": "; ".join(told), "tracks": tracks, "profile": ", ".join(on)}
-
-
 _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
-    "media": only_if(lambda campaign: campaign.robot_medium),
+    "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "numbers": _stride_numbers,
 }
 
 
 @figure(
     "robot_motion",
     paper="Fig. 4B",
-    caption=f"""The robot's forward speed, height and pitch over two strides, and the forces of the medium on both \
-tripods and on its plates. Dashed: the mean speed.
-Simulated on the {{profile}}.
-Grey: measured forward speed, the mean stride of each marker track, of four harmonics ({{tracks}}); a track does not \
-say where its legs are, so each is moved in time to where it fits the simulated one best.
-{_JUMPS}
-Good: the second stride repeats the first, and the tripods carry the body in turn.
-In numbers: {{strides}}.""",
+    caption=(
+        "The robot over two strides; dashed, its mean speed; grey, measured strides, each moved in time to fit. "
+        "Forces are means over 10 ms. Good: the second stride repeats the first, and the tripods take turns."
+    ),
     **_MOTION,
 )
 def robot_motion(results: Results) -> Figure:
@@ -613,11 +498,10 @@ def robot_motion(results: Results) -> Figure:
 @figure(
     "robot_reaction",
     paper="Fig. S14",
-    caption=f"""Ground reaction on both tripods of legs, without the body's plates, over two strides: vertical (top) and \
-horizontal (bottom).
-{_JUMPS}
-Good: the tripods take turns, and each pushes forward after it brakes.
-In numbers: {{strides}}.""",
+    caption=(
+        "Ground reaction on both tripods of legs without the body's plates, as means over 10 ms. "
+        "Good: the tripods take turns, and each pushes forward after it brakes."
+    ),
     **_MOTION,
 )
 def robot_reaction(results: Results) -> Figure:

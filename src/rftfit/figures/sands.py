@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import captions, style
-from rftfit.figures.registry import figure, greek, only_if
-from rftfit.figures.traces import alpha_of, by_run, stress_of
+from rftfit.figures import style
+from rftfit.figures.registry import figure, when
+from rftfit.figures.traces import by_run, stress_of
 from rftfit.measure.flags import has
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.figures.registry import Words
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
@@ -32,40 +31,18 @@ _FITS: dict[str, tuple[str, Any]] = {
 """Colour and line of the fit over each window."""
 
 
-def _numbers(results: Results, medium: str) -> Words | None:  # noqa: ARG001
-    told = []
-    table = results.table("sands.csv")
-    table = table[table["alpha_z_N_per_cm3"].notna()]
-    tests = table.groupby("medium")["run_id"].nunique()
-    for row in table.to_dict("records"):
-        alpha = captions.with_span(*alpha_of(row, "z"), 4)
-        zeta = captions.with_span(row["zeta"], row["zeta_lo"], row["zeta_hi"], 4)
-        title, end = results[row["medium"]].title, style.number(row["linear_to_cm"], 2)
-        whole = ", the end of the test" if has(row, "no-linear-end") else ""
-        run = f" {row['run_id']}" if tests[row["medium"]] > 1 else ""
-        told.append(f"{title}{run}, {row['window']}, to {end} cm{whole}: ")
-        told[-1] += greek(f"alpha_z {alpha} N/cm^3, zeta {zeta}")
-    windows = [name for name in _FITS if (table["window"] == name).any()]
-    found: Words = {"fits": "; ".join(told), "windows": " and as ".join(windows)}
-    both: Words = {"detected": "detected" in windows, "both": len(windows) > 1}
-    return found | both if told else None
-
-
 @figure(
     "penetration",
     reads=("tared/{sands}.parquet", "windows/{sands}.parquet", "fits/{sands}.csv", "sands.csv"),
     settings=("fit", "intruders"),
-    media=only_if(lambda campaign: campaign.of_role("natural_sand")),
+    media=when(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",
-    caption="""A flat plate pushed down into each natural sand, fitted through zero over the linear regime as {windows}.
-Bands: {level} intervals.
-{detected}The detected regime ends where a parabola leaves the line by a tenth; where it does so nowhere in the test, \
-no end is found.
-Good: the stress follows its line to the end of the window.
-{both}Good: both windows give nearly the same slope.
-Fits: {fits}.""",
-    numbers=_numbers,
+    caption=(
+        "A flat plate pushed down into each natural sand, fitted through zero over the linear regime. "
+        "Good: the stress follows its line to the end of the window."
+    ),
+    shown=lambda results, _: results.table("sands.csv")["alpha_z_N_per_cm3"].notna().any(),
 )
 def penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""

@@ -124,7 +124,7 @@ def draw_thin(axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **how
         axes.plot(*line.T, **how)
 
 
-def nice(value: float) -> float:
+def round_up_125(value: float) -> float:
     """Smallest of 1, 2 or 5 times a power of ten that is not below a positive value."""
     decade = 10.0 ** np.floor(np.log10(value))
     return float(next(step * decade for step in (1, 2, 5, 10) if step * decade >= 0.999 * value))
@@ -134,7 +134,9 @@ def span(trace: Trace) -> tuple[float, float]:
     """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
     every = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     every = every[np.isfinite(every)]
-    low, high = (nice(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0)))
+    low, high = (
+        round_up_125(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0))
+    )
     # less than 0.05 N/cm^2 would blow up mere noise
     most = max(low, high, 0.05)
     return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))

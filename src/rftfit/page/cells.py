@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from rftfit.figures.captions import percent, span
+from rftfit.figures.labels import percent, span
 from rftfit.figures.style import number
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
-from rftfit.figures.captions import (
+from rftfit.figures.labels import (
     PROFILES,
     in_brackets,
     name_of,

@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.figures.captions import PROFILES, name_of
+from rftfit.figures.labels import PROFILES, name_of
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import own_flags, shared_flags

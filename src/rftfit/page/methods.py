@@ -10,7 +10,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
-from rftfit.figures.captions import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
+from rftfit.figures.labels import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
-from rftfit.figures.captions import in_brackets, name_of, percent, span
+from rftfit.figures.labels import in_brackets, name_of, percent, span
 from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus

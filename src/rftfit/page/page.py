@@ -26,7 +26,7 @@ from rftfit.figures import (  # noqa: F401
     robot,
     sands,
 )
-from rftfit.figures.captions import of_method
+from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek, has_intervals
 from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rftfit.campaign.config import Leg
-from rftfit.figures.captions import lift_errors
+from rftfit.figures.labels import lift_errors
 from rftfit.model import reference_kernel
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline

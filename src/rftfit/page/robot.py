@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.figures.captions import name_of, percent, span
+from rftfit.figures.labels import name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
 from rftfit.page.live import as_lists

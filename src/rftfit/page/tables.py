@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.captions import PROFILES, lift_errors, name_of, percent, span
+from rftfit.figures.labels import PROFILES, lift_errors, name_of, percent, span
 from rftfit.figures.style import number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import power_of

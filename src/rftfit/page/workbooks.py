@@ -13,7 +13,7 @@ import pandas as pd
 from xlsxwriter.worksheet import Worksheet
 
 from rftfit import reference
-from rftfit.figures.captions import half_width
+from rftfit.figures.labels import half_width
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import level
 from rftfit.measure.flags import say

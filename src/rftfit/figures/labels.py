@@ -1,0 +1,99 @@
+"""Numbers of a run as captions tell them: plain text, empty where nothing is known."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rftfit.figures.style import number
+from rftfit.measure.flags import flagged_with
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+
+    from rftfit.results import Results
+
+PROFILES = {
+    "table": "measured table",
+    "map": "map",
+    "fourier": "nine-term fit",
+    "generic": "generic \N{MULTIPLICATION SIGN} \N{GREEK SMALL LETTER ZETA}",
+    "depth_only": "depth-only",
+}
+"""Names of the profiles for people, in the order in which figures and page show them."""
+
+LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
+
+
+def name_of(key: str) -> str:
+    """Name of a profile or of a leg for people."""
+    return (PROFILES | LEGS).get(key, key)
+
+
+def percent(value: float | None) -> str:
+    """Write a percentage with its sign."""
+    if value is None or not math.isfinite(value):
+        return "no value"
+    text = number(value, 0 if abs(value) >= 10 else 1)
+    return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
+
+
+def span(low: float | None, high: float | None, digits: int = 3) -> str:
+    """Write an interval with the digits that its width needs; nothing where an end or the width is missing."""
+    if low is None or high is None or not math.isfinite(high - low) or low == high:
+        return ""
+    while (ends := (number(low, digits), number(high, digits)))[0] == ends[1]:
+        digits += 1
+    return " to ".join(ends)
+
+
+def in_brackets(text: str) -> str:
+    """Write what follows a number in brackets, nothing where there is nothing."""
+    return f" ({text})" if text else ""
+
+
+def with_span(value: float, low: float, high: float, digits: int) -> str:
+    """Write a number with its interval in brackets."""
+    return number(value, digits) + in_brackets(span(low, high, digits))
+
+
+def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
+    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
+    high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
+    return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
+
+
+def tared(results: Results, runs: pd.DataFrame) -> bool:
+    """Whether a tare was taken off any of the runs of a table."""
+    with_tare = [run.run_id for run in results.campaign.runs if run.tare_run]
+    known = runs["run_id"].isin(with_tare) & ~flagged_with(runs, "no-tare")
+    return bool(known.any())
+
+
+def predicted_by(results: Results) -> dict[str, list[str]]:
+    """Media in which each profile gave a whole curve of the force on a leg."""
+    table = results.table("predicted.csv")
+    whole = table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
+    known = whole.all().loc[lambda one: one].index.to_frame(index=False)
+    return {str(n): list(dict.fromkeys(part["medium"])) for n, part in known.groupby("profile")}
+
+
+def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
+    """How far predicted lift is from measured lift in some media, a row a leg and profile."""
+    table = results.table("leg_errors.csv")
+    return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
+
+
+def pushes_of_sands(results: Results) -> str:
+    """Write what is known of each natural sand that was pushed."""
+    known = (results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands)
+    places = {(*table["beta_deg"], *table["gamma_deg"]) for table in known if len(table)}
+    return "one push straight down" if places == {(0, 90)} else "a few pushes"
+
+
+def of_method(results: Results, name: str) -> pd.DataFrame:
+    """Rows of a table of fits by the configured method."""
+    table = results.table(name)
+    return table[table["method"] == results.config.fourier.method]
