@@ -72,8 +72,7 @@ def alpha_maps(results: Results) -> Figure:
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
-    caption=_MAPS_CAPTION
-    + " Arrows: how plates move; circles: runs of the stress figure.",
+    caption=_MAPS_CAPTION + " Arrows: how plates move; circles: runs of the stress figure.",
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
