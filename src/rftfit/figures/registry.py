@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from rftfit.errors import InputError
-from rftfit.figures.style import mark, styled
+from rftfit.figures.style import mark, stamp, styled
 from rftfit.measure.flags import say
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-MODULES = ("protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
+MODULES = ("first", "protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
 """Of this package, in the order in which their figures are shown."""
 
 
@@ -105,12 +105,17 @@ class Declared:
 _GREEK = {
     "alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "zeta": "\u03b6", "theta": "\u03b8", "chi": "\u03c7",
 }  # fmt: skip
+_SIGNS = (
+    (r"cm\^3", "cm\u00b3"), (r"cm\^2", "cm\u00b2"), (r"(?<=\d) deg\b", "\u00b0"), (r"\+- ", "\u00b1 "),
+    (r"(?<=[\dm]) x (?=\d)", " \u00d7 "),
+)  # fmt: skip
 _QUANTITY = re.compile(rf"\b({'|'.join(_GREEK)})(?![a-z])")
 
 
 def greek(text: str) -> str:
-    """Write the names of quantities with Greek letters, as the figures do."""
-    text = text.replace("cm^3", "cm\N{SUPERSCRIPT THREE}")
+    """Write quantities and units with Greek letters and signs, as the figures do."""
+    for plain, sign in _SIGNS:
+        text = re.sub(plain, sign, text)
     return _QUANTITY.sub(lambda found: _GREEK[found[1]], text)
 
 
@@ -138,6 +143,8 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
             results, *medium = args
             if told := _marks(results, facts["section"], *medium):  # type: ignore[arg-type]
                 mark(made, told)
+            if results.campaign.reenacted:
+                stamp(made, "re-enacted")
             return made
 
         # the media that fail a check are named in every figure

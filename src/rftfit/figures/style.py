@@ -249,10 +249,19 @@ _ABOVE = 1.01
 def mark(figures: Any, told: Sequence[str]) -> None:
     """Write above a figure, or above each page of one, what must be said of the media in it."""
     lines = [line for one in told for line in textwrap.wrap(plain(one), 110)]
-    pages: Any = figures if isinstance(figures, (list, tuple)) else [figures]
-    for page in pages:
+    for page in _pages(figures):
         where = {"va": "bottom", "ha": "center", "fontsize": 7, "color": OKABE_ITO["vermillion"]}
         page.text(0.5, _ABOVE, "\n".join(lines), **where)
+
+
+def stamp(figures: Any, word: str) -> None:
+    """Write a word small into the right edge of a figure, or of each page of one: figures travel without their page."""
+    for page in _pages(figures):
+        page.text(0.999, 0.5, word, rotation=90, va="center", ha="right", fontsize=5, color=GREY)
+
+
+def _pages(figures: Any) -> Any:
+    return figures if isinstance(figures, (list, tuple)) else [figures]
 
 
 # Files: atomic, and the same figure always gives the same bytes

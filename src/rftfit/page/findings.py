@@ -6,31 +6,27 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
-from rftfit.figures.labels import (
-    PROFILES,
-    in_brackets,
-    name_of,
-    of_method,
-    percent,
-    pushes_of_sands,
-    span,
-    with_span,
-)
+from rftfit.compare.sensitivity import shapes
+from rftfit.figures.labels import in_brackets, name_of, percent, pushes_of_sands, span, with_span
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
-from rftfit.measure.fits import shared_flags
-from rftfit.measure.flags import codes_of, remark
+from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
 from rftfit.page.cells import records
+from rftfit.page.outcome import NOTHING, SOUND, verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
 _MOST_MEDIA = 3
+
+ON_FIRST_SCREEN = 3
+"""Sentences of the first screen; the others stand at the head of their sections."""
+
+FLAT, REVERSED = "flat_leg", "reversed_c_leg"
 
 
 class Finding(NamedTuple):
@@ -41,8 +37,8 @@ class Finding(NamedTuple):
 
 
 def findings(results: Results) -> list[Finding]:
-    """What was found, the most important first; nothing is said of what the campaign lacks."""
-    parts = (_doubts, _legs, _sands, _robot, _pushes, _size, _misfit)
+    """How well was measured, what is predicted and why it is off; then the rest."""
+    parts = (_measured, _legs, _why, _pushes, _sands, _robot, _turned)
     return [one for part in parts for one in part(results)]
 
 
@@ -52,97 +48,93 @@ def usable(results: Results, media: Iterable[str]) -> list[str]:
     return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
-def _doubts(results: Results) -> Iterable[Finding]:
-    """What must be known before any number is read."""
-    good = usable(results, results.media)
-    bad = [results.campaign.titles[name] for name in results.media if name not in good]
-    if bad:
-        yield Finding(f"Not usable, by checks that need no model: {listed(bad)}.", "believed")
-    bare = [one.title for one in results if remark("no-tare") in shared_flags(one.fits)]
-    if bare:
-        yield Finding(
-            f"No tare was subtracted in {listed(bare)}: the force on rod and mount is in every number of it.",
-            "dropped",
-        )
+def _measured(results: Results) -> Iterable[Finding]:
+    """Whether the data are sound, and how hard the media are to a level plate pushed straight down."""
+    titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
+    bad = [
+        f"{titles[name]} {'has' if word == NOTHING else 'is'} {word}{in_brackets(why)}"
+        for name, (word, why) in verdicts.items()
+        if word != SOUND
+    ]
+    answer = "yes" if not bad else "no" if len(bad) == len(verdicts) else "in part"
+    told = (
+        [f"Measured well: {answer}", *bad]
+        if bad
+        else ["Measured well: yes, no check finds a fault"]
+    )
+    found = []
+    for name in usable(results, results.media):
+        cell = cell_at(results[name].alpha, 0.0, 90.0)
+        if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
+            found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
+    found.sort(key=lambda one: one[0])
+    sizes = [
+        f"{with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
+        for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
+    ]
+    size = f" Straight down, alpha_z is {' to '.join(sizes)}." if sizes else ""
+    yield Finding(f"{'; '.join(told)}.{size}", "believed")
 
 
 def _legs(results: Results) -> Iterable[Finding]:
-    """How far the measured table can be trusted: the worst error of peak lift of every leg."""
-    errors = _peaks(results, usable(results, results.laboratory), "table")
-    told, where = _worst(results, errors, "media")
-    if told:
-        near = int((errors["peak_error_percent"].abs() <= WITHIN_PERCENT).sum())
+    """How far the measured table can be trusted on legs."""
+    lift = _lifts(results, usable(results, results.laboratory), "table")
+    worst = {
+        leg: _worst(part)["peak_error_percent"] for leg, part in lift.groupby("leg", sort=False)
+    }
+    legs: dict[bool, list[str]] = {True: [], False: []}
+    for leg, off in worst.items():
+        legs[abs(off) <= WITHIN_PERCENT].append(f"{name_of(str(leg))} (worst {percent(off)})")
+    if worst:
+        near = f"within {WITHIN_PERCENT:g} % on the {listed(legs[True])}" if legs[True] else ""
+        far = (
+            f"{'not' if near else f'not within {WITHIN_PERCENT:g} %'} on the {listed(legs[False])}"
+        )
+        told = ", ".join(filter(None, [near, far if legs[False] else ""]))
+        sizes = lift["peak_error_percent"].abs()
+        errors = f" Errors of {len(lift)} peak lifts: median {number(sizes.median(), 0)} %, largest {number(sizes.max(), 0)} %."
         yield Finding(
-            f"Peak lift predicted from the measured table is off by at most {told} ({where}). Within "
-            f"{WITHIN_PERCENT:g} % are {near} of {len(errors)} peaks of lift and thrust.",
+            f"Predicted with the measured alpha, the peak lift is {told}.{errors if len(lift) > 1 else ''}",
             "legs",
         )
 
 
-def _sands(results: Results) -> Iterable[Finding]:
-    """How far one push straight down goes in natural sands."""
-    media = usable(results, results.sands)
-    for profile, start in (
-        ("map", f"From {pushes_of_sands(results)}, peak lift predicted by the map is"),
-        (
-            "generic",
-            "By the paper's routine, the generic profile scaled to the push straight down, peak lift is",
-        ),
-    ):
-        told, where = _worst(results, _peaks(results, media, profile), "sands")
-        if told:
-            yield Finding(f"{start} off by at most {told} ({where}).", "sands")
-
-
-def _worst(results: Results, errors: pd.DataFrame, kind: str) -> tuple[str, str]:
-    """The largest error of peak lift of every leg with its interval, and where."""
-    lift = errors[errors["component"] == "z"]
+def _why(results: Results) -> Iterable[Finding]:
+    """Whether the stated errors explain the worst peak lift, and what another shape of the legs does to it."""
+    lift = _lifts(results, usable(results, results.laboratory), "table")
+    if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
+        return
+    low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
     told = []
-    for leg, part in lift.groupby("leg", sort=False):
-        worst = max(records(part), key=lambda row: abs(row["peak_error_percent"]))
-        ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
-        off = percent(worst["peak_error_percent"])
-        told.append(f"{off}{in_brackets(ends)} for the {name_of(str(leg))}")
-    media = list(dict.fromkeys(lift["medium"]))
-    where = results.titles[media[0]] if len(media) == 1 else f"{len(media)} {kind}"
-    return listed(told) if told else "", where
-
-
-def _robot(results: Results) -> Iterable[Finding]:
-    """How near the simulated robot comes."""
-    if not results.campaign.robot_medium:
-        return
-    errors = results.table("robot/errors.csv")
-    for profile in ("table", "map"):
-        own = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
-        if not own["error_percent"].notna().any():
-            continue
-        near, rough = share_within(own, 20), share_within(own, 35)
-        top = max(records(own), key=lambda row: float(row["measured_cm_per_s"]))
-        ends = span(
-            top["simulated_from_alpha_lo_cm_per_s"], top["simulated_from_alpha_hi_cm_per_s"], 1
+    if ends := span(low, high, 0):
+        holds = (
+            "includes zero: the stated errors can"
+            if low <= 0 <= high
+            else "leaves zero out: the stated errors do not"
         )
-        ends = f"{ends} by the errors of alpha alone" if ends else ""
-        yield Finding(
-            f"On the {PROFILES[profile]} the robot runs within 20 % of its measured speed in {near[0]} of {near[1]} "
-            f"conditions and within 35 % in {rough[0]}; the fastest, measured at {number(top['measured_cm_per_s'], 1)} cm/s, "
-            f"is simulated at {number(top['simulated_cm_per_s'], 1)} cm/s{in_brackets(ends)}.",
-            "robot",
+        told.append(
+            f"the interval of the largest error ({ends} %, {name_of(worst['leg'])}) {holds} explain it"
         )
-        return
+    varied = shapes(results.table("leg_sensitivity.csv"))
+    best = max(varied, key=lambda one: one.lifts, default=None)
+    if best is not None and best.lifts > varied[0].lifts:
+        told.append(
+            f"the shape of the legs matters: {best.lifts} of {best.of} peak lifts, not {varied[0].lifts}, are within "
+            f"{WITHIN_PERCENT:g} % with another shape ({best.name})"
+        )
+    if told:
+        yield Finding(f"Why: {'; '.join(told)}.", "legs")
 
 
 def _pushes(results: Results) -> Iterable[Finding]:
     """What few pushes say of a medium of which no leg was measured."""
     predicted = results.table("predicted.csv")
+    single = False
     for name in usable(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         own = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
-        if len(medium.legs) or not len(own):
-            continue
-        known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
         told = []
-        for leg, part in own.groupby("leg", sort=False):
+        for leg, part in [] if len(medium.legs) else own.groupby("leg", sort=False):
             known_force = part[part["force_z_N"].notna()]
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
@@ -151,59 +143,87 @@ def _pushes(results: Results) -> Iterable[Finding]:
                     f"{number(top['force_z_N'], 1)} N{in_brackets(ends)} on the {name_of(str(leg))}"
                 )
         if told:
+            known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
+            single |= known == 1
             pushes = "one push" if known == 1 else f"{known} directions"
             yield Finding(
                 f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(told)}.",
                 "viewer",
             )
-
-
-def _size(results: Results) -> Iterable[Finding]:
-    """How hard the media are to a level plate pushed straight down."""
-    found = []
-    for name in usable(results, results.media):
-        cell = cell_at(results[name].alpha, 0.0, 90.0)
-        if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
-            found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
-    found.sort(key=lambda one: one[0])
-    told = [
-        f"{with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {results.titles[name]}"
-        for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
-    ]
-    if told:
-        yield Finding(f"Straight down, alpha_z(0, 90 deg) is {' to '.join(told)}.", "maps")
-
-
-def _misfit(results: Results) -> Iterable[Finding]:
-    """What nine terms miss, beside what was measured."""
-    shares = misfits(results)
-    known = {name: share for name, share in shares.items() if name in usable(results, shares)}
-    if known:
-        sizes = dict.fromkeys(number(end(known.values()), 0) for end in (min, max))
-        size = " to ".join(sizes)
+    if single:
         yield Finding(
-            f"Nine Fourier terms miss {size} % of the largest alpha_z (root mean square over the "
-            "directions); no interval of measurement contains this.",
+            "Why so wide: one push tells how strong a medium is, not whether it has the shape of known media; rftfit plan "
+            "names the next best push.",
+            "calculator",
+        )
+
+
+def _sands(results: Results) -> Iterable[Finding]:
+    """How far one push straight down goes in natural sands."""
+    media = usable(results, results.sands)
+    for profile, start in (
+        ("map", f"Predicted by the map from {pushes_of_sands(results)}"),
+        (
+            "generic",
+            "Predicted by the paper's routine, generic alpha scaled to the push straight down",
+        ),
+    ):
+        told = []
+        lift = _lifts(results, media, profile)
+        for leg, part in lift.groupby("leg", sort=False):
+            worst = _worst(part)
+            ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+            off = percent(worst["peak_error_percent"])
+            told.append(f"{off}{in_brackets(ends)} on the {name_of(str(leg))}")
+        if told:
+            yield Finding(f"{start}, the peak lift is off by at most {listed(told)}.", "sands")
+
+
+def _robot(results: Results) -> Iterable[Finding]:
+    """How near the simulated robot comes."""
+    if not results.campaign.robot_medium:
+        return
+    errors = results.table("robot/errors.csv")
+    for profile, source in (("table", "with the measured alpha"), ("map", "with the map")):
+        own = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
+        if own["error_percent"].notna().any():
+            near, of = share_within(own, 20)
+            yield Finding(
+                f"Simulated {source}, the robot's speed is within 20 % of the measured one in {near} of {of} conditions.",
+                "robot",
+            )
+            return
+
+
+def _turned(results: Results) -> Iterable[Finding]:
+    """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
+    table = results.table("predicted.csv")
+    table = table[table["medium"].isin(results.laboratory)]
+    lift = table.groupby(["medium", "profile", "leg"])["force_z_N"].max().dropna().to_dict()
+    above = {
+        (medium, profile): lift[medium, profile, REVERSED] > lift[medium, profile, FLAT]
+        for medium, profile, leg in lift
+        if leg == REVERSED and (medium, profile, FLAT) in lift
+    }
+    media = [m for m, profile in above if profile == "table" and (m, "fourier") in above]
+    turned = [m for m in media if above[m, "fourier"] and not above[m, "table"]]
+    if turned:
+        yield Finding(
+            f"In {len(turned)} of {len(media)} media the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
+            "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
             "coefficients",
         )
 
 
-def misfits(results: Results) -> dict[str, float]:
-    """Root mean square of what nine terms miss of alpha_z over the largest, percent, by medium."""
-    table = of_method(results, "coefficients.csv")
-    found = {}
-    for row in records(table[table["coefficient"] == "A00"]):
-        name = str(row["medium"])
-        if name in results.media and math.isfinite(row["misfit_rms_N_per_cm3"]):
-            largest = float(np.nanmax(np.abs(results[name].alpha["alpha_z_N_per_cm3"])))
-            found[name] = 100 * row["misfit_rms_N_per_cm3"] / largest
-    return found
-
-
-def _peaks(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
+def _lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
+    """Errors of peak lift that are known."""
     table = results.table("leg_errors.csv")
-    known = table["medium"].isin(list(media)) & (table["profile"] == profile)
-    return table[known & table["peak_error_percent"].notna()]
+    own = table["medium"].isin(list(media)) & (table["profile"] == profile)
+    return table[own & (table["component"] == "z") & table["peak_error_percent"].notna()]
+
+
+def _worst(errors: pd.DataFrame) -> pd.Series[float]:
+    return errors.loc[errors["peak_error_percent"].abs().idxmax()]
 
 
 def listed(parts: Iterable[str]) -> str:

@@ -15,8 +15,8 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
-from rftfit.compare.sensitivity import shapes, told
 from rftfit.figures import (  # noqa: F401
+    first,
     generic,
     legs,
     maps,
@@ -27,16 +27,16 @@ from rftfit.figures import (  # noqa: F401
     sands,
 )
 from rftfit.figures.labels import of_method
-from rftfit.figures.registry import Declared, figures, greek, has_intervals
+from rftfit.figures.registry import Declared, figures, greek
 from rftfit.figures.style import FORMATS, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
 from rftfit.page import tables
-from rftfit.page.findings import findings, listed
+from rftfit.page.findings import ON_FIRST_SCREEN, findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
-from rftfit.page.outcome import Outcome, believed, outcome_of_runs
+from rftfit.page.outcome import Outcome, believed, gravest_doubt, outcome_of_runs
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
 from rftfit.store.environment import versions
@@ -67,14 +67,7 @@ SECTIONS = {
 }
 """Sections by id, in their order."""
 
-FIRST = (("alpha_maps",), ("legs", "stress_of_runs", "penetration"))
-FIRST_OF_FEW = (("estimated_maps",), ("penetration", "stress_of_runs"))
-"""Figures beside the findings; what was estimated where few directions were measured."""
-
-FEWEST = 4
-"""Directions that make a map."""
-
-_COMPONENT = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b")
+_INDEXED = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
 
 
 def report(results: Results) -> tuple[str, pd.DataFrame]:
@@ -116,7 +109,6 @@ def context(results: Results) -> dict[str, Any]:
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.scaling(results)
     counts, not_the_same, reproduction = tables.reproduction(results)
-    reversal = tables.reversal(results)
     found, errors = pictures(results), tables.leg_errors(results)
     has = {
         "measurement": any(one.section in ("Measurement", "quality") for one in found),
@@ -132,20 +124,14 @@ def context(results: Results) -> dict[str, Any]:
         "measured": _measured(results, outcome),
         "findings": findings(results),
         "pictures": found,
-        "first": first_of(found, results),
+        "first": [one for one in found if one.section == "summary"],
+        "first_sentences": ON_FIRST_SCREEN,
+        "legs_stated": bool(config.legs),
         "names": names,
         "reenacted": results.campaign.reenacted,
         "level": level(results),
-        "intervals": has_intervals(results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
-        "peaks_from": " or, where that is not whole, ".join(
-            name
-            for name, media in zip(
-                ("the measured table", "the map"), tables.peaks_from(results), strict=True
-            )
-            if media
-        ),
         "believed": believed(results),
         "in_air": outcome.used[""],
         "kinds": listed(_kinds(results)),
@@ -154,12 +140,19 @@ def context(results: Results) -> dict[str, Any]:
             for medium in config.media.values()
             if medium.note or medium.compaction
         ],
+        "doubts": [
+            (one.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
+            for one in results
+            for flag, count in [gravest_doubt(results, one.name)]
+            if flag
+        ],
         "of_all": [
             (one.title, ". ".join(words))
             for one in results
             if (words := describe_shared_flags(shared_flags(one.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
+        "alphas": tables.alphas(results),
         "at_depths": tables.at_depths(results),
         "spreads": tables.spreads(results),
         "coefficients": {
@@ -170,14 +163,8 @@ def context(results: Results) -> dict[str, Any]:
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
-        "reversal": reversal,
-        "turned": [
-            row["found"].above("fourier") and not row["found"].above("table")
-            for row in reversal.rows
-        ],
         "leg_errors": errors,
-        "shapes": (varied := shapes(results.table("leg_sensitivity.csv"))),
-        "told_of_shapes": told(varied[1:]),
+        "shapes": tables.shapes_of_legs(results),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
         "robot": robot_tables(results),
@@ -233,18 +220,6 @@ def pictures(results: Results) -> list[Picture]:
     ]
 
 
-def first_of(found: Sequence[Picture], results: Results) -> list[Picture]:
-    """A map and what was measured, beside the findings: the first that is there of each."""
-    known = [int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results]
-    shown = []
-    for names in FIRST if max(known, default=0) >= FEWEST else FIRST_OF_FEW:
-        # a figure of one medium before that of all
-        wanted = [start for name in names for start in (f"{name}_", name)]
-        fitting = (one for start in wanted for one in found if one.name.startswith(start))
-        shown += [*fitting][:1]
-    return shown
-
-
 def _picture(results: Results, one: Declared, medium: str) -> Picture:
     file = one.file(medium)
     content = results.path(f"{file}.webp").read_bytes()
@@ -262,7 +237,7 @@ def _picture(results: Results, one: Declared, medium: str) -> Picture:
 
 def quantities(text: str) -> Markup:
     """Write Greek letters and components as an index; the text itself is escaped."""
-    return Markup(_COMPONENT.sub(r"\1<sub>\2</sub>", str(escape(greek(text)))))
+    return Markup(_INDEXED.sub(r"\1\3<sub>\2\4</sub>", str(escape(greek(text)))))
 
 
 def _kinds(results: Results) -> list[str]:

@@ -11,8 +11,11 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.labels import PROFILES, lift_errors, name_of, percent, span
-from rftfit.figures.style import number
+from rftfit.compare.sensitivity import shapes
+from rftfit.figures.labels import PROFILES, in_brackets, name_of, percent, span
+from rftfit.figures.maps import lies_on_grid, pivot
+from rftfit.figures.registry import greek
+from rftfit.figures.style import degrees, number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import power_of
 from rftfit.measure.fits import shared_flags
@@ -21,7 +24,6 @@ from rftfit.measure.verdicts import DOUBTFUL
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
-from rftfit.page.findings import misfits
 from rftfit.page.outcome import (
     NOTHING,
     SOUND,
@@ -32,10 +34,10 @@ from rftfit.page.outcome import (
     verdict_of,
     verdicts_on_legs,
 )
-from rftfit.page.reversal import FLAT, REVERSED, Reversal, reversals
 from rftfit.results import Results
 
-ALPHA_Z = Markup("\N{GREEK SMALL LETTER ALPHA}<sub>z</sub>")
+ALPHA_Z, ALPHA_X = (Markup(f"\N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>") for c in "zx")
+ANGLES = {"\N{GREEK SMALL LETTER BETA}": "beta", "\N{GREEK SMALL LETTER GAMMA}": "gamma"}
 ZETA, CHI = "\N{GREEK SMALL LETTER ZETA}", "\N{GREEK SMALL LETTER CHI}"
 PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
 DEGREE = "\N{DEGREE SIGN}"
@@ -48,92 +50,78 @@ def title_of(results: Results, medium: str) -> str:
 
 
 def summary(results: Results, outcome: Outcome) -> Table:
-    """One row a medium: what a reader wants to know first."""
-    method = results.config.fourier.method
-    rows = _untold(results, "penetration.csv")
-    own = [row for row in rows if row["method"] in (method, *routines(method))]
-    scaled = {str(row["medium"]): row for row in reversed(own)}
+    """One row a medium: how far its data and the model on its legs can be trusted."""
     dropped = Counter(run["medium"] for run in outcome.dropped)
-    lift = {
-        (row["medium"], row["leg"], row["profile"]): percent(row["peak_error_percent"])
-        for row in records(lift_errors(results, results.media))
-        if math.isfinite(row["peak_measured_N"])
-    }
-    legs = [leg for leg in results.config.intruders if any(leg == name for _, name, _ in lift)]
-
-    shares, (_, of_map) = misfits(results), peaks_from(results)
-    # a campaign without legs has no word of them
-    model = "model on legs" if results.config.legs else "model"
 
     def title(row: Row) -> Cell:
-        return Cell(title_of(results, row["medium"]), ("natural sand",) if row["sand"] else ())
+        used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
+        sand = "natural sand" if row["medium"] in results.sands else ""
+        runs = f"{used} run{'s' * (used != 1)} used" + (f", {lost} dropped" if lost else "")
+        return Cell(title_of(results, row["medium"]), (sand, runs))
 
-    def verdict(row: Row) -> Cell:
+    def data(row: Row) -> Cell:
         word, why = verdict_of(results, row["medium"])
-        flag, count = gravest_doubt(results, row["medium"])
-        more = f"{flag} ({count} flags in all)" if count > 1 else flag
-        notes = (why,) if why and word != NOTHING else (why, more, row.get("reason", ""))
+        count = gravest_doubt(results, row["medium"])[1]
+        flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
         places = {SOUND: "", NOTHING: "#dropped"}
-        link = places.get(word, f"#checks-{row['medium']}")
         look = {SOUND: "same", DOUBTFUL: "doubtful"}.get(word, "differs")
-        return Cell(word, notes, f"verdict {look}", link)
+        return Cell(
+            word, (why, flags), f"verdict {look}", places.get(word, f"#checks-{row['medium']}")
+        )
 
     def on_legs(row: Row) -> Cell:
-        found = verdicts_on_legs(results, row["medium"])
-        (_, code, note), *others = found
-        more = (f"{name_of(kind)}: {VERDICT_WORDS[one]}; {why}" for kind, one, why in others)
+        _, code, note = verdicts_on_legs(results, row["medium"])[0]
         look = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
-        link = "" if code == NOT_TESTED else "#sands" if row["sand"] else "#legs"
-        return Cell(VERDICT_WORDS[code], (note, *more), f"verdict of-model {look}", link)
+        section = "#sands" if row["medium"] in results.sands else "#legs"
+        link = "" if code == NOT_TESTED else section
+        return Cell(VERDICT_WORDS[code], (note,), f"verdict {look}", link)
 
-    def chi(row: Row) -> Cell:
-        cell = number_column("", "chi", ends="chi_{}").cell(row)
-        borrowed = row["sand"] and math.isfinite(row.get("chi", math.nan))
-        return Cell(cell.text, (*cell.notes, "not measured" if borrowed else ""))
-
-    def misfit(row: Row) -> Cell:
-        share = shares.get(row["medium"])
-        return Cell("" if share is None else f"{number(share, 1)} %")
-
-    def runs(row: Row) -> Cell:
-        count = dropped[row["medium"]]
-        note = f"{count} dropped" if count else ""
-        return Cell(str(outcome.used[row["medium"]]), (note,), "bad" if count else "")
-
-    def peak(leg: str) -> Column:
-        def cell(row: Row) -> Cell:
-            profile = "map" if row["medium"] in of_map else "table"
-            return Cell(lift.get((row["medium"], leg, profile), "not measured"))
-
-        name = name_of(leg)
-        return Column(name, cell, "num", "Error of peak lift", f"peak lift, {name}")
-
+    model = [Column("Model on legs", on_legs, label="model on legs")] if results.config.legs else []
     return Table(
         "Summary table",
-        [
-            Column("Medium", title),
-            Column("data", verdict, group="Verdict on", label="verdict on the data"),
-            Column(model, on_legs, group="Verdict on", label=f"verdict on the {model}"),
-            Column("Runs", runs, "num"),
-            number_column(ZETA, "zeta", ends="zeta_{}"),
-            Column(CHI, chi, "num"),
-            Column("Nine terms miss", misfit, "num"),
-            *(peak(leg) for leg in legs),
-        ],
-        [
-            {**scaled.get(medium, {}), "medium": medium, "sand": medium in results.sands}
-            for medium in results.media
-        ],
+        [Column("Medium", title), Column("Data", data), *model],
+        [{"medium": medium} for medium in results.media],
         cards=True,
-    )  # fmt: skip
+    )
 
 
-def peaks_from(results: Results) -> tuple[list[str], list[str]]:
-    """Media whose peak lift is predicted from the measured table, and those where that is not whole, from the map."""
-    errors = lift_errors(results, results.media)
-    known = errors[errors["peak_error_percent"].notna()]
-    table, of_map = (known.loc[known["profile"] == name, "medium"] for name in ("table", "map"))
-    return list(table), list(of_map[~of_map.isin(table)])
+def alphas(results: Results) -> list[tuple[str, Table]]:
+    """Alpha of every medium with its interval, for paper: rows of beta, columns of gamma, or a list of directions."""
+    found = []
+    for one in results:
+        known = one.alpha[one.alpha[column("z")].notna()]
+        if not lies_on_grid(one.alpha):
+            columns = [
+                number_column(f"{name}, {DEGREE}", f"{key}_deg", 1) for name, key in ANGLES.items()
+            ]
+            columns += [
+                number_column({"z": ALPHA_Z, "x": ALPHA_X}[c], column(c), ends=column(c, "_{}"))
+                for c in "zx"
+            ]
+            found.append(
+                (f"{one.title}, {PER_CM3}", Table(f"Alpha, {one.title}", columns, records(known)))
+            )
+            continue
+        for c in "zx" if len(known) else "":
+            beta, gamma, _ = pivot(one.alpha, column(c))
+            cells = {end: pivot(one.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
+            rows = [
+                {"beta": angle}
+                | {f"{end}{k}": cells[end][i, k] for end in cells for k in range(len(gamma))}
+                for i, angle in enumerate(beta)
+            ]
+            columns = [
+                number_column(
+                    "\N{GREEK SMALL LETTER BETA} \\ \N{GREEK SMALL LETTER GAMMA}", "beta", 0
+                )
+            ]
+            columns += [
+                number_column(degrees(angle), str(k), ends=f"_{{}}{k}")
+                for k, angle in enumerate(gamma)
+            ]
+            label = Markup("{}, {}, {}").format({"z": ALPHA_Z, "x": ALPHA_X}[c], one.title, PER_CM3)
+            found.append((label, Table(f"alpha_{c}, {one.title}", columns, rows)))
+    return found
 
 
 def at_depths(results: Results) -> Table:
@@ -247,41 +235,20 @@ def scaling(results: Results) -> tuple[Table, Table]:
     )
 
 
-def reversal(results: Results) -> Table:
-    """Peak lift of flat and reversed leg, and what the deepest elements of the latter say of it."""
-
-    def peak(source: str, leg: str, group: str) -> Column:
-        def cell(row: Row) -> Cell:
-            found: Reversal = row["found"]
-            text = number(found.peaks.get((source, leg)), 2)
-            above = leg == REVERSED and found.above(source)
-            return Cell(text, ("above the flat leg",), "bad") if above else Cell(text)
-
-        return Column("flat leg" if leg == FLAT else "reversed", cell, "num", group)
-
-    def deep(row: Row) -> Cell:
-        found: Reversal = row["found"]
-        alpha, lift = found.alpha_z_N_per_cm3, found.lift_N
-        mean = f": nine terms {number(alpha['fourier'])}, table {number(alpha['table'])}"
-        note = (
-            f"lift {number(lift['fourier'], 2)} N and {number(lift['table'], 2)} N; "
-            f"\N{GREEK SMALL LETTER THETA} {number(found.theta_deg, 0)}{DEGREE}, "
-            f"\N{GREEK SMALL LETTER BETA} {span(*found.beta_deg, 0)}{DEGREE}, \N{GREEK SMALL LETTER GAMMA} {span(*found.gamma_deg, 0)}{DEGREE}"
-        )
-        return Cell(ALPHA_Z + mean, (note,))
-
-    sources = {
-        "measured": "Experiment, N",
-        "table": "By the table, N",
-        "fourier": "By nine terms, N",
-    }
-    pairs = [
-        peak(source, leg, group) for source, group in sources.items() for leg in (FLAT, REVERSED)
-    ]
+def shapes_of_legs(results: Results) -> Table:
+    """Peaks within the paper's bound by the measured table, with the legs as stated and with other shapes."""
+    found = [one._asdict() for one in shapes(results.table("leg_sensitivity.csv"))]
     return Table(
-        "Peak lift of flat and reversed leg",
-        [_medium(results), *pairs, Column("Deepest third of the reversed c-leg", deep, "why")],
-        [{"medium": found.medium, "found": found} for found in reversals(results)],
+        "Peaks by the shape of the legs",
+        [
+            text_column(
+                "Shape (face ahead: by half the thickness)", lambda row: greek(row["name"])
+            ),
+            text_column("Lifts", lambda row: f"{row['lifts']} of {row['of']}", look="num"),
+            text_column("Thrusts", lambda row: f"{row['thrusts']} of {row['of']}", look="num"),
+            number_column("Worst lift", "worst", show=percent),
+        ],
+        found,
     )
 
 
@@ -309,7 +276,13 @@ def leg_errors(results: Results) -> Table:
             text_column("Profile", lambda row: name_of(row["profile"])),
             text_column("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
             number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
-            number_column("Peak predicted, N", "peak_predicted_N", 2, ends="peak_predicted_{}_N"),
+            number_column(
+                "Peak predicted, N",
+                "peak_predicted_N",
+                2,
+                ends="peak_predicted_{}_N",
+                note="peak_errors",
+            ),
             number_column("Error of peak", "peak_error_percent", show=percent),
             number_column("Peak late, \N{DEGREE SIGN}", "peak_late_deg", 1),
             number_column("RMS error, N", "rms_error_N", 2),
@@ -383,26 +356,34 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
     What was not measured is left out, and all of it where that is the most of what the data could meet.
     """
 
+    def item(row: Row) -> Cell:
+        return Cell(row["item"], (row["where"],))
+
+    def paper(row: Row) -> Cell:
+        within = _significant(row["tolerance"])
+        reason = row["tolerance_reason"]
+        return Cell(
+            _significant(row["paper"]),
+            (f"\N{PLUS-MINUS SIGN} {within}{in_brackets(reason)}" if within else "",),
+        )
+
     def ours(row: Row) -> Cell:
         ends = _significant(row["lo"]), _significant(row["hi"])
         return Cell(_significant(row["ours"]), (" to ".join(ends) if all(ends) else "",))
 
     def verdict(row: Row) -> Cell:
-        return Cell(row["verdict"], look="verdict " + row["verdict"].replace(" ", "-"))
+        return Cell(
+            row["verdict"],
+            (row["evidence"], row["why"]),
+            "verdict " + row["verdict"].replace(" ", "-"),
+        )
 
     columns = [
-        text_column("Item", "item"),
-        text_column("Where", "where"),
-        text_column("Paper", lambda row: _significant(row["paper"]), look="num"),
+        Column("Item", item),
+        Column("Paper", paper, "num"),
         Column("Ours", ours, "num"),
-        text_column(
-            "Tolerance", lambda row: _significant(row["tolerance"]), look="num",
-            note="tolerance_reason",
-        ),
         Column("Verdict", verdict),
-        text_column("Evidence", "evidence"),
-        text_column("Why", "why", look="why"),
-    ]  # fmt: skip
+    ]
     every = records(results.table("reproduction.csv"))
     rows = [row for row in every if row["verdict"] != NOT_MEASURED]
     if 2 * sum(row["evidence"] != TEXT for row in rows) < sum(

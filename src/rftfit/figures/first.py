@@ -1,0 +1,169 @@
+"""The two pictures of the page's first screen: a map of alpha, and how well peaks or lines are met."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.compare.legs import WITHIN_PERCENT
+from rftfit.figures import leg_panels, maps, style
+from rftfit.figures.plates import stress_runs
+from rftfit.figures.registry import figure, when
+from rftfit.figures.traces import by_run, draw_thin, stress_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rftfit.results import Results
+
+FEWEST = 4
+"""Directions that make a map."""
+
+_WIDTH_CM, _HEIGHT_CM, _LEFT_CM, _TOP_CM, _SIDE_CM = 7.0, 6.7, 1.25, 0.75, 4.35
+_LEG_COLOURS = ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue")
+
+
+def _panel(title: str) -> tuple[Figure, Axes]:
+    """One panel with letters that can still be read on the page."""
+    page = style.new_figure(_WIDTH_CM, _HEIGHT_CM)
+    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, _SIDE_CM, _SIDE_CM)
+    axes.set_title(title, pad=5)
+    axes.tick_params(labelsize=7)
+    return page, axes
+
+
+def mapped(results: Results) -> tuple[str, pd.DataFrame, str]:
+    """The medium whose map is shown, its table and how alpha is known: the one pushed in most directions."""
+    known = {one.name: int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results}
+    medium = max(known, key=known.__getitem__)
+    if known[medium] >= FEWEST:
+        return medium, results[medium].alpha, "measured"
+    few = {name: table for name in known if len(table := results.table(f"maps/{name}.csv"))}
+    medium = next(iter(few), medium)
+    return medium, few.get(medium, results[medium].alpha[:0]), "estimated"
+
+
+@figure(
+    "first_map",
+    reads=("alpha/{media}.csv", "maps/{media}.csv"),
+    section="summary",
+    caption="Red pushes the plate up, blue pulls it down. Good: smooth from cell to cell.",
+    shown=lambda results, _: len(mapped(results)[1]),
+)
+def first_map(results: Results) -> Figure:
+    """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
+    medium, table, how = mapped(results)
+    if table.empty:
+        return style.missing("no medium has an alpha to draw")
+    page, axes = _panel(f"{style.title_of(results, medium)}: {how} {style.alpha_label('z')}")
+    maps.angle_axes(axes)
+    values = table["alpha_z_N_per_cm3"]
+    maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
+    if maps.lies_on_grid(table):
+        maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
+    return page
+
+
+def _peaks(results: Results) -> pd.DataFrame:
+    """Measured and predicted peaks, by the measured table or, where that is not whole, by the map."""
+    errors = results.table("leg_errors.csv")
+    known = errors[errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])]
+    return known.sort_values("profile").drop_duplicates(["medium", "leg", "component"], keep="last")
+
+
+@figure(
+    "first_peaks",
+    reads=("leg_errors.csv",),
+    media=when(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
+    section="summary",
+    caption="Peak forces on legs, predicted against measured. Good: points on the line, inside the shade.",
+    shown=lambda results, _: len(_peaks(results)),
+)
+def first_peaks(results: Results) -> Figure:
+    """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
+    rows = _peaks(results)
+    if rows.empty:
+        return style.missing("no peak of a leg was measured and predicted")
+    page, axes = _panel("peak force on a leg (N)")
+    names = [f"peak_{what}_N" for what in ("measured", "predicted", "predicted_lo", "predicted_hi")]
+    every = rows[names[:2]].abs().to_numpy(float)
+    ends = np.array([every.min() / 1.4, every.max() * 1.4])
+    share = WITHIN_PERCENT / 100
+    axes.fill_between(ends, (1 - share) * ends, (1 + share) * ends, color=style.WINDOW, linewidth=0)
+    axes.plot(ends, ends, color="black", linewidth=0.6)
+    entries: dict[str, Any] = {}
+    for leg, colour in zip(leg_panels.leg_order([rows]), _LEG_COLOURS, strict=False):
+        shade = style.OKABE_ITO[colour]
+        entries[leg_panels.leg_title(leg)] = style.dots(shade, 4)
+        for c, fill in (("z", shade), ("x", "white")):
+            own = rows[(rows["leg"] == leg) & (rows["component"] == c)]
+            measured, peak, low, high = own[names].abs().to_numpy(float).T
+            axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
+            axes.plot(measured, peak, "o", color=shade, markersize=4, markerfacecolor=fill)
+    axes.set(
+        xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel="measured", ylabel="predicted"
+    )
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(lambda *_: "")
+    entries |= {
+        "lift": style.dots(style.GREY, 4),
+        "thrust": style.dots(style.GREY, 4, markerfacecolor="white"),
+    }
+    entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
+    style.legend(page, entries, 3, fontsize=7)
+    return page
+
+
+@figure(
+    "first_lines",
+    reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
+    settings=("intruders", "fit", "figures"),
+    media=when(
+        lambda c: (
+            not c.with_legs("laboratory") + c.with_legs("natural_sand")
+            and c.of_samples() == c.media_with_runs
+            and stress_runs(c)
+        )
+    ),
+    section="summary",
+    caption="What the line through zero leaves of the stress. Good: noise about zero, without a bend.",
+    shown=lambda results, _: _lined(results),
+)
+def first_lines(results: Results) -> Figure:
+    """Draw the stress of single runs less alpha times depth, over the depths that were fitted."""
+    medium = _lined(results)
+    if not medium:
+        return style.missing("no run has a line to compare its stress with")
+    page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
+    fits = results[medium].fits
+    fits = fits[fits["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
+    for run, trace in by_run(stress_of(results, medium)).items():
+        inside = trace["in_window"] > 0
+        if run in fits.index and inside.any():
+            rest = trace["stress_z_N_per_cm2"] - fits[run] * trace["depth_cm"]
+            largest = float(np.nanmax(np.abs(trace["stress_z_N_per_cm2"][inside]))) or 1.0
+            percent = np.where(inside, 100 * rest / largest, np.nan)
+            draw_thin(
+                axes,
+                trace["depth_cm"],
+                percent,
+                color=style.COMPONENT_COLOURS["z"],
+                linewidth=0.6,
+                alpha=0.6,
+            )
+    style.zero_line(axes)
+    axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress of the run)")
+    return page
+
+
+def _lined(results: Results) -> str:
+    """The first medium with a slanted run that has a line."""
+    for one in results:
+        fits = one.fits
+        if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():
+            return one.name
+    return ""
