@@ -370,7 +370,15 @@ def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
 def test_a_sand_alone_has_no_figure_of_laboratory_media():
     campaign = memory({}, ["yuma"]).campaign
     files = {one.file(medium) for one in figures() for medium in one.media(campaign)}
-    names = ("stress_of_runs", "estimated_maps", "legs_in_sands", "peak_errors", "penetration")
+    names = (
+        "first_map",
+        "first_peaks",
+        "stress_of_runs",
+        "estimated_maps",
+        "legs_in_sands",
+        "peak_errors",
+        "penetration",
+    )
     assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
 
 

@@ -139,8 +139,10 @@ def first_lines(results: Results) -> Figure:
     if not medium:
         return style.missing("no run has a line to compare its stress with")
     page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
-    fits = results[medium].fits
-    fits = fits[fits["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
+    table = results[medium].fits
+    fits = (
+        table[table["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
+    )
     for run, trace in by_run(stress_of(results, medium)).items():
         inside = trace["in_window"] > 0
         if run in fits.index and inside.any():

@@ -140,8 +140,9 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
         @wraps(draw)
         def inside(*args: P.args, **kwargs: P.kwargs) -> R:
             made = draw(*args, **kwargs)
-            results, *medium = args
-            if told := _marks(results, facts["section"], *medium):  # type: ignore[arg-type]
+            named: Any = args
+            results, *medium = named
+            if told := _marks(results, facts["section"], *medium):
                 mark(made, told)
             if results.campaign.reenacted:
                 stamp(made, "re-enacted")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -16,7 +16,7 @@ from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
-from rftfit.page.cells import records
+from rftfit.page.cells import Row, records
 from rftfit.page.outcome import NOTHING, SOUND, verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
@@ -86,15 +86,17 @@ def _legs(results: Results) -> Iterable[Finding]:
     for leg, off in worst.items():
         legs[abs(off) <= WITHIN_PERCENT].append(f"{name_of(str(leg))} (worst {percent(off)})")
     if worst:
-        near = f"within {WITHIN_PERCENT:g} % on the {listed(legs[True])}" if legs[True] else ""
-        far = (
-            f"{'not' if near else f'not within {WITHIN_PERCENT:g} %'} on the {listed(legs[False])}"
-        )
-        told = ", ".join(filter(None, [near, far if legs[False] else ""]))
+        told = [
+            f"{'' if near else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
+            for near, names in legs.items()
+            if names
+        ]
         sizes = lift["peak_error_percent"].abs()
-        errors = f" Errors of {len(lift)} peak lifts: median {number(sizes.median(), 0)} %, largest {number(sizes.max(), 0)} %."
+        middle, largest = (number(size, 0) for size in (sizes.median(), sizes.max()))
+        errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
         yield Finding(
-            f"Predicted with the measured alpha, the peak lift is {told}.{errors if len(lift) > 1 else ''}",
+            f"Predicted with the measured alpha, the peak lift is {', '.join(told)}."
+            f"{errors if len(lift) > 1 else ''}",
             "legs",
         )
 
@@ -199,7 +201,8 @@ def _turned(results: Results) -> Iterable[Finding]:
     """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
     table = results.table("predicted.csv")
     table = table[table["medium"].isin(results.laboratory)]
-    lift = table.groupby(["medium", "profile", "leg"])["force_z_N"].max().dropna().to_dict()
+    peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
+    lift: dict[Any, float] = dict(peaks.dropna().to_dict())
     above = {
         (medium, profile): lift[medium, profile, REVERSED] > lift[medium, profile, FLAT]
         for medium, profile, leg in lift
@@ -222,8 +225,8 @@ def _lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame
     return table[own & (table["component"] == "z") & table["peak_error_percent"].notna()]
 
 
-def _worst(errors: pd.DataFrame) -> pd.Series[float]:
-    return errors.loc[errors["peak_error_percent"].abs().idxmax()]
+def _worst(errors: pd.DataFrame) -> Row:
+    return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 
 
 def listed(parts: Iterable[str]) -> str:
