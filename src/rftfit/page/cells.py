@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 import pandas as pd
@@ -45,7 +44,6 @@ class Column:
     `heading`: With its unit.
     `cell`: What it shows of a row.
     `look`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
-    `group`: Heading above several columns that stand side by side.
     `label`: What stands before the value on a narrow screen, where a row becomes a card; the heading
         by default.
     """
@@ -53,7 +51,6 @@ class Column:
     heading: str
     cell: Callable[[Row], Cell]
     look: str = ""
-    group: str = ""
     label: str = ""
 
 
@@ -71,14 +68,6 @@ class Table:
     rows: Sequence[Row]
     tall: bool = False
     cards: bool = False
-
-    @property
-    def groups(self) -> list[tuple[str, list[Column]]]:
-        """Columns by the heading above them; one without stands alone."""
-        places = enumerate(self.columns)
-        parts = groupby(places, lambda one: one[1].group or one[0])
-        found = [[column for _, column in part] for _, part in parts]
-        return [(columns[0].group, columns) for columns in found]
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -13,16 +13,8 @@ function compareKeys(a, b) {
 }
 
 function makeSortable(table) {
-  const heads = [...table.tHead.rows].flatMap((row) => [...row.cells]).filter((cell) => cell.scope === "col");
+  const heads = [...table.tHead.rows[0].cells];
   const body = table.tBodies[0];
-  const places = new Map();
-  // headings in two rows: those of the second row stand below a common one
-  const [top, below] = [...table.tHead.rows].map((row) => [...row.cells]);
-  let column = 0;
-  for (const cell of top) {
-    if (cell.scope === "col") places.set(cell, column);
-    for (let i = 0; i < cell.colSpan; i += 1, column += 1) if (cell.scope !== "col") places.set(below.shift(), column);
-  }
   for (const head of heads) {
     const button = html("button", { type: "button", class: "sort" }, ...head.childNodes);
     head.replaceChildren(button);
@@ -30,7 +22,7 @@ function makeSortable(table) {
       const up = head.getAttribute("aria-sort") !== "ascending";
       for (const other of heads) other.removeAttribute("aria-sort");
       head.setAttribute("aria-sort", up ? "ascending" : "descending");
-      const keyed = [...body.rows].map((row) => [sortKey(row, places.get(head)), row]);
+      const keyed = [...body.rows].map((row) => [sortKey(row, head.cellIndex), row]);
       keyed.sort(([a], [b]) => (up ? compareKeys(a, b) : compareKeys(b, a)));
       body.append(...keyed.map(([, row]) => row));
     });
