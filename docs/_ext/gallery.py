@@ -147,9 +147,9 @@ def write_report() -> None:
 
 
 def write_outputs() -> None:
-    """Follow the pages that show what their commands print, and write it anew."""
+    """Follow the pages that show what their commands print, and write what has changed."""
     sys.path.insert(0, str(ROOT / "tests" / "helpers"))
-    from doc_blocks import Reader, blocks_of, fate, pages, without_progress
+    from doc_blocks import Reader, blocks_of, comparable, fate, pages, without_progress
 
     for page in pages():
         blocks = blocks_of(page)
@@ -161,7 +161,9 @@ def write_outputs() -> None:
             for block in blocks:
                 if fate(block) in ("run", "file"):
                     reader.follow(block)
-                elif "output" in block.marks:
+                elif "output" in block.marks and comparable(block.text) != comparable(
+                    reader.printed
+                ):
                     printed[block.line] = without_progress(reader.printed)
         for start, text in reversed(printed.items()):
             lines[start : lines.index("```", start)] = [text]

@@ -108,7 +108,7 @@ def without_progress(text):
 
 def comparable(text):
     """A text without what differs from one run or computer to the next: seconds and commits."""
-    return re.sub(r"\b\d+\.\d s\b|\b[0-9a-f]{12}\b", "...", without_progress(text))
+    return re.sub(r"\b\d+\.\d s\b|\b[0-9a-f]{12}\b\+?", "...", without_progress(text))
 
 
 def commands_in(block):
