@@ -139,22 +139,23 @@ def test_horizontal_fit_through_three_depths():
     assert (here["n_runs"], here["flags"], here["reason"]) == (3, "", "")
 
 
-def test_horizontal_with_a_depth_missing_is_flagged():
-    here = cell(horizontal(2.54, 7.62), 60, 0)
-    assert here[column("z")] == pytest.approx(0.1)
-    assert here["flag_codes"] == "few-depths"
-
-
-def test_horizontal_with_one_depth_gives_no_number():
-    here = cell(horizontal(5.08), 60, 0)
-    assert math.isnan(here[column("z")])
-    assert math.isnan(here[column("x", "_hi")])
-    assert here["reason_code"] == "too-few-depths"
-
-
-def test_horizontal_repeats_of_one_depth_are_still_one_depth():
-    found = table(run("a", 0, 0, 0.1, depth=5.08), run("b", 0, 0, 0.1, depth=5.0803))
-    assert math.isnan(cell(found, 0, 0)[column("z")])
+@pytest.mark.parametrize(
+    ("depths", "planned", "code"),
+    [
+        ((2.54, 7.62), 3, "few-depths"), ((5.08,), 3, "too-few-depths"),
+        ((5.08,), 2, "too-few-depths"),
+        # repeats of one depth are one depth; depths apart by more than a millimetre are two
+        ((5.08, 5.0803), 3, "too-few-depths"), ((2.0, 2.15), 3, "few-depths"),
+    ],
+)  # fmt: skip
+def test_horizontal_runs_at_too_few_depths(depths, planned, code):
+    runs = [run(f"h{depth}", 60, 0, 0.1, depth=depth) for depth in depths]
+    here = cell(table(*runs, depths=planned), 60, 0)
+    assert (here["flag_codes"] or here["reason_code"]) == code
+    numbers = [here[column("z")], here[column("x", "_hi")]]
+    assert np.isnan(numbers).all() == (code == "too-few-depths")
+    if code == "few-depths":
+        assert numbers[0] == pytest.approx(0.1)
 
 
 def test_slanted_cell_needs_no_depths():
@@ -195,7 +196,8 @@ def test_what_counts_as_a_repeat():
         np.testing.assert_allclose(here["run_to_run_z_N_per_cm3"], spread)
         assert (here["run_to_run_x_N_per_cm3"] == 0).all()
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
-    assert set(table(*pairs((30.0, -30.0), GAMMAS))["spread"]) == {"one bed as prepared"}
+    for other in (-30.0, 31.0):
+        assert set(table(*pairs((30.0, other), GAMMAS))["spread"]) == {"one bed as prepared"}
     level = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
@@ -257,11 +259,6 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     assert set(table(*repeats)["spread"]) == {"repeats"}
 
 
-def test_depths_apart_by_more_than_a_millimetre_are_two():
-    here = cell(horizontal(2.0, 2.15), 60, 0)
-    assert here["flag_codes"] == "few-depths"
-
-
 def test_what_several_runs_have_to_tell_is_told_in_turn():
     no = math.nan
     here = cell(
@@ -273,10 +270,6 @@ def test_what_several_runs_have_to_tell_is_told_in_turn():
     assert here["flags"] == f"a: {GAP}, {DRIFT}; b: {DRIFT}"
     assert here["flag_codes"] == "gap zero-drifted zero-drifted"
     assert here["reason"] == "c: gone; d: no zero"
-
-
-def test_plates_held_otherwise_are_no_repeats():
-    assert set(table(*pairs((30.0, 31.0), GAMMAS))["spread"]) == {"one bed as prepared"}
 
 
 def test_repeats_with_different_plates_say_so():
@@ -350,12 +343,6 @@ def test_a_tare_that_repeats_share_does_not_make_them_differ():
         np.testing.assert_allclose(
             found["run_to_run_z_N_per_cm3"], math.sqrt(0.02**2 / 2 - self_error**2)
         )
-
-
-def test_two_planned_depths_of_which_one_is_there_give_no_number():
-    here = cell(table(run("a", 60, 0, 0.1, depth=5.08), depths=2), 60, 0)
-    assert math.isnan(here[column("z")])
-    assert here["reason_code"] == "too-few-depths"
 
 
 def test_flags_and_depths_of_a_table():
