@@ -121,33 +121,26 @@ def refused(rftfit, campaign, text):
     assert contents(campaign) == before
 
 
-def test_logs_without_the_marker(rftfit, campaign):
-    (campaign / "raw/paper" / MARKER).unlink()
-    refused(rftfit, campaign, "not from a re-enactment")
-
-
-def test_one_more_log(rftfit, campaign):
-    (campaign / "raw/paper/yuma/mine.csv").write_text("mine")
-    refused(rftfit, campaign, "yuma/mine.csv is not as the re-enactment wrote them")
-
-
-def test_a_log_that_was_replaced(rftfit, campaign):
-    with (campaign / "raw/paper" / LOG).open("a", encoding="utf-8") as handle:
-        handle.write("1,1,1,1,1\n")
-    refused(rftfit, campaign, f"{LOG} is not as")
-
-
-def test_a_run_sheet_that_was_edited(rftfit, campaign):
-    with (campaign / "raw/paper/runs.csv").open("a", encoding="utf-8") as handle:
-        handle.write("mine\n")
-    refused(rftfit, campaign, "runs.csv is not as")
-
-
-@pytest.mark.parametrize("line", ["1 ../../config/config.yaml", "x y", "nonsense"])
-def test_a_list_that_was_edited(rftfit, campaign, line):
-    with (campaign / "raw/paper" / MARKER).open("a", encoding="utf-8") as handle:
-        handle.write(f"{line}\n")
-    refused(rftfit, campaign, "this list has been changed")
+@pytest.mark.parametrize(
+    ("file", "added", "words"),
+    [
+        (MARKER, None, "not from a re-enactment"),
+        ("yuma/mine.csv", "mine", "yuma/mine.csv is not as the re-enactment wrote them"),
+        (LOG, "1,1,1,1,1\n", f"{LOG} is not as"),
+        ("runs.csv", "mine\n", "runs.csv is not as"),
+        (MARKER, "1 ../../config/config.yaml\n", "this list has been changed"),
+        (MARKER, "x y\n", "this list has been changed"),
+        (MARKER, "nonsense\n", "this list has been changed"),
+    ],
+)
+def test_files_that_the_reenactment_did_not_write(rftfit, campaign, file, added, words):
+    path = campaign / "raw" / "paper" / file
+    if added is None:
+        path.unlink()
+    else:
+        with path.open("a", encoding="utf-8") as handle:
+            handle.write(added)
+    refused(rftfit, campaign, words)
 
 
 def test_links_lead_nowhere(rftfit, campaign):

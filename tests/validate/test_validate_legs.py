@@ -177,6 +177,15 @@ def test_no_measured_curve_and_no_number_are_said():
     assert table["peak_error_percent"].isna().all()
 
 
+def test_curves_that_share_no_angle():
+    names = {"medium": "sand", "leg": "flat", "force_z_N": 1.0, "force_x_N": 1.0}
+    measured = pd.DataFrame([{**names, "theta_deg": 0.0}])
+    predicted = pd.DataFrame([{**names, "theta_deg": 90.0, "profile": "table", "reason": ""}])
+    for row in leg_errors(measured, predicted).to_dict("records"):
+        assert row["reason"] == "measured and predicted curve share no theta"
+        assert math.isnan(row["rms_error_N"])
+
+
 def test_the_papers_statements_are_met_or_named(config, predicted):
     tables = [alpha_of(medium) for medium in MEDIA]
     slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
