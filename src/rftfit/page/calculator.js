@@ -65,7 +65,9 @@ function startCalculator(data) {
   const { push } = data;
   const [alphaBox, seBox, message, from, legBox] = ["alpha", "se", "message", "reference", "leg"].map((id) => byId(`calc-${id}`));
   const theta = Array.from({ length: 271 }, (_, i) => i - 135);
-  const cell = ([value, lo, hi], digits) => valueCell({ value, lo, hi }, digits);
+  // four significant digits, and at most so many after the point
+  const cell = ([value, lo, hi], most) =>
+    valueCell({ value, lo, hi }, Math.max(0, Math.min(most, 3 - Math.floor(Math.log10(Math.abs(value) || 1)))));
   let [map, routine, reference, curves] = [null, null, null, {}];
 
   const maps = makeMaps(byId("calc-maps"), (beta, gamma) => {

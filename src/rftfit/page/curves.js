@@ -63,7 +63,10 @@ function drawChart(image, title, curves, picked) {
     const { theta, y } = curves[kind];
     image.append(svg("path", { class: kind, d: pathOf(theta.map((t, i) => [px(t), py(y[i])])) }));
   }
-  image.append(svg("text", { x: CHART.left, y: 14 }, `${title}, N`));
+  const [letter, component] = title.split("_");
+  const label = svg("text", { x: CHART.left, y: 14 }, letter);
+  label.append(svg("tspan", { dy: 3, "font-size": "9" }, component), svg("tspan", { dy: -3 }, ", N"));
+  image.append(label);
   drawLegend(image, curves, right);
   image.append(svg("text", { x: px(0), y: CHART.height - 6, "text-anchor": "middle" }, "θ (0: leg straight down)"));
   const cursor = svg("line", { class: "cursor", y1: CHART.top, y2: floor });
