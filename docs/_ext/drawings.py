@@ -57,15 +57,10 @@ def arrow(axes: Axes, start: Any, vector: Any, colour: str, label: str = "", **h
     """Draw an arrow, and a word at its head."""
     (x, z), (dx, dz) = start, vector
     if float(np.hypot(dx, dz)) > 0.02:
-        width = how.pop("width", 1.6)
         look = {
-            "arrowstyle": "-|>",
-            "color": colour,
-            "linewidth": width,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        }
-        look["mutation_scale"] = how.pop("head", 9)
+            "arrowstyle": "-|>", "color": colour, "linewidth": how.pop("width", 1.6),
+            "mutation_scale": how.pop("head", 9), "shrinkA": 0, "shrinkB": 0,
+        }  # fmt: skip
         axes.annotate("", (x + dx, z + dz), (x, z), arrowprops=look)
     if label:
         at = how.pop("at", (x + 1.12 * dx, z + 1.12 * dz))

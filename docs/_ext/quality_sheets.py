@@ -9,74 +9,60 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import yaml
+from drawings import push, svg
+
+from rftfit import lab
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import load_campaign
+from rftfit.figures.quality import draw_quality
+from rftfit.figures.traces import stress_samples
+from rftfit.lab.enact import run_logs
+from rftfit.lab.plan import plan_runs
+from rftfit.lab.write import sheet_text
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tare import tare_medium
+from rftfit.store.digests import code_digest, sha256_of
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
+ROOT = Path(__file__).resolve().parents[2]
 MEDIUM = "poppy_LP"
 GAMMAS = ("18", "34", "45", "56", "72", "90")
 BROKEN = {
     "bp00_g18_in": "wrong_unit",
-    "bp00_g34_in": "missing_tare",
     "bp00_g45_in": "never_touches",
     "bp00_g56_in": "truncated",
     "bp00_g72_in": "gap",
     "bp00_g90_in": "saturated",
 }
+NO_TARE = f"{MEDIUM}_bp00_g34_in_rod"
 NAME = "quality_sheet.png"
 PUSHES = {"bp30_g90_in": "90°", "bp30_g45_in": "45°", "bp30_g18_in": "18°"}
 """Runs that ``push.svg`` shows, and their gamma."""
 
 
-def draw(project: Path, root: Path, png: Path) -> None:
+def draw(root: Path, png: Path) -> None:
     """Write the logs, measure them, and draw the sheet and, beside it, three of its runs.
 
-    Parameters
-    ----------
-    project : Path
-        With ``config/config.yaml``.
-    root : Path
-        Empty folder for the campaign.
-    png : Path
-        Written.
+    `root`: Empty folder for the campaign. `png`: Written.
     """
-    import shutil
-
-    import yaml
-    from drawings import push, svg
-
-    from rftfit.campaign.config import Config
-    from rftfit.campaign.load import load_campaign
-    from rftfit.figures.quality import draw_quality
-    from rftfit.figures.traces import stress_samples
-    from rftfit.lab.enact import run_logs
-    from rftfit.lab.plan import plan_runs
-    from rftfit.lab.write import sheet_text
-    from rftfit.measure.fits import fit_medium
-    from rftfit.measure.ingest import ingest_medium
-    from rftfit.measure.tare import tare_medium
-
-    (root / "config").mkdir()
-    shutil.copy(project / "config" / "config.yaml", root / "config")
     path = root / "config" / "config.yaml"
-    text, _, _ = path.read_text(encoding="utf-8").partition("\nrobot:")
+    path.parent.mkdir()
+    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8").partition("\nrobot:")[0]
     path.write_text(text + "\n", encoding="utf-8")
     config = Config(**yaml.safe_load(text))
-    planned = {run.run_id: run for run in plan_runs(config)}
+    planned = {run.run_id.removeprefix(f"{MEDIUM}_"): run for run in plan_runs(config)}
     names = [f"{beta}_g{gamma}_in" for beta in ("bp00", "bp30") for gamma in GAMMAS]
-    runs = [planned[f"{MEDIUM}_{name}"] for name in names]
-    runs += [planned[run.tare_run] for run in runs]
+    runs = [planned[f"{name}{rod}"] for rod in ("", "_rod") for name in names]
     raw = root / "raw" / "paper"
     for run in runs:
-        fault = BROKEN.get(run.run_id.removeprefix(f"{MEDIUM}_"))
-        missing = run.run_id in {
-            planned[f"{MEDIUM}_{name}"].tare_run
-            for name, word in BROKEN.items()
-            if word == "missing_tare"
-        }
-        faults = (fault,) if fault and fault != "missing_tare" else ()
-        for name, content in run_logs(run, config, 2013, faults).items():
+        faults = [word for name, word in BROKEN.items() if run.run_id == f"{MEDIUM}_{name}"]
+        for name, content in run_logs(run, config, 2013, tuple(faults)).items():
             (raw / name).parent.mkdir(parents=True, exist_ok=True)
-            if content is not None and not missing:
+            if content is not None and run.run_id != NO_TARE:
                 (raw / name).write_bytes(content)
     (raw / "runs.csv").write_text(sheet_text(runs, {}), encoding="utf-8")
     campaign = load_campaign(path)
@@ -92,9 +78,6 @@ def draw(project: Path, root: Path, png: Path) -> None:
 
 
 def _prepare(app: Sphinx) -> None:
-    from rftfit import lab
-    from rftfit.store.digests import code_digest, sha256_of
-
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
     own = [Path(__file__).with_name("drawings.py"), *sorted(Path(lab.__file__).parent.glob("*.py"))]
@@ -102,7 +85,7 @@ def _prepare(app: Sphinx) -> None:
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:
-        draw(Path(app.srcdir).parent, Path(place), png)
+        draw(Path(place), png)
     made_by.write_text(code, encoding="utf-8")
 
 
