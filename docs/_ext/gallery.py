@@ -90,7 +90,7 @@ def write_gallery() -> None:
     for one in declared():
         if one.section != section:
             section = one.section
-            text += f"\n## {section}\n"
+            text += f"\n## {'First screen' if section == 'summary' else section}\n"
         text += _entry(one, found)
     (DOCS / "gallery.md").write_text(text, encoding="utf-8")
     source = CAMPAIGNS / "tutorial" / "results" / "figures" / "penetration.webp"

@@ -158,7 +158,7 @@ def first_lines(results: Results) -> Figure:
                 alpha=0.6,
             )
     style.zero_line(axes)
-    axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress of the run)")
+    axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress)")
     return page
 
 
