@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +99,51 @@ class Mesh:
     def area_cm2(self) -> float:
         """Area of all faces (of a sheet: of one side)."""
         return float(np.linalg.norm(area_vectors(self.triangles), axis=-1).sum())
+
+    def moved(self, rotation: FloatArray, by_cm: FloatArray) -> Mesh:
+        """Turn the mesh by a matrix, then move it.
+
+        Parameters
+        ----------
+        rotation : numpy.ndarray, shape (3, 3)
+        by_cm : numpy.ndarray, shape (3,)
+
+        Returns
+        -------
+        Mesh
+        """
+        return self._with(self.vertices_cm @ np.transpose(rotation) + by_cm, self.faces)
+
+    def refined(self, longest_cm: float) -> Mesh:
+        """Halve triangles with a longer edge: the same body, whose forces are nearer to those of the law.
+
+        Parameters
+        ----------
+        longest_cm : float
+            Of the edges.
+
+        Returns
+        -------
+        Mesh
+        """
+        done, rest = [], self.triangles
+        while len(rest):
+            lengths = np.linalg.norm(np.roll(rest, -1, axis=1) - rest, axis=-1)
+            short = lengths.max(axis=1) <= longest_cm
+            done.append(rest[short])
+            rest, lengths = rest[~short], lengths[~short]
+            # from the longest edge on
+            order = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3
+            a, b, c = np.moveaxis(np.take_along_axis(rest, order[..., None], axis=1), 1, 0)
+            middle = (a + b) / 2
+            rest = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+        corners = np.concatenate(done).reshape(-1, 3)
+        return self._with(corners, np.arange(len(corners)).reshape(-1, 3))
+
+    def _with(self, vertices: FloatArray, faces: IntArray) -> Mesh:
+        made = copy(self)
+        made.vertices_cm, made.faces = vertices, faces
+        return made
 
     @classmethod
     def read(cls, file: str | Path, unit: str, sheet: bool = False) -> Mesh:

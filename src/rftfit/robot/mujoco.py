@@ -1,0 +1,185 @@
+"""Any robot in MuJoCo on a measured medium: forces on its geoms at each step. SI here, cm inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from rftfit.campaign.problems import choose
+from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
+from rftfit.model.mesh import Mesh
+from rftfit.model.mesh_prediction import describe, law_of
+from rftfit.model.profiles import Profile
+
+_FACETS = 17
+"""Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
+
+MOST_TAU_DT_S2 = 2e-6
+"""Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
+
+
+class Ground:
+    """A medium under a robot: made by `attach`, moved on by `step`.
+
+    `bodies`: numbers of the bodies that feel the medium. `frames`: their places (cm) and motions, as of
+    `rftfit.Motion3D`. `forces`: (bodies, 7): force (N) and moment about the body's origin (N cm), at the last step.
+    """
+
+    def __init__(
+        self, model: Any, data: Any, law: tuple[Any, ...], friction: float,
+        meshes: Mapping[int, Sequence[FloatArray]], delta_cm: float, tau_s: float,
+    ) -> None:  # fmt: skip
+        from rftfit.model.face_kernel import face_forces
+
+        self.model, self.data = model, data
+        self.bodies = np.array(sorted(meshes))
+        each = [np.concatenate(meshes[body]) for body in self.bodies]
+        ends = np.cumsum([len(faces) for faces in each])
+        self._ranges = np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+        self._faces = np.concatenate(each)
+        self._shifts = np.zeros((len(self._faces), 3))
+        self._elastic = (delta_cm, tau_s)
+        self._law, self._friction, self._kernel = law, friction, face_forces
+        self.frames, self.forces = np.zeros((len(each), 18)), np.zeros((len(each), 7))
+
+    def step(self) -> None:
+        """Move the robot on by one time step, the medium's forces included.
+
+        They are written to ``data.xfrc_applied`` of the bodies that feel the medium.
+        """
+        import mujoco
+
+        mujoco.mj_step1(self.model, self.data)
+        self.apply()
+        mujoco.mj_step2(self.model, self.data)
+
+    def apply(self) -> None:
+        """Write the forces for places and velocities as they are, between ``mj_step1`` and ``mj_step2``."""
+        model, data, bodies = self.model, self.data, self.bodies
+        rate = data.cvel[bodies, :3]
+        arm = data.xpos[bodies] - data.subtree_com[model.body_rootid[bodies]]
+        self.frames[:, :3] = 100 * data.xpos[bodies]
+        self.frames[:, 3:6] = 100 * (data.cvel[bodies, 3:] + np.cross(rate, arm))
+        self.frames[:, 6:9] = rate
+        self.frames[:, 9:] = data.xmat[bodies]
+        elastic = (float(model.opt.timestep), *self._elastic)
+        self._kernel(*self._law, self._friction, self._faces, self._ranges, self.frames, elastic,
+                     self._shifts, self.forces)  # fmt: skip
+        force, arm = self.forces[:, :3], data.xpos[bodies] - data.xipos[bodies]
+        moment = self.forces[:, 3:6] / 100 + np.cross(arm, force)
+        data.xfrc_applied[bodies] = np.hstack([force, moment])
+
+
+def attach(
+    model: Any, data: Any, medium: Profile, geoms: Sequence[str] | None = None, *,
+    meshes: Mapping[str, Mesh] | None = None, law: str = "measured", friction: float | None = None,
+    triangle_cm: float = 0.5, delta_mm: float = 0.3, tau_s: float = 0.002,
+) -> Ground:  # fmt: skip
+    """Put a robot on a measured medium, whose surface is z = 0 of MuJoCo's world.
+
+    Parameters
+    ----------
+    model, data : mujoco.MjModel, mujoco.MjData
+    medium : Profile
+        Of a campaign, `scale`, `read_profile` ...
+    geoms : sequence of str, optional
+        Geoms that feel the medium. Default: all that take part in collisions and move; none if `meshes` are given.
+    meshes : mapping of str to Mesh, optional
+        More bodies' shapes, by name of the body and in its frame: sheets, for example.
+    law, friction : optional
+        As of `predict`.
+    triangle_cm : float, optional
+        Longest edge of a triangle.
+    delta_mm, tau_s : float, optional
+        Elastic length of a face, and how far ahead its velocity is looked: by these a robot rests instead of creeping.
+        0: the plain law. delta is not measured: compare with a third of it and three times it.
+
+    Returns
+    -------
+    Ground
+
+    Raises
+    ------
+    InputError
+        If mujoco is missing, a name is unknown, a plane or height field lies under the geoms, the integrator is RK4,
+        or the time step is too long (``tau_s`` times it at most 2e-6 s^2, and at most 1 ms is advised).
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise InputError("robots in MuJoCo need it: pip install 'rftfit[mujoco]'") from None
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise InputError(
+            "integrator RK4 does not step in two halves; allowed: Euler, implicit, implicitfast"
+        )
+    if tau_s * model.opt.timestep > MOST_TAU_DT_S2 * (1 + 1e-9):
+        raise InputError(
+            f"tau_s = {tau_s:g} s times the time step of {model.opt.timestep:g} s is too long; allowed: "
+            f"a product of {MOST_TAU_DT_S2:g} s^2, as 0.002 s times 0.001 s"
+        )
+    names = {model.geom(number).name: number for number in range(model.ngeom)}
+    if geoms is None and meshes is None:
+        collides = (model.geom_contype | model.geom_conaffinity) != 0
+        chosen = np.flatnonzero(collides & (model.body_weldid[model.geom_bodyid] != 0)).tolist()
+    else:
+        chosen = [names[choose("geom", name, tuple(names))] for name in geoms or ()]
+    flat = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+    for under in np.flatnonzero(np.isin(model.geom_type, flat)):
+        for geom in chosen:
+            if (model.geom_contype[under] & model.geom_conaffinity[geom]) | (
+                model.geom_contype[geom] & model.geom_conaffinity[under]
+            ):
+                raise InputError(
+                    f"geom {model.geom(under).name or under} is a floor that would carry geom "
+                    f"{model.geom(geom).name or geom} too: take it out, or set its contype and conaffinity to 0"
+                )
+    bodies: dict[int, list[FloatArray]] = {}
+    for geom in chosen:
+        turned = np.zeros(9)
+        mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
+        shape = _shape(mujoco.mjtGeom, model, geom)
+        placed = shape.moved(turned.reshape(3, 3), 100 * model.geom_pos[geom])
+        faces = describe(placed.refined(triangle_cm))
+        bodies.setdefault(int(model.geom_bodyid[geom]), []).append(faces)
+    for name, mesh in (meshes or {}).items():
+        body = choose("body", name, tuple(model.body(number).name for number in range(model.nbody)))
+        bodies.setdefault(model.body(body).id, []).append(describe(mesh.refined(triangle_cm)))
+    if not bodies:
+        raise InputError("no geom that collides and moves; allowed: geoms=[...], by name")
+    limit = -1.0 if friction is None else float(friction)
+    return Ground(model, data, law_of(medium, law), limit, bodies, delta_mm / 10, tau_s)
+
+
+def _shape(kinds: Any, model: Any, geom: int) -> Mesh:
+    """Mesh of a geom in its own frame, cm."""
+    kind, size = model.geom_type[geom], 100 * model.geom_size[geom]
+    name = model.geom(geom).name or f"geom {geom}"
+    if kind == kinds.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        start, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+        try:
+            return Mesh(100 * model.mesh_vert[first : first + count],
+                        model.mesh_face[start : start + faces], name)  # fmt: skip
+        except ValueError as error:
+            raise InputError(f"geom {name}: {error}") from None
+    if kind == kinds.mjGEOM_BOX:
+        corners = size * np.array(list(product((-1, 1), repeat=3)))
+        faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+                 [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+        return Mesh(corners, faces, name)
+    if kind == kinds.mjGEOM_CYLINDER:
+        about_y = Mesh.cylinder(size[0], 2 * size[1], 4 * _FACETS)
+        return about_y.moved(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
+    ball = Mesh.sphere(1.0, _FACETS)
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return Mesh(ball.vertices_cm * size, ball.faces, name)
+    if kind in (kinds.mjGEOM_SPHERE, kinds.mjGEOM_CAPSULE):
+        half = size[1] if kind == kinds.mjGEOM_CAPSULE else 0.0
+        points = size[0] * ball.vertices_cm
+        return Mesh(points + [0, 0, half] * np.sign(points[:, 2:]), ball.faces, name)
+    raise InputError(f"geom {name} is of a kind without a shape: meshes={{...}} gives its body one")
