@@ -43,7 +43,8 @@ class Ground:
         self._faces = np.concatenate(each)
         self._shifts = np.zeros((len(self._faces), 3))
         self._elastic = (delta_cm, tau_s)
-        self._law, self._friction, self._kernel = law, friction, face_forces
+        self._law, self._friction = law, friction
+        self._kernel: Any = face_forces
         self.frames, self.forces = np.zeros((len(each), 18)), np.zeros((len(each), 7))
 
     def step(self) -> None:
@@ -156,7 +157,7 @@ def attach(
 
 def _shape(kinds: Any, model: Any, geom: int) -> Mesh:
     """Mesh of a geom in its own frame, cm."""
-    kind, size = model.geom_type[geom], 100 * model.geom_size[geom]
+    kind, size = kinds(int(model.geom_type[geom])), 100 * model.geom_size[geom]
     name = model.geom(geom).name or f"geom {geom}"
     if kind == kinds.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
