@@ -24,7 +24,7 @@ QUANTITIES = (
 
 CLOSURE = 0.044
 """Error of the measured law on a face that leaves its plane, rms of a component over the largest alpha, where
-3D-RFT is the truth (`studies/closure.py`)."""
+3D-RFT is the truth, over random leading faces."""
 
 NO_ELASTICITY = (0.0, 0.0, 0.0)
 
