@@ -91,7 +91,7 @@ def test_delimited_without_a_description(tmp_path):
 @pytest.mark.parametrize(
     ("name", "options", "said"),
     [
-        ("rig", {"sheet": 1}, "config, force_log.options: the dialect rig has no options, found sheet"),
+        ("rig", {"sheet": 1}, "config, force_log.options: found the option 'sheet'; allowed: none"),
         ("xlsx", {"page": 1}, "config, force_log.options: .*sheet.*page|.*page.*sheet"),
         ("tdms", {"group": 3}, "config, force_log.options: group: found 3; allowed: a text"),
         ("tdms", {"channel": "a"}, "found the option 'channel'; allowed: group"),
@@ -123,7 +123,13 @@ def test_tdms(tmp_path, monkeypatch):
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([nptdms.ChannelObject("Data", "F", np.arange(3.0))])
     content = path.read_bytes()
-    refused(tdms.TdmsReader("Other"), path, content, "group", "'Other'; the file has: Data")
+    refused(
+        tdms.TdmsReader().with_options({"group": "Other"}),
+        path,
+        content,
+        "group",
+        "'Other'; the file has: Data",
+    )
     monkeypatch.setattr(tdms, "check_size", partial(check_size, most=10))
     refused(tdms.TdmsReader(), path, content, "too_large")
     monkeypatch.setitem(__import__("sys").modules, "nptdms", None)

@@ -17,12 +17,13 @@ from rftfit.conventions import FloatArray
 from rftfit.logs.base import (
     Log,
     LogError,
-    RatedReader,
+    Reader,
     check_size,
     check_unpacked,
     file_errors,
+    library_errors,
+    needed_package,
     ns_to_s,
-    package_needed,
 )
 from rftfit.logs.units import names_and_units, unit_word
 
@@ -44,11 +45,12 @@ Found = Iterator[tuple[str, Column | str]]
 """Columns by name; of what is none, what it is."""
 
 
-class ArraysReader(RatedReader):
+class ArraysReader(Reader):
     """Every array of numbers is a column, every column of a table too; `rate_Hz` where no time is."""
 
     name = "arrays"
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
+    takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
 
     def detect(self, head: bytes) -> bool:
@@ -61,13 +63,8 @@ class ArraysReader(RatedReader):
         with file_errors(path), path.open("rb") as file:
             check_size(path)
             head = file.read(16)
-        try:
+        with library_errors(path, "damaged, or no file of arrays"):
             every = dict(_columns(path, head))
-        except LogError:
-            raise
-        except Exception as error:  # each library has errors of its own for a damaged file
-            why = str(error) or type(error).__name__
-            raise LogError("damaged", f"{path}: damaged, or no file of arrays: {why}") from error
         found = {name: column for name, column in every.items() if not isinstance(column, str)}
         others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
         return self._log(path, found, others)
@@ -98,9 +95,9 @@ class ArraysReader(RatedReader):
         notes += [f"arrays of another length, left out: {', '.join(others)}"] if others else []
         kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
         units = {name: units[name] for name in kept}
-        if self._rate and "time" not in kept:
-            kept, units = {"time": np.arange(size) / self._rate, **kept}, {"time": "s", **units}
-            notes.append(f"time is the place in the array / {self._rate:g} Hz (the config)")
+        if self.rate and "time" not in kept:
+            kept, units = {"time": np.arange(size) / self.rate, **kept}, {"time": "s", **units}
+            notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
         return Log(path, kept, units, size, notes=tuple(notes)).finite()
 
 
@@ -134,11 +131,8 @@ def _columns(path: Path, head: bytes) -> Found:
 
 
 def _of_hdf5(path: Path) -> Found:
-    try:
+    with needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
-    except ImportError:
-        what = "HDF5 files and .mat of version 7.3"
-        raise package_needed(path, what, "h5py", "hdf5") from None
     datasets: dict[str, Any] = {}
 
     def visit(name: str, item: Any) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rftfit.logs.base import LogError, PacketCount, RatedReader, number_or_zero
+from rftfit.logs.base import LogError, PacketCount, number_or_zero
 from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique, unit_word
 
@@ -18,11 +18,12 @@ _HEADER = "Status (hex), RDT Sequence"
 _LABEL = "first line indicates sampling freq"
 
 
-class AtiDaqReader(RatedReader, TextReader):
+class AtiDaqReader(TextReader):
     """A label, the names, one line of settings of which the first is the rate, then numbers."""
 
     name = "ati-daq"
     description = "ATI transducer through NI DAQ, text; time is the row over the sampling frequency"
+    takes = ("rate_Hz",)
     evidence = "its first line, which says what the line of settings holds"
 
     def detect(self, head: bytes) -> bool:
@@ -40,7 +41,7 @@ class AtiDaqReader(RatedReader, TextReader):
             given.pop()
         names = unique(given)
         setting = lines[2].text.split(",")[0]
-        rate = self._rate or number_or_zero(setting)
+        rate = self.rate or number_or_zero(setting)
         if not 0 < rate < 1e9:
             raise ValueError(
                 f"found the sampling frequency {setting!r} in line 3; allowed: a number above "
@@ -50,18 +51,19 @@ class AtiDaqReader(RatedReader, TextReader):
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             return {"time": index / rate, **columns}
 
-        source = "the config" if self._rate else "line 3"
+        source = "the config" if self.rate else "line 3"
         notes = [f"time is the row number / {rate:g} Hz ({source})"]
         twice = sorted({name for name in given if given.count(name) > 1})
         notes += [f"the name {name} stands more than once in line 2" for name in twice]
         return Plan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 
 
-class AtiNetftReader(RatedReader, TextReader):
+class AtiNetftReader(TextReader):
     """Net F/T: a preamble of settings, a row of names, quoted cells, one line a packet."""
 
     name = "ati-netft"
     description = "ATI Net F/T Java demo; time is the RDT sequence over the sample rate"
+    takes = ("rate_Hz",)
     evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
 
     def detect(self, head: bytes) -> bool:
@@ -81,7 +83,7 @@ class AtiNetftReader(RatedReader, TextReader):
         names = unique(next(csv.reader([line.text], skipinitialspace=True)))
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
-        rate = self._rate or number_or_zero(settings.get("rdt sample rate", ""))
+        rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))
         if rate <= 0:
             raise _no_rate(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
@@ -93,7 +95,7 @@ class AtiNetftReader(RatedReader, TextReader):
             "F": unit_word(settings.get("force units", "")),
             "T": unit_word(settings.get("torque units", "")),
         }
-        source = "the config" if self._rate else "the preamble"
+        source = "the config" if self.rate else "the preamble"
         return Plan(
             Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),
             {name: units.get(name[:1], "") for name in names if "/" not in name},

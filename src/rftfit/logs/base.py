@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -12,7 +11,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -99,18 +98,23 @@ class Log:
         return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
 
 
-class Reader(ABC):
-    """Base of a dialect: give it a `name`, a `description`, a `detect`, and `load` or `stream`.
+class Reader:
+    """Base of a dialect: give it a `name`, a `description`, `marks` or a `detect`, and `load` or `stream`.
 
     `name`: Under which the registry knows it.
     `description`: One line on which program writes such files.
     `evidence`: By what it is recognised, to complete "recognised by ...".
+    `marks`: First bytes of its files, for the default of `detect`.
+    `takes`: Names of its options, and `given`: the values that the config gives them.
     `asked`: Columns to be read, where a reader can choose; None: all.
     """
 
     name = ""
     description = ""
     evidence = "its content"
+    marks: tuple[bytes, ...] = ()
+    takes: tuple[str, ...] = ()
+    given: Mapping[str, Any] = {}  # never changed, only replaced
     asked: frozenset[str] | None = None
 
     def only(self, columns: Collection[str]) -> Self:
@@ -139,18 +143,34 @@ class Reader(ABC):
         """Return the description."""
         return self.description
 
-    @abstractmethod
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file, or all of a shorter one, whether it is of this dialect."""
+        return head.startswith(self.marks)
 
-    def with_options(self, options: Mapping[str, object]) -> Reader:
+    def with_options(self, options: Mapping[str, object]) -> Self:
         """Return a new reader with the ``options`` of the config: texts, numbers, true or false.
 
         Raises ValueError if the dialect has no such option, or not with that value.
         """
-        if options:
-            raise ValueError(f"the dialect {self.name} has no options, found {', '.join(options)}")
-        return self
+        for name, value in options.items():
+            if name not in self.takes:
+                allowed = ", ".join(self.takes) or f"none: the dialect {self.name} has no options"
+                raise ValueError(f"found the option {name!r}; allowed: {allowed}")
+            kinds, what = _OPTIONS.get(name, (str, "a text"))
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, kinds)
+                or (name == "rate_Hz" and not 0 < value < 1e9)
+            ):
+                raise ValueError(f"{name}: found {value!r}; allowed: {what}")
+        reader = copy(self)
+        reader.given = options
+        return reader
+
+    @property
+    def rate(self) -> float | None:
+        """Rate of the rows, Hz, where the config states it."""
+        return self.given.get("rate_Hz")
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a file in blocks of the same columns and units, at least one, so that memory stays bounded.
@@ -174,16 +194,11 @@ class Reader(ABC):
         return logs
 
 
-class RatedReader(Reader):
-    """Base of dialects that may be told the rate of the rows, Hz, where a file does not state it."""
-
-    _rate: float | None = None
-
-    def with_options(self, options: Mapping[str, object]) -> Self:
-        """Return the reader with ``rate_Hz``."""
-        reader = copy(self)
-        reader._rate = rate_option(options)
-        return reader
+_OPTIONS: dict[str, tuple[Any, str]] = {
+    "rate_Hz": (int | float, "a number above 0, in Hz"),
+    "sheet": (str | int | float, "a name, a pattern or a number from 1"),
+}
+"""Of options that are more than a text: the types, and what is allowed."""
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
@@ -255,36 +270,28 @@ def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
             yield waiting.popleft().result()
 
 
-def text_option(options: Mapping[str, object], name: str, default: str) -> str:
-    """Return the text given for a dialect's only option."""
-    value = only_option(options, name, default)
-    if not isinstance(value, str):
-        raise ValueError(f"{name}: found {value!r}; allowed: a text")  # noqa: TRY004
-    return value
-
-
-def rate_option(options: Mapping[str, object]) -> float | None:
-    """Return the rate (Hz) given for a dialect whose only option is ``rate_Hz``."""
-    rate = only_option(options, "rate_Hz", None)
-    if rate is None:
-        return None
-    if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9:
-        raise ValueError(f"rate_Hz: found {rate!r}; allowed: a number above 0, in Hz")
-    return float(rate)
-
-
-def only_option(options: Mapping[str, object], name: str, default: object) -> object:
-    """Return what is given for a dialect's only option."""
-    others = sorted(set(options) - {name})
-    if others:
-        raise ValueError(f"found the option {others[0]!r}; allowed: {name}")
-    return options.get(name, default)
-
-
-def package_needed(path: Path, what: str, package: str, extra: str) -> LogError:
+@contextmanager
+def needed_package(path: Path, what: str, package: str, extra: str) -> Iterator[None]:
     """Say which package reads a file, where it is not installed."""
-    text = f"{path}: {what} are read with the package {package}; install it: "
-    return LogError("extra", f'{text}pip install "rftfit[{extra}]"')
+    try:
+        yield
+    except ImportError:
+        text = f"{path}: {what} are read with the package {package}; install it: "
+        raise LogError("extra", f'{text}pip install "rftfit[{extra}]"') from None
+
+
+@contextmanager
+def library_errors(path: Path, what: str) -> Iterator[None]:
+    """Turn whatever a library raises on a damaged file into a `LogError`."""
+    try:
+        yield
+    except (LogError, GeneratorExit):
+        raise
+    except FileNotFoundError:
+        raise LogError("missing", f"{path}: log missing") from None
+    except Exception as error:
+        why = str(error) or type(error).__name__
+        raise LogError("damaged", f"{path}: {what}: {why}") from error
 
 
 @contextmanager

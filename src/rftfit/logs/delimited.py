@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -42,7 +42,7 @@ _NUMBERS = {
     for point, group in (".,", ",.")
 }
 _HEAD_LINES = 200
-_KIND_LINES = 40
+KIND_LINES = 40
 _DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
 
 
@@ -56,10 +56,6 @@ class DelimitedReader(TextReader):
     def __init__(self, text: TextFormat | None = None) -> None:
         self._format = text
 
-    def detect(self, head: bytes) -> bool:  # noqa: ARG002  # a description decides, not the file
-        """Tell that no file is of this dialect by itself."""
-        return False
-
     def plan(self, head: bytes) -> Plan:
         """Find the header rows where the description says they are."""
         text = self._format
@@ -68,7 +64,7 @@ class DelimitedReader(TextReader):
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
         every = each_line(head, text.encoding)
         skipped = list(islice(every, text.skip_lines))
-        lines = [*islice((one for one in every if _counts(one, text.comment)), _KIND_LINES + 2)]
+        lines = [*islice((one for one in every if _counts(one, text.comment)), KIND_LINES + 2)]
         start = skipped[-1].stop if skipped else 0
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
@@ -81,12 +77,12 @@ class DelimitedReader(TextReader):
             start = lines[0].stop if wanted else start
             header.append(_cells(lines.pop(0), delimiter) if wanted else [])
         given, below = header
-        rows = [_cells(line, delimiter) for line in lines[:_KIND_LINES] if line.whole]
+        rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
         names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
         rate = text.rate_Hz
 
-        seen = looked_at(head, start, names, delimiter, text.decimal, ORDERS.get(text.dates, ""))
+        seen = looked_at(rows, names, text.decimal, ORDERS.get(text.dates, ""))
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
         clocks: dict[str, RestartingClock] = {}
         for name, stamp in seen.stamps.items():
@@ -155,14 +151,10 @@ class Seen(NamedTuple):
 
 
 def looked_at(
-    head: bytes, start: int, names: Sequence[str], delimiter: str, decimal: str, dates: str = ""
+    rows: Iterable[Sequence[str]], names: Sequence[str], decimal: str = ".", dates: str = ""
 ) -> Seen:
     """Tell which columns hold numbers, or times as text: those in which most of the first rows do."""
-    table = []
-    for line in lines_of(head[start:], _KIND_LINES):
-        cells = cells_of(line.text, delimiter) or []
-        if len(cells) == len(names) and line.whole:
-            table.append([cell.strip() for cell in cells])
+    table = [[cell.strip() for cell in cells] for cells in rows if len(cells) == len(names)]
     kinds: list[Kind] = []
     first_stamps: dict[str, str] = {}
     unread: dict[str, str] = {}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from copy import copy
 from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from rftfit.campaign.config import AnyLog
 from rftfit.campaign.problems import unknown_word
@@ -104,21 +105,19 @@ class Origin(NamedTuple):
 
 
 class Plugins(NamedTuple):
-    """Readers by the name of their entry point, why others cannot be used, where each is from."""
+    """Readers by the name of their entry point, and why others cannot be used."""
 
     readers: dict[str, PluginReader]
     faults: dict[str, str]
-    origins: dict[str, Origin]
 
 
 class PluginReader(Reader):
     """A reader of another package; whatever goes wrong inside becomes one readable error.
 
-    `origin`: The package, for messages. `inner`: With ``describe``, ``detect`` and ``load`` or
-    ``stream``.
+    `inner`: With ``describe``, ``detect`` and ``load`` or ``stream``.
     """
 
-    def __init__(self, name: str, origin: str, inner: Any) -> None:
+    def __init__(self, name: str, origin: Origin, inner: Any) -> None:
         self.name = name
         self.origin = origin
         self.evidence = str(getattr(inner, "evidence", "") or Reader.evidence)
@@ -130,7 +129,7 @@ class PluginReader(Reader):
             text = str(self._inner.describe())
         except Exception as error:  # noqa: BLE001  # foreign code may raise anything
             text = f"describe() failed: {_message(error)}"
-        return f"{text} ({self.origin})"
+        return f"{text} (package {self.origin.package})"
 
     def detect(self, head: bytes) -> bool:
         """Ask the package; a reader that fails knows nothing."""
@@ -139,11 +138,13 @@ class PluginReader(Reader):
         except Exception:  # noqa: BLE001  # foreign code may raise anything
             return False
 
-    def with_options(self, options: Mapping[str, object]) -> Reader:
+    def with_options(self, options: Mapping[str, object]) -> Self:
         """Hand the options of the config on."""
         if not options or not hasattr(self._inner, "with_options"):
             return super().with_options(options)
-        return PluginReader(self.name, self.origin, self._inner.with_options(options))
+        reader = copy(self)
+        reader._inner = self._inner.with_options(options)
+        return reader
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a file in the package's blocks, or as one."""
@@ -157,7 +158,7 @@ class PluginReader(Reader):
         except (LogError, GeneratorExit):
             raise
         except Exception as error:  # foreign code may raise anything
-            text = f"{path}: the dialect {self.name} of {self.origin} failed: {_message(error)}"
+            text = f"{path}: the dialect {self.name} of package {self.origin.package} failed: {_message(error)}"
             raise LogError("plugin", f"{text}; tell its author") from error
 
 
@@ -166,12 +167,12 @@ def plugins() -> Plugins:
     """Find the dialects of other packages, once."""
     from importlib.metadata import entry_points
 
-    found = Plugins({}, {}, {})
+    found = Plugins({}, {})
     for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, _package(p))):
         name, package = point.name, _package(point)
         if name in found.readers:
             found.faults[name] = (
-                f"the dialect {name} is in {found.readers[name].origin} and in {package}; the first "
+                f"the dialect {name} is in package {found.readers[name].origin.package} and in package {package}; the first "
                 "is used: uninstall one of them"
             )
             continue
@@ -179,13 +180,12 @@ def plugins() -> Plugins:
             inner = _loaded(point)
         except Exception as error:  # noqa: BLE001  # foreign code may raise anything
             found.faults[name] = (
-                f"the dialect {name} of {package} ({point.value}) cannot be loaded: "
+                f"the dialect {name} of package {package} ({point.value}) cannot be loaded: "
                 f"{_message(error)}; other dialects are not affected"
             )
             continue
-        found.readers[name] = PluginReader(name, package, inner)
         version = point.dist.version if point.dist else ""
-        found.origins[name] = Origin(package.removeprefix("package "), version, point.module)
+        found.readers[name] = PluginReader(name, Origin(package, version, point.module), inner)
     return found
 
 
@@ -204,14 +204,14 @@ def origins(names: Iterable[str]) -> dict[str, Origin]:
     """Say where those dialects are from that do not come with the program, sorted by name."""
     # looking for other packages is slow, and most campaigns need none
     others = sorted(set(names) - DIALECTS.keys())
-    found = plugins().origins if others else {}
-    return {name: found[name] for name in others if name in found}
+    found = plugins().readers if others else {}
+    return {name: found[name].origin for name in others if name in found}
 
 
 def faults() -> list[str]:
     """Say in a sentence each which dialects of other packages cannot be used, and why."""
     taken = [
-        f"the dialect {name} of {reader.origin} has the name of one of the program's own: it is "
+        f"the dialect {name} of package {reader.origin.package} has the name of one of the program's own: it is "
         "not used; rename its entry point"
         for name, reader in sorted(plugins().readers.items())
         if name in DIALECTS
@@ -220,7 +220,7 @@ def faults() -> list[str]:
 
 
 def _package(point: EntryPoint) -> str:
-    return f"package {point.dist.name}" if point.dist else "an unknown package"
+    return point.dist.name if point.dist else "unknown"
 
 
 def _message(error: Exception) -> str:

@@ -12,7 +12,6 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from rftfit.conventions import FloatArray
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -20,9 +19,8 @@ from rftfit.logs.base import (
     add_counts,
     check_size,
     file_errors,
+    needed_package,
     ns_to_s,
-    package_needed,
-    text_option,
 )
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
@@ -60,12 +58,10 @@ class RosBagReader(Reader):
     description = (
         "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
     )
+    takes = ("topic",)
     evidence = (
         "the first bytes of a ROS 1 bag, an MCAP file, a rosbag2 database or its metadata.yaml"
     )
-
-    def __init__(self, topic: str = "") -> None:
-        self.topic = topic
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -73,26 +69,21 @@ class RosBagReader(Reader):
             return b"serialization_format" in head
         return head.startswith((ROS1, MCAP, FOLDER))
 
-    def with_options(self, options: Mapping[str, object]) -> RosBagReader:
-        """Return the reader of the ``topic`` that is named."""
-        return RosBagReader(text_option(options, "topic", self.topic))
-
     def load(self, path: Path) -> Log:
         """Read one topic of a bag.
 
         ``time`` is the message's own stamp, or the time of recording (``received``) where it has
         none; the other columns have the names that ``rostopic echo -p`` gives them.
         """
-        try:
+        with needed_package(path, "ROS bags", "rosbags", "ros"):
             import rosbags.typesys  # noqa: F401
-        except ImportError:
-            raise package_needed(path, "ROS bags", "rosbags", "ros") from None
         with file_errors(path):
             check_size(path)
             with path.open("rb") as file:
                 head = file.read(32)
+            wanted = self.given.get("topic", "")
             ros1 = head.startswith(ROS1)
-            topic = _ros1(path, self.topic) if ros1 else _ros2(path, self.topic, head)
+            topic = _ros1(path, wanted) if ros1 else _ros2(path, wanted, head)
         return _log(path, topic)
 
 
@@ -215,8 +206,7 @@ def _log(path: Path, topic: Topic) -> Log:
     if not count:
         raise LogError("header_only", f"{path}: no message on the topic {topic.name}", rows)
     sizes = np.array([len(message) for message in messages])
-    numbers: dict[str, FloatArray] = {}
-    stamps: dict[str, np.ndarray] = {}
+    columns: dict[str, np.ndarray] = {}
     good = np.zeros(count, dtype=bool)
     for size in np.unique(sizes):
         places = np.flatnonzero(sizes == size)
@@ -229,32 +219,30 @@ def _log(path: Path, topic: Topic) -> Log:
                 places, raw = places[1:], raw[1:]
                 continue
             fits = layout.fits(raw)
-            of_numbers, of_stamps = layout.columns(raw[fits])
-            for name, values in of_numbers.items():
-                numbers.setdefault(name, np.full(count, np.nan))[places[fits]] = values
-            for name, times in of_stamps.items():
-                stamps.setdefault(name, np.zeros(count, dtype=np.int64))[places[fits]] = times
+            for name, values in layout.columns(raw[fits]).items():
+                none = (
+                    np.full(count, np.nan) if values.dtype == float else np.zeros(count, np.int64)
+                )
+                columns.setdefault(name, none)[places[fits]] = values
             good[places[fits]] = True
             places, raw = places[~fits], raw[~fits]
     received = np.array([time for time, _ in topic.recorded], dtype=np.int64)
     if not good.any():
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
-    log = _with_time(path, topic, numbers, stamps, received).take(good, MISFIT)
+    log = _with_time(path, topic, columns, received).take(good, MISFIT)
     return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
 
 
-def _with_time(
-    path: Path, topic: Topic, numbers: dict[str, FloatArray], stamps: dict[str, np.ndarray],
-    received: np.ndarray,
-) -> Log:  # fmt: skip
+def _with_time(path: Path, topic: Topic, found: dict[str, np.ndarray], received: np.ndarray) -> Log:
     """Put the time first, from the message's own stamp where it has one."""
+    stamps = {name: values for name, values in found.items() if values.dtype == np.int64}
     own = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
     # a transducer's type may leave its own header empty and fill the one of the wrench inside
     if not own or not stamps[own].all():
         own = next((name for name, times in stamps.items() if times.all()), "")
     time = stamps[own] if own else received
     columns = {"time": ns_to_s(time), "received": ns_to_s(received)}
-    columns |= numbers
+    columns |= {name: values for name, values in found.items() if name not in stamps}
     columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != own}
     units = {name: unit_of(name, topic) for name in columns}
     note = f"topic {topic.name} ({topic.kind}); time is {own or 'the time of recording'}"
@@ -400,8 +388,8 @@ class MessageLayout:
             good &= (raw[:, 1] == 0) == (self._order == ">")
         return good
 
-    def columns(self, raw: np.ndarray) -> tuple[dict[str, FloatArray], dict[str, np.ndarray]]:
-        """Cut messages, the rows of `raw`, into numbers and stamps (ns)."""
+    def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
+        """Cut messages, the rows of `raw`, into numbers (float64) and stamps (int64, ns)."""
         word = f"{self._order}u4"
         numbers = {
             name: _cut(raw, place, kind).astype(float)
@@ -411,7 +399,7 @@ class MessageLayout:
             name: _cut(raw, place, word).astype(np.int64) * 10**9 + _cut(raw, place + 4, word)
             for name, place in self.stamps.items()
         }
-        return numbers, stamps
+        return numbers | stamps
 
     def _walk(self, place: int, kind: str, path: str | None) -> int:
         """Note the fields of a message and return the place behind it; no path: note nothing."""

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from rftfit.logs.base import PacketCount, ns_to_s
-from rftfit.logs.delimited import looked_at
+from rftfit.logs.delimited import KIND_LINES, looked_at
 from rftfit.logs.text import Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique
 
@@ -51,10 +51,16 @@ class RostopicReader(TextReader):
         start = lines[0].stop
         cells = lines[0].text.split(",")
         names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
-        seen = looked_at(head, start, names, ",", ".")
+        rows = [line.text.split(",") for line in lines_of(head[start:], KIND_LINES) if line.whole]
+        seen = looked_at(rows, names)
         kinds = dict(zip(names, seen.kinds, strict=True))
         packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
-        stamped = _is_stamped(head[start:], names)
+        # nobody set the stamp of the first message where it is 0
+        first = dict(
+            zip(names, next((row for row in rows if len(row) == len(names)), ()), strict=False)
+        )
+        stamp = first.get(STAMP, "").strip()
+        stamped = stamp.isdigit() and int(stamp) > 0
         kinds[RECEIVED] = "integer"
         if STAMP in kinds:
             kinds[STAMP] = "integer" if stamped else "skip"
@@ -81,18 +87,6 @@ class RostopicReader(TextReader):
 def is_echo(head: bytes) -> bool:
     """Tell messages as `rostopic echo` shows them without -p from other text."""
     return bool(_ECHO.match(text_head(head)))
-
-
-def _is_stamped(data: bytes, names: tuple[str, ...]) -> bool:
-    """Whether the first message has a stamp of its own; nobody set it where it is 0."""
-    if STAMP not in names:
-        return False
-    place = names.index(STAMP)
-    for line in lines_of(data, 20):
-        cells = line.text.split(",")
-        if line.whole and len(cells) == len(names):
-            return cells[place].strip().isdigit() and int(cells[place]) > 0
-    return False
 
 
 def _unit(name: str) -> str:

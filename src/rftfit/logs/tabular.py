@@ -8,16 +8,15 @@ import warnings
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from copy import copy
 from dataclasses import replace
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader, check_unpacked, ns_to_s, only_option
+from rftfit.logs.base import Log, LogError, Reader, check_unpacked, library_errors, ns_to_s
 from rftfit.logs.stamps import of_moment, seconds_of
 from rftfit.logs.text import NUMBER
 from rftfit.logs.units import is_units_row, names_and_units, unit_word
@@ -35,19 +34,15 @@ _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more me
 def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
     """Hand blocks on; whatever a library raises on a damaged file becomes one message."""
     rows = 0
+    what = f"this {what} cannot be read; is it cut short? Its list of contents stands at its end"
     try:
-        for log in blocks:
-            rows += log.rows
-            yield log
-    except (LogError, GeneratorExit):
+        with library_errors(path, what):
+            for log in blocks:
+                rows += log.rows
+                yield log
+    except LogError as error:
+        error.rows = error.rows or rows
         raise
-    except FileNotFoundError:
-        raise LogError("missing", f"{path}: log missing") from None
-    # from KeyError to zlib.error
-    except Exception as error:  # noqa: BLE001
-        why = str(error) or type(error).__name__
-        text = f"{path}: this {what} cannot be read ({why}); is it cut short? Its list of contents "
-        raise LogError("unreadable", f"{text}stands at its end", rows) from None
     if rows == 0:
         raise LogError("header_only", f"{path}: a header and no data")
 
@@ -60,23 +55,12 @@ class XlsxReader(Reader):
         "xlsx workbook, first sheet with a table of numbers or that of options: {sheet: ...}"
     )
     evidence = "the archive's parts: an xlsx workbook"
-    _sheet: str | float = ""
+    takes = ("sheet",)
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         marks = (b"[Content_Types].xml", b"xl/", b"_rels/.rels")
         return head.startswith(b"PK\x03\x04") and any(mark in head for mark in marks)
-
-    def with_options(self, options: Mapping[str, object]) -> Self:
-        """Return the reader of the ``sheet`` of that name, number or pattern (``Values *``)."""
-        sheet = only_option(options, "sheet", "")
-        if isinstance(sheet, bool) or not isinstance(sheet, str | int | float):
-            raise ValueError(  # noqa: TRY004
-                f"sheet: found {sheet!r}; allowed: a name, a pattern or a number from 1"
-            )
-        reader = copy(self)
-        reader._sheet = sheet
-        return reader
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a sheet, some ten thousand rows at a time."""
@@ -100,7 +84,7 @@ class XlsxReader(Reader):
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
             # closed by hand: rows that nobody asks for keep the file open
             with closing(book):
-                sheet, notes = _choose(path, book, self._sheet)
+                sheet, notes = _choose(path, book, self.given.get("sheet", ""))
                 with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
                     for log in self._logs(path, islice(rows, MOST_ROWS)):
                         yield replace(log, notes=notes)
@@ -258,10 +242,7 @@ class ParquetReader(Reader):
     name = "parquet"
     description = "Parquet table; units in the column names (force_N, Force [N]) or their metadata"
     evidence = "its first four bytes, PAR1"
-
-    def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return head.startswith(b"PAR1")
+    marks = (b"PAR1",)
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a table, some million numbers at a time."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,8 @@ from rftfit.logs.base import (
     check_size,
     common_clock,
     file_errors,
-    package_needed,
-    rate_option,
-    text_option,
+    library_errors,
+    needed_package,
 )
 from rftfit.logs.units import unit_word
 
@@ -31,48 +30,26 @@ _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
 class TdmsReader(Reader):
-    """LabVIEW and DAQmx recordings; `group`: which group of channels, by default the only one.
-
-    `rate`: Of the samples, Hz, for channels that state no step.
-    """
+    """LabVIEW and DAQmx recordings; `group`: which channels, by default the only one; `rate_Hz` where none states a step."""
 
     name = "tdms"
     description = "National Instruments TDMS, as LabVIEW and DAQmx write it"
     evidence = "the first bytes TDSm"
-
-    def __init__(self, group: str = "", rate: float | None = None) -> None:
-        self.group = group
-        self.rate = rate
-
-    def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return head.startswith(b"TDSm")
-
-    def with_options(self, options: Mapping[str, object]) -> TdmsReader:
-        """Return the reader of the ``group`` of channels that is named, with its ``rate_Hz``."""
-        rate = {key: value for key, value in options.items() if key == "rate_Hz"}
-        others = {key: value for key, value in options.items() if key not in rate}
-        return TdmsReader(text_option(others, "group", self.group), rate_option(rate))
+    marks = (b"TDSm",)
+    takes = ("group", "rate_Hz")
 
     def load(self, path: Path) -> Log:
         """Read one group of channels, under their own names, and ``time`` where the file has one."""
-        try:
+        with needed_package(path, "TDMS files", "npTDMS", "tdms"):
             from nptdms import TdmsFile
-        except ImportError:
-            raise package_needed(path, "TDMS files", "npTDMS", "tdms") from None
-        try:
-            with file_errors(path):
-                check_size(path)
-                # the index file beside it may be of another day
-                with _silent(), path.open("rb") as file:
-                    return self._log(path, TdmsFile.read(file))
-        except LogError:
-            raise
-        except Exception as error:  # the library has no error class of its own
-            raise LogError("damaged", f"{path}: damaged, or no TDMS file: {error}") from error
+        with library_errors(path, "damaged, or no TDMS file"), file_errors(path):
+            check_size(path)
+            # the index file beside it may be of another day
+            with _silent(), path.open("rb") as file:
+                return self._log(path, TdmsFile.read(file))
 
     def _log(self, path: Path, content: Any) -> Log:
-        channels = _group(path, content, self.group)
+        channels = _group(path, content, self.given.get("group", ""))
         wanted = self.wanted([channel.name for channel in channels])
         if any(channel.name in wanted for channel in channels):
             channels = [c for c in channels if c.name in wanted or _is_time(c)]
