@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,12 +15,11 @@ from rftfit.cli.output import check_target, megabytes, say, table, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.model.profile_schema import ProfileFile
     from rftfit.model.profiles import TableProfile
     from rftfit.model.shapes import Map
 
 KINDS = ("table", "map")
-"""Profiles that are nodes with a number each."""
+"""Profiles that are directions with a number each."""
 
 
 def export(
@@ -48,11 +48,11 @@ def export(
 ) -> None:
     """Write the stress profile of a medium as one file to hand on.
 
-    It holds alpha over all directions with its errors, nine terms, zeta, the conventions with a golden
+    It holds alpha over all directions with its errors, the pushes behind it, the conventions with a golden
     value to test one's signs against, and where it came from. `rftfit predict` and `rftfit simulate`
-    read it (`--profile-file`); the documentation has readers in numpy, MATLAB and C.
+    read it (`--profile-file`); the documentation has readers in numpy and MATLAB.
     """
-    from rftfit.model.profile_file import MARK, read_content
+    from rftfit.model.profile_file import MARK
 
     if (medium is None) == (pushes is None):
         found = "neither" if pushes is None else "both"
@@ -64,7 +64,7 @@ def export(
         word = "--results" if results is not None else "--profile table"
         raise InputError(f"found {word} with --pushes; allowed: pushes alone, which give a map")
     if profile is not None:
-        choose("--profile", profile, KINDS, "a profile whose nodes have a number each")
+        choose("--profile", profile, KINDS, "a profile with a number in each direction")
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
     if pushes is not None:
@@ -75,7 +75,7 @@ def export(
         source, told = _published(str(medium), profile)
     told |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
     rftfit.write_profile(output, source, **told)
-    say(_summary(read_content(output), output))
+    say(_summary(output))
     if marks := told.get("marks"):
         warn(f"warning: {medium} is {marks}")
 
@@ -113,7 +113,6 @@ def _of_campaign(
             for path in names
             if (campaign.root / path).is_file()
         },
-        "confidence": campaign.config.fit.confidence,
     }
     is_map = kind == "map" or (kind is None and name not in campaign.laboratory)
     return (one.map() if is_map else one.profile()), told  # type: ignore[return-value]
@@ -131,23 +130,27 @@ def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[st
     return rftfit.estimate_map(rows[rows["medium"] == name], name=name), told
 
 
-def _summary(content: ProfileFile, path: Path) -> str:
-    nodes, golden = content.nodes, content.golden
-    flat = [value for row in nodes.alpha_z_N_per_cm3 for value in row]
-    known = sum(value is not None for value in flat)
-    measured = sum(map(sum, nodes.measured))
+def _summary(path: Path) -> str:
+    from rftfit.model.profile_file import read_content
+    from rftfit.model.profiles import Profile
+
+    content, profile = read_content(path), rftfit.read_profile(path)
+    listed, golden = content.directions, content.golden
+    at = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
     rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
-    for component in "zx":
-        value, se = (getattr(golden, f"{part}_{component}_N_per_cm3") for part in ("alpha", "se"))
-        error = "" if se is None else f" (standard error {se:.4g})"
+    draws = profile.spread
+    for place, component in enumerate("zx"):
+        error = ""
+        if isinstance(draws, Profile):
+            error = f" (standard error {draws.alpha(*at)[place].std(ddof=1):.4g})"
+        value = getattr(golden, f"alpha_{component}_N_per_cm3")
         rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
+    known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
+    pushes = profile.pushed.shape[1]
     lines = [
         f"Profile: {content.origin.profile}",
-        f"Nodes: {len(nodes.beta_deg)} x {len(nodes.gamma_deg)}, {known} with a number, {measured} measured",
+        f"Directions: {len(listed.beta_deg)}, {known} with a number, {pushes} pushed",
     ]
-    if (zeta := content.zeta) is not None:
-        ends = "" if zeta.lo is None else f" ({zeta.lo:.4f} to {zeta.hi:.4f})"
-        lines.append(f"Zeta: {zeta.value:.4f}{ends}")
     if content.validity.without_number:
         lines.append(f"Without a number: {content.validity.without_number[:300]}")
     lines += [

@@ -31,7 +31,7 @@ def as_table(profile: Profile) -> TableProfile:
     beta = np.radians(np.arange(-90, 91, STEP_DEG))
     gamma = np.radians(np.arange(-180, 181, STEP_DEG))
     alpha = profile.alpha(beta[:, None], gamma)
-    return TableProfile._of_nodes(beta, gamma, alpha, profile.name, profile.reason)
+    return TableProfile.of_nodes(beta, gamma, alpha, profile.name, profile.reason)
 
 
 def face_alpha(

@@ -89,7 +89,7 @@ def mesh_draws(
     faces = describe(mesh)
     result = []
     for alpha in zip(values_z, values_x, strict=True):
-        one = TableProfile._of_nodes(stack.beta, stack.gamma, alpha)
+        one = TableProfile.of_nodes(stack.beta, stack.gamma, alpha)
         result.append(_forces(law_of(one, law), faces, motion, friction)[:, :6])
     return np.stack(result)
 

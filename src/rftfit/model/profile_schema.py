@@ -17,6 +17,7 @@ from rftfit.reference import CITATION
 from rftfit.store import write_text
 
 FORMAT: Literal["rftfit-profile"] = "rftfit-profile"
+VERSION: Literal[3] = 3
 
 
 def _plain(text: str) -> str:
@@ -27,13 +28,11 @@ def _plain(text: str) -> str:
 
 Text = Annotated[str, Field(max_length=20_000), AfterValidator(_plain)]
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
-# of the wrong entries of a table the first is told
-_FIRST = Field(fail_fast=True)
-Lines = Annotated[list[float], Field(min_length=2, max_length=1000, fail_fast=True)]
-Row = Annotated[list[Number], _FIRST]
-Rows = Annotated[list[Row], Field(min_length=2, max_length=10_000, fail_fast=True)]
-MaybeRow = Annotated[list[Number | None], _FIRST]
-Grid = Annotated[list[MaybeRow], _FIRST]
+# of the wrong entries of a list the first is named
+Angle = Annotated[float, Field(ge=-360, le=360)]
+Angles = Annotated[list[Angle], Field(max_length=10_000, fail_fast=True)]
+MaybeColumn = Annotated[list[Number | None], Field(max_length=10_000, fail_fast=True)]
+Rows = Annotated[list[MaybeColumn], Field(min_length=2, max_length=10_000, fail_fast=True)]
 
 
 class About(Model):
@@ -67,17 +66,16 @@ class Conventions(Model):
         "straight down, -90 straight up, 0 toward -x, 180 toward +x; period 360 degrees"
     )
     """the second angle"""
-    interpolation: Text = (
-        "bilinear in beta and gamma between the nodes, which cover all directions: bring beta into "
-        "-90 to 90 and gamma into -180 to 180 degrees first; where a node with a weight above 0 is "
-        "null, alpha is not known"
-    )
-    """how alpha follows from the nodes"""
     symmetry: Text = (
         "alpha_z(beta, gamma) = alpha_z(-beta, 180 - gamma), alpha_x(beta, gamma) = -alpha_x(-beta, "
-        "180 - gamma); the nodes have it, nothing is left to do"
+        "180 - gamma): each direction is listed once, its mirror image follows"
     )
-    """what the nodes obey"""
+    """what alpha obeys"""
+    interpolation: Text = (
+        "with their mirror images the directions are a whole grid, which the periods close: bilinear in beta and "
+        "gamma between its lines; where a node with a weight above 0 is null, alpha is not known"
+    )
+    """how alpha follows from the directions"""
 
 
 class Units(Model):
@@ -86,34 +84,22 @@ class Units(Model):
     angle: Text = "degrees"
     """of beta and gamma"""
     alpha: Text = "N/cm^3"
-    """of alpha, its errors and the nine terms: stress in N/cm^2 per cm"""
+    """of alpha and its errors: stress in N/cm^2 per cm"""
     length: Text = "cm"
     """of depths"""
-    zeta: Text = "none: the number of N/cm^3"
-    """of zeta"""
 
 
 class Golden(Model):
-    """One direction between the nodes, to test one's own evaluation and its signs against."""
+    """One direction between the lines, to test one's own evaluation and its signs against."""
 
-    beta_deg: float
+    beta_deg: Angle
     """degrees"""
-    gamma_deg: float
+    gamma_deg: Angle
     """degrees"""
     alpha_z_N_per_cm3: float
-    """interpolated between the nodes"""
+    """interpolated"""
     alpha_x_N_per_cm3: float
-    """interpolated between the nodes"""
-    nine_terms_z_N_per_cm3: float | None = None
-    """alpha_z of the nine terms"""
-    nine_terms_x_N_per_cm3: float | None = None
-    """alpha_x of the nine terms"""
-    se_z_N_per_cm3: float | None = None
-    """standard error of alpha_z"""
-    se_x_N_per_cm3: float | None = None
-    """standard error of alpha_x"""
-    covariance_zx: float | None = None
-    """of the two errors, (N/cm^3)^2"""
+    """interpolated"""
 
 
 class Validity(Model):
@@ -135,85 +121,43 @@ class Validity(Model):
     """physical checks that the medium fails"""
 
 
-class Nodes(Model):
-    """Alpha over all directions; rows in the order of beta_deg, columns in that of gamma_deg."""
+class Directions(Model):
+    """Alpha over all directions: each is listed once, its mirror image is not."""
 
-    beta_deg: Lines
-    """lines of the grid, rising from -90 to 90, which are one plate"""
-    gamma_deg: Lines
-    """lines of the grid, rising from -180 to 180, which are one motion"""
-    alpha_z_N_per_cm3: Grid
+    beta_deg: Angles
+    """attack angle, degrees; with mirror images the lines of a grid, -90 or 90 among them"""
+    gamma_deg: Angles
+    """intrusion angle, degrees; -180 or 180 is one of the lines, or 0"""
+    alpha_z_N_per_cm3: MaybeColumn
     """N/cm^3, up positive; null: not known"""
-    alpha_x_N_per_cm3: Grid
+    alpha_x_N_per_cm3: MaybeColumn
     """N/cm^3, toward +x positive; null: not known"""
-    measured: Annotated[list[Annotated[list[bool], _FIRST]], _FIRST]
-    """whether the node, or its mirror image, was measured; else it is estimated or interpolated"""
-
-
-class Made(Model):
-    """Pushes behind the profile, an entry a direction: with more of them the map is made again."""
-
-    beta_deg: list[float]
-    """attack angle of each push, degrees"""
-    gamma_deg: list[float]
-    """intrusion angle, degrees"""
-    alpha_z_N_per_cm3: list[float | None]
-    """as measured, N/cm^3; null: not measured"""
-    alpha_x_N_per_cm3: list[float | None]
-    """as measured, N/cm^3; null: not measured"""
-    se_z: list[float | None]
-    """standard error of alpha_z, N/cm^3; null: not known"""
-    se_x: list[float | None]
-    """standard error of alpha_x, N/cm^3; null: not known"""
 
 
 class Errors(Model):
     """Errors of alpha: draws of it within its errors, whose quantiles are intervals of all that follows."""
 
-    cell: Annotated[list[Annotated[list[int | None], _FIRST]], _FIRST]
-    """column of the draws, from 0, that belongs to a node; null: its error is not known"""
-    sign_x: Annotated[list[Annotated[list[int], _FIRST]], _FIRST]
-    """1 or -1, by which draws_x is multiplied at a node"""
     draws_z_N_per_cm3: Rows
-    """of alpha_z, N/cm^3, one row a draw"""
+    """of alpha_z in each direction, N/cm^3, one row a draw; null: not known"""
     draws_x_N_per_cm3: Rows
-    """of alpha_x, N/cm^3, one row a draw"""
+    """of alpha_x in each direction, N/cm^3, one row a draw; null: not known"""
 
 
-class Terms(Model):
-    """Nine terms fitted by least squares to what was measured, of a map to its nodes, N/cm^3; 0: below 0.05 A00."""
+class Made(Model):
+    """Pushes behind the profile, an entry a direction: with more of them the map is made again."""
 
-    A00: float
-    """alpha_z: constant"""
-    A10: float
-    """alpha_z: cos 2 beta"""
-    B11: float
-    """alpha_z: sin(2 beta + gamma)"""
-    B01: float
-    """alpha_z: sin gamma"""
-    Bm1: float
-    """alpha_z: sin(-2 beta + gamma)"""
-    C11: float
-    """alpha_x: cos(2 beta + gamma)"""
-    C01: float
-    """alpha_x: cos gamma"""
-    Cm1: float
-    """alpha_x: cos(-2 beta + gamma)"""
-    D10: float
-    """alpha_x: sin 2 beta"""
-
-
-class Zeta(Model):
-    """Scaling factor: alpha_z of the nine terms at (0, 90) degrees."""
-
-    value: float
-    """the number of N/cm^3"""
-    lo: float | None = None
-    """lower end of its interval"""
-    hi: float | None = None
-    """upper end of its interval"""
-    confidence: float = Field(default=0.95, gt=0, lt=1)
-    """level of the interval"""
+    beta_deg: Angles
+    """attack angle of each push, degrees"""
+    gamma_deg: Angles
+    """intrusion angle, degrees"""
+    alpha_z_N_per_cm3: MaybeColumn
+    """as measured, N/cm^3; null: not measured"""
+    alpha_x_N_per_cm3: MaybeColumn
+    """as measured, N/cm^3; null: not measured"""
+    se_z: MaybeColumn
+    """standard error of alpha_z, N/cm^3; null: not known"""
+    se_x: MaybeColumn
+    """standard error of alpha_x, N/cm^3; null: not known"""
 
 
 class Origin(Model):
@@ -242,7 +186,7 @@ class ProfileFile(Model):
 
     format: Literal["rftfit-profile"]
     """what this file is"""
-    version: Literal[2]
+    version: Literal[3]
     """of the format"""
     medium: About = About()
     """the medium"""
@@ -254,20 +198,16 @@ class ProfileFile(Model):
     """a value to test one's own signs against"""
     validity: Validity = Validity()
     """where the profile holds"""
-    nodes: Nodes
+    directions: Directions
     """alpha over all directions"""
     errors: Errors | None = None
     """errors of alpha; null: not known"""
-    pushes: Made
-    """what was measured"""
-    nine_terms: Terms | None = None
-    """the nine terms; null: there are too few nodes for them"""
-    zeta: Zeta | None = None
-    """scaling factor"""
+    pushes: Made | None = None
+    """what was measured; null: just the directions that have a number"""
     origin: Origin
     """what it was made from"""
     digest: Text = ""
-    """of nodes, errors, pushes, nine terms and zeta, as this program makes it; empty: not checked"""
+    """of all but the medium's texts, as this program makes it; empty: not checked"""
 
 
 def main(folder: Path) -> None:

@@ -15,7 +15,7 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
-from rftfit.model.symmetry import WIDEST_DEG, rectangle, torus
+from rftfit.model.symmetry import WIDEST_DEG, Rectangle, crossings, each_once, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
 if TYPE_CHECKING:
@@ -246,14 +246,12 @@ class TableProfile(Profile):
         cells = beta_of.ravel(), gamma_of.ravel()
         values = alpha_z.reshape(flat), alpha_x.reshape(flat)
         self.cells = (*cells, *values)
-        self.lines = (np.zeros(0), np.zeros(0))
-        if (grid := rectangle(*cells)) is None:
+        grid = rectangle(*cells)
+        self.scattered = grid is None
+        if grid is None:
             self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
         else:
-            self.lines = (grid.beta, grid.gamma)
-            whole = grid.torus.complete(*values)
-            self.beta, self.gamma, self.alpha_z = grid.closed(whole[0])
-            self.alpha_x = grid.closed(whole[1])[2]
+            self._lay(grid, values)
         self.reason = self._why(cells, values, reasons or {})
 
     @classmethod
@@ -318,31 +316,68 @@ class TableProfile(Profile):
             place = _place(*(np.degrees(angle[number]) for angle in cells))
             why = reasons.get(place)
             told.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
-        scattered = not self.lines[0].size
-        far = f"farther than {REACH_DEG:g} deg from every push" if scattered else (
+        far = f"farther than {REACH_DEG:g} deg from every push" if self.scattered else (
             f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
         )  # fmt: skip
         if not told:
             return f"{self.name}: no alpha {far}"
-        more = f"; nor {far}" if scattered else ""
+        more = f"; nor {far}" if self.scattered else ""
         return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(told)}{more}"
 
     @classmethod
-    def _of_nodes(
+    def of_directions(
+        cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
+        name: str = "", reason: str = "",
+    ) -> TableProfile:  # fmt: skip
+        """Take alpha (..., n) in directions that are with their mirror images a whole, closed grid, as they are.
+
+        Raises ValueError where they are not.
+        """
+        grid = crossings(torus(beta, gamma))
+        first = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
+        if grid is None or first > 1e-9 or (grid.node < 0).any():
+            raise ValueError("the directions are no whole grid")
+        made = cls.__new__(cls)
+        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
+        made.cells = (beta, gamma, *alpha)
+        made._lay(grid, alpha)
+        return made
+
+    @classmethod
+    def of_nodes(
         cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
         name: str = "", reason: str = "",
     ) -> TableProfile:  # fmt: skip
         """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
         made = cls.__new__(cls)
-        made.name, made.reason, made.spread = name, reason, None
-        made.lines = made.beta, made.gamma = beta, gamma
+        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
+        made.beta, made.gamma = beta, gamma
         made.alpha_z, made.alpha_x = alpha
-        # which nodes were measured is not told: those in the range of a run sheet
         half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
         cells = np.meshgrid(beta, gamma[half], indexing="ij")
         values = [part[..., half].reshape(*part.shape[:-2], -1) for part in alpha]
         made.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
         return made
+
+    def _lay(self, grid: Rectangle, alpha: tuple[FloatArray, FloatArray]) -> None:
+        whole_z, whole_x = grid.torus.complete(*alpha)
+        self.beta, self.gamma, self.alpha_z = grid.closed(whole_z)
+        self.alpha_x = grid.closed(whole_x)[2]
+
+    @cached_property
+    def pushed(self) -> FloatArray:
+        """What was measured, each direction once: beta and gamma in degrees, alpha_z, alpha_x and their errors.
+
+        Shape (6, n); N/cm^3, NaN where not known.
+        """
+        beta, gamma, *alpha = self.cells
+        number, listed = each_once(beta, gamma)
+        mean = np.stack(listed.complete(*alpha))
+        se = np.full_like(mean, np.nan)
+        if isinstance(self.spread, TableProfile):
+            se = np.stack(listed.complete(*self.spread.cells[2:])).std(axis=1, ddof=1)
+        rows = np.concatenate([np.degrees([beta[number], gamma[number]]), mean, se])
+        return rows[:, np.isfinite(mean).any(axis=0)]
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:

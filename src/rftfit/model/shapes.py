@@ -833,6 +833,15 @@ class Map:
         rows: FloatArray = (self.draws - self.alpha) / np.sqrt(len(self.draws) - 1)
         return rows
 
+    @property
+    def pushed(self) -> FloatArray:
+        """What was pushed, as `TableProfile.pushed`."""
+        if self.given is None:
+            return np.zeros((6, 0))
+        angles, alpha = np.degrees([self.given.beta, self.given.gamma]), self.given.alpha
+        se = np.sqrt(np.diag(self.given.covariance)).reshape(alpha.shape)
+        return np.concatenate([angles, alpha, np.where(np.isnan(alpha), np.nan, se)])
+
     def work(self, alpha: FloatArray | None = None) -> FloatArray:
         """Energy that the medium takes at each node, per area, depth and way, N/cm^3.
 

@@ -75,6 +75,27 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     )  # fmt: skip
 
 
+def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
+    """List the directions of a table once, without mirror images; |gamma| up to 90 degrees where there is a choice.
+
+    Returns the cells whose directions are listed, and a torus of just these directions.
+    """
+    edge = np.pi / 2 + 1e-9
+    order = np.lexsort((gamma, beta, beta < 1e-9 - np.pi / 2, np.abs(gamma) > edge))
+    whole = torus(beta[order], gamma[order])
+    cell = np.where(whole.cell < 0, beta.size, whole.cell)
+    slot = cell.argmin(axis=1, keepdims=True)
+    first = np.take_along_axis(cell, slot, axis=1)[:, 0]
+    # of a direction and its mirror image, which have the same cells, the one that the first cell has itself
+    own = np.flatnonzero(np.take_along_axis(whole.sign, slot, axis=1)[:, 0] > 0)
+    own = own[np.argsort(first[own])]
+    listed = Torus(
+        whole.beta[own], whole.gamma[own],
+        np.where(whole.cell[own] < 0, -1, order[whole.cell[own]]), whole.sign[own],
+    )  # fmt: skip
+    return order[first[own]], listed
+
+
 class Rectangle(NamedTuple):
     """A table whose directions lie on a grid.
 
@@ -125,7 +146,13 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
     lines in either angle, or with more holes than values, is no grid.
     """
     size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
-    whole = torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
+    return crossings(
+        torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
+    )
+
+
+def crossings(whole: Torus) -> Rectangle | None:
+    """Grid on which directions lie as they are, with no line moved; None where they are scattered."""
     rows, row = np.unique(whole.beta.round(9), return_inverse=True)
     columns, column = np.unique(whole.gamma.round(9), return_inverse=True)
     if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
