@@ -135,7 +135,6 @@ def module_name(path):
     )
 
 
-@pytest.mark.xfail(reason="model and robot have one each", strict=False)
 def test_no_circle_between_modules():
     """Also through `import rftfit`, and by imports for types alone or inside functions."""
     names = {module_name(path) for path in MODULES}

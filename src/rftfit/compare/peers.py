@@ -27,9 +27,11 @@ REPEATS, MAP = "repeats", "map"
 
 _BED, _LEAST = 0.05, 0.05
 """Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
+_LEAST_REPEATS = 0.08
+"""Weak directions differ more than in proportion to alpha: of the largest alpha of the medium."""
 _FEW_RUNS, _ORDINARY = 24, 0.06
 """Fewer repeats than this do not tell how much repeats of this medium differ: relative to alpha, half of them by so much."""
-_REPEATS_APART: tuple[tuple[float, float], ...] = (5.7, 0.25), (8.0, 0.10)
+_REPEATS_APART: tuple[tuple[float, float], ...] = (6.0, 0.25), (8.0, 0.10)
 """Times the median difference, and relative to alpha: the smaller a difference is, the clearer it has to be."""
 _TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 7.0, 0.13, 0.95, 10
 """Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
@@ -119,7 +121,7 @@ def _beside_repeats(
         for one in here:
             others[:, one] = np.median(alpha[:, here[here != one]], axis=1)
     # beds differ by so many percent of both components; the weakest directions by more
-    level = np.hypot(np.hypot(*others), _LEAST * np.nanmax(np.abs(alpha)))
+    level = np.hypot(np.hypot(*others), _LEAST_REPEATS * np.nanmax(np.abs(alpha)))
     off = np.hypot(*(alpha - others)) / level
     known = off[np.isfinite(off)]
     unit = max(float(np.median(known)), 0.01) if known.size >= _FEW_RUNS else _ORDINARY

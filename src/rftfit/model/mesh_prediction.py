@@ -12,6 +12,7 @@ from rftfit.model.draws import interval
 from rftfit.model.faces import LAWS, as_table
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import FourierProfile, Pack, Profile, TableProfile
+from rftfit.model.scaling import ScaledMedium
 
 QUANTITIES = (
     "force_x_N",
@@ -103,7 +104,7 @@ def predict_mesh(
     ends = None
     if isinstance(profile.spread, Profile):
         ends = interval(mesh_draws(profile.spread, mesh, motion, law, friction), confidence)
-    elif profile.spread is not None:
+    elif isinstance(profile.spread, ScaledMedium):
         medium = profile.spread.at(confidence)
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
         each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)

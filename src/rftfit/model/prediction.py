@@ -99,7 +99,7 @@ def predict(
     ends: Ends = {}
     if isinstance(profile.spread, Profile):
         ends = _of_draws(profile.spread, outline, motion.poses, confidence, quantities)
-    elif profile.spread is not None:
+    elif isinstance(profile.spread, ScaledMedium):
         ends = _of_further_medium(profile.spread.at(confidence), outline, motion.poses, quantities)
     columns: dict[str, object] = dict(motion.columns)
     numbers = _named(best, QUANTITIES)

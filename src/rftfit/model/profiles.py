@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,6 @@ from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import WIDEST_DEG, Rectangle, crossings, each_once, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
-
-if TYPE_CHECKING:
-    from rftfit.model.scaling import ScaledMedium
 
 IndexArray = npt.NDArray[np.signedinteger]
 
@@ -107,6 +104,10 @@ PAPER_WINDOW = (0.3, 9.0)
 kept from its bottom."""
 
 
+class OneTest:
+    """A medium known by one penetration test (`rftfit.model.scaling.ScaledMedium`)."""
+
+
 class Profile(ABC):
     """What answers alpha(beta, gamma); linear in its parameters.
 
@@ -134,7 +135,7 @@ class Profile(ABC):
 
     name: str
     reason: str
-    spread: Profile | ScaledMedium | None
+    spread: Profile | OneTest | None
     window: tuple[float, float] = ANY_DEPTH
 
     @property
@@ -526,7 +527,7 @@ class FourierProfile(Profile):
         coefficients: npt.ArrayLike,
         name: str = "nine terms",
         reason: str = "",
-        spread: Profile | ScaledMedium | None = None,
+        spread: Profile | OneTest | None = None,
     ) -> None:
         self.coefficients = _values(coefficients, len(TERMS), "nine coefficients")
         self.name, self.spread = name, spread
@@ -561,7 +562,7 @@ def scaled_generic(
     zeta: npt.ArrayLike,
     m0: FloatArray,
     name: str = "generic",
-    spread: Profile | ScaledMedium | None = None,
+    spread: Profile | OneTest | None = None,
 ) -> FourierProfile:
     """Make the profile of a medium known by its scaling factor alone: zeta times generic.
 

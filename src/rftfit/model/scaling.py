@@ -30,7 +30,7 @@ from rftfit.model.fourier import (
     fit_lsq,
     kept_terms,
 )
-from rftfit.model.profiles import FourierProfile, scaled_generic
+from rftfit.model.profiles import FourierProfile, OneTest, scaled_generic
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
 
 GENERIC = "generic"
@@ -261,7 +261,7 @@ def _printed(name: str) -> list[dict[str, str]]:
 
 
 @dataclass(frozen=True)
-class ScaledMedium(Scaled):
+class ScaledMedium(Scaled, OneTest):
     """A medium known by one vertical penetration test: made by `scale`.
 
     Parameters
