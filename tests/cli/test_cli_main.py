@@ -47,8 +47,7 @@ def test_help_of_each_command_has_an_example(rftfit, name):
 
 
 def test_exit_codes_are_those_of_the_errors():
-    names = [name for name in dir(main) if name.isupper() and not name.startswith("_")]
-    codes = [getattr(main, name) for name in names]
+    codes = [getattr(exit_codes, name) for name in dir(exit_codes) if name.isupper()]
     numbers = [code for code in codes if isinstance(code, int)]
     assert sorted(numbers) == sorted(exit_codes.MEANINGS) == [0, 1, 2, 3, 4, 5, 130, 141]
 
@@ -65,7 +64,7 @@ def fail_with(monkeypatch, error):
     def fail(*_):
         raise error
 
-    monkeypatch.setattr("rftfit.campaign.load.check_campaign", fail)
+    monkeypatch.setattr("rftfit.workflow.check.check_all", fail)
 
 
 @pytest.mark.parametrize("error", [RftfitError("one"), OutputError("three")])
@@ -128,7 +127,7 @@ def test_commands_load_nothing_heavy():
 
 
 def test_scale_starts_quickly(tmp_path):
-    """Under a second on a machine that imports the libraries it needs in a quarter of that."""
+    """Within 2.5 times the time in which Python imports the libraries that it needs."""
     own, libraries = [], []
     for _ in range(3):
         began = time.perf_counter()
@@ -136,7 +135,7 @@ def test_scale_starts_quickly(tmp_path):
         own.append(time.perf_counter() - began)
         assert done.returncode == 0, done.stderr
         began = time.perf_counter()
-        subprocess.run([sys.executable, "-c", "import numpy, yaml, pydantic, typer"], check=True)
+        subprocess.run([sys.executable, "-c", "import pandas, yaml, pydantic, typer"], check=True)
         libraries.append(time.perf_counter() - began)
     # the fastest of three: other tests run beside this one
-    assert min(own) < 4.5 * min(libraries)
+    assert min(own) < 2.5 * min(libraries)

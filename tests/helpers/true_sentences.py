@@ -126,7 +126,7 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
 
 METHODS: dict[str, Callable[[Records], object]] = {
     r"A legged robot": lambda a: a.robot and "table" in a.profiles,
-    r"The map is alpha": lambda a: "map" in a.profiles,
+    r"The map is α": lambda a: "map" in a.profiles,
     r"known beforehand": lambda a: "map" in a.profiles,
     r"other shapes of the legs": lambda a: a.varied,
     r"turned at": lambda a: a.legs,

@@ -59,7 +59,8 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         said, of_map, far = (part[..., single] for part in _beside_map(known, alpha))
         others[:, single], times[single], apart[single] = said, of_map, far
     largest = float(np.nanmax(np.abs(alpha)))
-    off = (alpha - others) / largest
+    # of a medium without any force nothing is relative
+    off = (alpha - others) / (largest or math.nan)
     rows = {
         "medium": medium, "run_id": known["run_id"], "beta_deg": known["beta_deg"],
         "gamma_deg": known["gamma_deg"], "n_others": [(groups == own).sum() - 1 for own in groups],
