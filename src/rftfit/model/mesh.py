@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.problems import CampaignError, Place, Problem, choose
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.outlines import Outline
@@ -337,19 +336,6 @@ def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
     return bool((volumes < 0).all())
 
 
-PATH = Schema(
-    "path in space",
-    (
-        Column("t_s", meaning="time"),
-        *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
-        *(Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation") for axis in "xyz"),
-    ),
-    comments=True,
-    others="left",
-    most_rows=200_000,
-)  # fmt: skip
-
-
 class Motion3D:
     """Poses of a mesh: where its reference point is, how it is turned, and how it moves.
 
@@ -450,16 +436,3 @@ class Motion3D:
         angle = np.concatenate([np.zeros((1, 3)), steps])
         velocity, rate = (np.gradient(one, time, axis=0) for one in (position, angle))
         return cls(position, velocity, rate, turned.as_matrix(), name)
-
-
-def read_motion(file: Path) -> Motion3D:
-    """Read a path from a table with the columns of `PATH`."""
-    rows, problems = read_rows(file, PATH)
-    if problems:
-        raise CampaignError(problems[:20])
-    numbers = np.array([[row.number[c.name] for c in PATH.columns] for row in rows])
-    try:
-        return Motion3D.path(numbers[:, 0], numbers[:, 1:4], numbers[:, 4:], f"along {file}")
-    except ValueError as error:
-        problem = Problem("path.times", Place(str(file), rows[-1].row, "t_s"), None, str(error))
-        raise CampaignError([problem]) from None
