@@ -31,7 +31,7 @@ _LEAST_REPEATS = 0.08
 """Weak directions differ more than in proportion to alpha: of the largest alpha of the medium."""
 _FEW_RUNS, _ORDINARY = 24, 0.06
 """Fewer repeats than this do not tell how much repeats of this medium differ: relative to alpha, half of them by so much."""
-_REPEATS_APART: tuple[tuple[float, float], ...] = (6.0, 0.25), (8.0, 0.10)
+_REPEATS_APART: tuple[tuple[float, float], ...] = (6.3, 0.25), (8.0, 0.10)
 """Times the median difference, and relative to alpha: the smaller a difference is, the clearer it has to be."""
 _TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 7.0, 0.13, 0.95, 10
 """Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
