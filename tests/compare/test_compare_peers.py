@@ -78,7 +78,7 @@ def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
         ((0.30, 0.31, 0.29), []),
         ((0.30, 0.31, 0.60), ["r2"]),
         ((0.30, 0.10, 0.31), ["r1"]),
-        # 5.0 times 6 % of 0.30 off, and 7.8
+        # 5.0 times 6 % of 0.30 off, and 7.7
         ((0.30, 0.30, 0.390), []),
         ((0.30, 0.30, 0.440), ["r2"]),
     ],
@@ -92,8 +92,8 @@ def test_one_of_three_repeats(values, which):
     np.testing.assert_allclose(found["others_z_N_per_cm3"], others)
     largest = max(values)
     np.testing.assert_allclose(found["off_z_ratio"], (np.array(values) - others) / largest)
-    # fewer than 24 runs: 6 % of alpha, and of 5 % of the largest
-    level = np.hypot(others, 0.05 * largest)
+    # fewer than 24 runs: 6 % of alpha, and of 8 % of the largest
+    level = np.hypot(others, 0.08 * largest)
     times = np.abs(np.array(values) - others) / level / 0.06
     np.testing.assert_allclose(found["times_spread"], times)
     assert apart(found) == {
