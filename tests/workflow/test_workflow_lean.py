@@ -124,15 +124,16 @@ def test_what_a_sand_alone_lacks_is_told_not_drawn(sand):
     drawn = figures_of(sand)
     assert drawn == [
         "estimated_maps",
+        "first_map",
+        "first_peaks",
         "legs_in_sands",
         "peak_errors",
         "penetration",
         "stress_of_runs",
     ]
     html, live = page_of(sand)
-    assert "so it has no coefficients of its own" in html
-    assert "Yuma sand is scaled with χ and the generic coefficients of the published five" in html
-    assert "with the mean chi (1.12) and the generic coefficients of the 5 media of ref. 1" in html
+    assert "so Yuma sand is scaled with the published five media" in html
+    assert "with the mean χ (1.12) and the generic coefficients of the 5 media of ref. 1" in html
     assert "was fitted with the nine-term" not in html
     zeta = sand.table("penetration.csv")["zeta"].iloc[0]
     generic = live["profiles"]["yuma"]["generic"]["values"]
