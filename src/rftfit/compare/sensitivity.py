@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import product
 from typing import NamedTuple
 
@@ -95,11 +95,3 @@ def shapes(table: pd.DataFrame) -> list[Shape]:
             Shape(f"{name}, face ahead" if ahead else name, lifts, thrusts, len(part), worst)
         )
     return found
-
-
-def told(found: Sequence[Shape]) -> str:
-    """Write what each shape makes of the peaks."""
-    return "; ".join(
-        f"{one.name}: {one.lifts} of {one.of} lifts (worst {one.worst:+.0f} %), {one.thrusts} thrusts"
-        for one in found
-    )

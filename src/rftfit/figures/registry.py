@@ -156,13 +156,6 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
     return declare
 
 
-def has_intervals(results: Results) -> bool:
-    """Whether alpha, or a force that is predicted from it, has an interval."""
-    tables = results.joined("alpha/{medium}.csv"), results.table("predicted.csv")
-    ends = ("alpha_z_lo_N_per_cm3", "force_z_lo_N")
-    return any(bool(table[end].notna().any()) for table, end in zip(tables, ends, strict=True))
-
-
 def _marks(results: Results, section: str, medium: str = "") -> list[str]:
     """What is to be said of the media that a figure may show, of those that fail a check."""
     campaign, marks = results.campaign, results.marks
