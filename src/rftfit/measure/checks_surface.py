@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,7 @@ def check_linearity(measured: Measured) -> Check:
     return _surface_and_linearity(measured)[1]
 
 
+@lru_cache(maxsize=1)  # two checks of one medium ask in turn
 def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     """Where stress begins, by lines with a free intercept, against the surface; and whether it is a line.
 

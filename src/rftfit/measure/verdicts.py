@@ -63,7 +63,7 @@ assert tuple(CHECKS) == get_args(CheckName)
 COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measured:
     """What checks read of one medium.
 
