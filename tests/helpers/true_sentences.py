@@ -115,6 +115,8 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
     r"generic coefficients are the mean|all media lie": lambda a, _: a.several,
     r"depth-only": lambda a, where: "depth_only" in a.profiles or "depth_only" in where,
     r"map of alpha|by the map|[Tt]he map (is|pre)|with the map": lambda a, _: "map" in a.profiles,
+    r"[Pp]redicted with the measured": lambda a, _: "table" in a.errors,
+    r"[Pp]redicted with the map": lambda a, _: "map" in a.errors,
     r"interpolated (measured )?table|the measured table": lambda a, _: "table" in a.profiles,
     r"natural sand|Natural sands": lambda a, _: a.sands,
     r"further medium was scaled|sands were scaled": lambda a, _: a.scaled,

@@ -111,6 +111,17 @@ def test_errors_of_legs(results, said):
     assert ("leaves zero out" in why) == (ends[0] * ends[1] > 0)
 
 
+def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_path):
+    made = page_results(tmp_path, robot=False)
+    errors = results.table("leg_errors.csv")
+    of_table = errors[(errors["profile"] == "table") & errors["medium"].isin(results.laboratory)]
+    write(made, "leg_errors.csv", of_table.assign(profile="map"))
+    of_map = [one.text for one in findings(Results(made.campaign)) if one.section == "legs"]
+    by_table = [one.text for one in findings(results) if one.section == "legs"]
+    assert of_map[0] == by_table[0].replace("the measured alpha", "the map")
+    assert "the errors of the map" in of_map[1]
+
+
 def test_errors_in_sands(results):
     wanted = worst(results.table("leg_errors.csv"), ["yuma"], "generic")
     text = next(one.text for one in findings(results) if one.section == "sands")

@@ -77,8 +77,8 @@ def _measured(results: Results) -> Iterable[Finding]:
 
 
 def _legs(results: Results) -> Iterable[Finding]:
-    """How far the measured table can be trusted on legs."""
-    lift = _lifts(results, usable(results, results.laboratory), "table")
+    """How far measured alpha, or where too few directions were measured the map, can be trusted on legs."""
+    profile, lift = _lifts_of_legs(results)
     worst = {
         leg: _worst(part)["peak_error_percent"] for leg, part in lift.groupby("leg", sort=False)
     }
@@ -94,8 +94,9 @@ def _legs(results: Results) -> Iterable[Finding]:
         sizes = lift["peak_error_percent"].abs()
         middle, largest = (number(size, 0) for size in (sizes.median(), sizes.max()))
         errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
+        source = "the measured alpha" if profile == "table" else "the map"
         yield Finding(
-            f"Predicted with the measured alpha, the peak lift is {', '.join(told)}."
+            f"Predicted with {source}, the peak lift is {', '.join(told)}."
             f"{errors if len(lift) > 1 else ''}",
             "legs",
         )
@@ -103,16 +104,17 @@ def _legs(results: Results) -> Iterable[Finding]:
 
 def _why(results: Results) -> Iterable[Finding]:
     """Whether the stated errors explain the worst peak lift, and what another shape of the legs does to it."""
-    lift = _lifts(results, usable(results, results.laboratory), "table")
+    profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
     told = []
     if ends := span(low, high, 0):
+        errors = "the stated errors" if profile == "table" else "the errors of the map"
         holds = (
-            "includes zero: the stated errors can"
+            f"includes zero: {errors} can"
             if low <= 0 <= high
-            else "leaves zero out: the stated errors do not"
+            else f"leaves zero out: {errors} do not"
         )
         told.append(
             f"the interval of the largest error ({ends} %, {name_of(worst['leg'])}) {holds} explain it"
@@ -216,6 +218,14 @@ def _turned(results: Results) -> Iterable[Finding]:
             "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
             "coefficients",
         )
+
+
+def _lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
+    """`_lifts` of laboratory media by the measured table, or where it predicts none by the map; which of them."""
+    media = usable(results, results.laboratory)
+    lifts = {profile: _lifts(results, media, profile) for profile in ("table", "map")}
+    profile = "map" if lifts["table"].empty else "table"
+    return profile, lifts[profile]
 
 
 def _lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
