@@ -164,8 +164,15 @@ def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path):
     assert numbers(text) == pytest.approx(wanted, abs=0.05)
 
 
+def media_of_nine_terms(results):
+    """Return y of the sentence "in x of y media the nine terms put ..."."""
+    (text,) = (one.text for one in findings(results) if one.section == "coefficients")
+    return int(text.split()[3])
+
+
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     results = page_results(tmp_path)
+    every = media_of_nine_terms(results)
     checks = pd.DataFrame(
         [{"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
           "sentence": "Z looks reversed."}]
@@ -183,6 +190,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     )
     # what is unusable is in no sentence on what was found
     assert "Errors of 10 peak lifts" in second[0]
+    assert media_of_nine_terms(Results(results.campaign)) == every - 1
     assert '<a href="#checks-poppy_CP">unusable</a>' in page
     assert 'id="checks-poppy_CP"' in page
     assert ">doubtful</a>" in page

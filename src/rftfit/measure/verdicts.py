@@ -41,7 +41,9 @@ class Rule(NamedTuple):
 _LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
 _ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
 CHECKS: dict[str, Rule] = {
-    "channels": Rule(UNUSABLE, "no channel is dead, frozen, cut off, reversed or another's"),
+    "channels": Rule(
+        UNUSABLE, "no channel is dead, frozen or cut off, or in some runs reversed or another's"
+    ),
     "rods": Rule(UNUSABLE, "rods feel less than plates", ("channels",)),
     "work": Rule(UNUSABLE, "the medium takes energy", _LOGS),
     "symmetry": Rule(

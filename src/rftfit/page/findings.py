@@ -202,7 +202,7 @@ def _robot(results: Results) -> Iterable[Finding]:
 def _turned(results: Results) -> Iterable[Finding]:
     """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
     table = results.table("predicted.csv")
-    table = table[table["medium"].isin(results.laboratory)]
+    table = table[table["medium"].isin(usable(results, results.laboratory))]
     peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
     lift: dict[Any, float] = dict(peaks.dropna().to_dict())
     above = {
