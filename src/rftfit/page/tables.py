@@ -407,7 +407,7 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
 def dropped(results: Results, outcome: Outcome) -> Table:
     """Runs that gave no result, and why."""
     return Table(
-        "Dropped runs",
+        "Runs that gave no result",
         [
             text_column("Run", "run_id"),
             _medium(results),
