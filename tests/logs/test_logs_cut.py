@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import io
 import re
 
 import numpy as np
@@ -12,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.logs.base import FINITE, Log, LogError
-from rftfit.logs.registry import DIALECTS
+from rftfit.logs.registry import DIALECTS, dialect
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
 NAMES = sorted(TEXTS)
@@ -182,3 +184,18 @@ def test_a_segment_with_other_channels(place):
     assert isinstance(log, Log)
     assert (log.rows, log.size) == (40, 20)
     assert list(log.dropped) == ["segment with other channels than the first"]
+
+
+def test_an_error_that_is_kept_holds_no_file_open(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time,Fx,Fy,Fz\n0,1,2", encoding="utf-8")
+    gc.collect()
+    gc.disable()  # a file in a circle of references is closed by the collector only
+    try:
+        (error,) = dialect("delimited").load_many([path])
+        files = [one for one in gc.get_objects() if isinstance(one, io.BufferedReader)]
+        still_open = [one for one in files if one.name == str(path) and not one.closed]
+    finally:
+        gc.enable()
+    assert isinstance(error, LogError)
+    assert still_open == []

@@ -190,7 +190,9 @@ class Reader:
             try:
                 logs.append(self.load(path))
             except LogError as error:
-                logs.append(error)
+                # its frames would hold the file open, and `logs` itself
+                error.__cause__ = error.__context__ = None
+                logs.append(error.with_traceback(None))
         return logs
 
 
