@@ -82,10 +82,10 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     sound = compare_runs(fits(cells), medium)
     assert not sound["apart"].any()
     largest = np.abs(cells[:, 2:]).max()
-    told = {}
-    for times in (0.6, 1.4):
+    told: dict[float, list[bool]] = {0.6: [], 1.4: []}
+    for times in told:
         for place in range(0, len(cells), 3):
-            row = sound.loc[place]
+            row: Any = sound.loc[place]
             off = cells.copy()
             # farther from the others, on the side where it is already
             side = math.copysign(1, row["off_z_ratio"])
@@ -93,7 +93,7 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
                 row["others_z_N_per_cm3"] + side * times * largest * row["seen_from_ratio"]
             )
             found = compare_runs(fits(off), medium)
-            told.setdefault(times, []).append(bool(found.loc[place, "apart"]))
+            told[times].append(bool(found.loc[place, "apart"]))
     assert not any(told[0.6])
     assert all(told[1.4])
 
