@@ -83,7 +83,7 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     assert not sound["apart"].any()
     largest = np.abs(cells[:, 2:]).max()
     told: dict[float, list[bool]] = {0.6: [], 1.4: []}
-    for times in told:
+    for times, found_apart in told.items():
         for place in range(0, len(cells), 3):
             row: Any = sound.loc[place]
             off = cells.copy()
@@ -93,7 +93,7 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
                 row["others_z_N_per_cm3"] + side * times * largest * row["seen_from_ratio"]
             )
             found = compare_runs(fits(off), medium)
-            told[times].append(bool(found.loc[place, "apart"]))
+            found_apart.append(bool(found.loc[place, "apart"]))
     assert not any(told[0.6])
     assert all(told[1.4])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from rftfit.compare.legs import (
@@ -19,6 +18,8 @@ from rftfit.compare.published import (
     ITEM_COLUMNS,
     MEASURED,
     VERDICTS,
+    Item,
+    about,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
@@ -126,15 +127,14 @@ def validate(results: Results) -> pd.DataFrame:
     items += leg_claims(*legs, scaled)
     if results.campaign.robot_medium:
         names = ("errors", "optimum", "speed")
-        items += robot_claims(*(results.table(f"robot/{name}.csv") for name in names))
+        claims = robot_claims(*(results.table(f"robot/{name}.csv") for name in names))
+        items += about([results.campaign.robot_medium], claims)
     if items:
         items += discrepancies()
     logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
     items = [one._replace(evidence=logs) if one.evidence == FROM_LOGS else one for one in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
-    table = pd.DataFrame(items, columns=ITEM_COLUMNS)
-    for medium, marks in results.marks.items():
-        told = table["item"] + " " + table["why"]
-        own = told.str.contains(rf"\b{re.escape(medium)}\b")
-        table.loc[own, "why"] = [f"{medium} {say(marks)}; {why}" for why in table.loc[own, "why"]]
-    return table
+    doubts = {medium: f"{medium} {say(marks)}" for medium, marks in results.marks.items()}
+    reasons = [[*(doubts[one] for one in doubts if one in item.media), item.why] for item in items]
+    table = pd.DataFrame(items, columns=Item._fields)[ITEM_COLUMNS]
+    return table.assign(why=["; ".join(parts) for parts in reasons])
