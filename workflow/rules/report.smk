@@ -87,7 +87,6 @@ rule provenance:
         provenance="results/provenance.json",
         manifest="results/manifest.sha256",
         run_sheet="results/run_sheet.csv",
-        crate="results/ro-crate-metadata.json",
     log:
         "results/logs/provenance.log",
     conda:
