@@ -9,7 +9,7 @@ WALK = [
 TABLES = [*MEASURE, *MODEL, *TRIAL, *(WALK if ROBOT else [])]
 
 
-rule figure:
+use rule stage as figure with:
     # Draw a figure.
     input:
         tables=of_figure("figures"),
@@ -18,13 +18,9 @@ rule figure:
         multiext("results/figures/{figure}", ".png", ".pdf", ".svg", ".webp"),
     log:
         "results/logs/figure/{figure}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule quality:
+use rule stage as quality with:
     # Draw the quality sheets: every plate run of a medium.
     input:
         tables=of_figure("quality"),
@@ -35,13 +31,9 @@ rule quality:
         "results/logs/quality/{medium}.log",
     # it takes longer than any other figure
     priority: 1
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule workbooks:
+use rule stage as workbooks with:
     # Write the workbooks in the layouts of Tables S5 and S2.
     input:
         checks=CHECKS,
@@ -54,13 +46,9 @@ rule workbooks:
         coefficients="results/coefficients.xlsx",
     log:
         "results/logs/workbooks.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule page:
+use rule stage as page with:
     # Write the report page: all tables, and a preview of each figure.
     input:
         made_by(*TABLES, rules.figure, endings=[".csv", ".json", ".webp"]),
@@ -71,13 +59,9 @@ rule page:
         findings="results/findings.csv",
     log:
         "results/logs/page.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule provenance:
+use rule stage as provenance with:
     # Record what every result was made from.
     input:
         made_by(*TABLES, rules.figure, rules.workbooks, rules.page),
@@ -89,7 +73,3 @@ rule provenance:
         run_sheet="results/run_sheet.csv",
     log:
         "results/logs/provenance.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
