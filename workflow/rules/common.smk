@@ -33,7 +33,9 @@ def of_figure(folder):
 
     def inputs(wildcards):
         figure, medium = FIGURES[f"{folder}/{wildcards[0]}"]
-        return STATES.filled(("checks/{media}.csv", *figure.reads), medium)
+        paths = [f"results/{one}" for one in ("checks/{media}.csv", *figure.reads)]
+        names = {"media": MEDIA, "laboratory": LABORATORY, "sands": SANDS}
+        return [file for path in paths for file in expand(path, medium=medium, **names)]
 
     return inputs
 

@@ -1,12 +1,11 @@
 # What people look at, and the record of what it was made from.
-MEASURE = [rules.ingest, rules.tare, rules.slopes, rules.checks, rules.legs]
-MODEL = [rules.symmetry, rules.maps, rules.fourier, rules.scaling]
-TRIAL = [rules.legs_predicted, rules.natural_sands, rules.validate, rules.ledger]
-WALK = [
-    *(rules.robot_measured, rules.robot_runs, rules.robot_intervals),
-    *(rules.robot_speeds, rules.robot_motion),
+from rftfit.workflow.stages import STAGES
+
+TABLES = [
+    getattr(rules, name)
+    for name, one in STAGES.items()
+    if one.room != "page" and not one.on_demand and (ROBOT or not one.robot)
 ]
-TABLES = [*MEASURE, *MODEL, *TRIAL, *(WALK if ROBOT else [])]
 
 
 use rule stage as figure with:

@@ -9,14 +9,10 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rftfit.store.files import lock
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
 
 # --- Who holds the lock of a campaign's folder, so that a dead holder's lock can be told from a living's.
 

@@ -5,25 +5,21 @@ from __future__ import annotations
 import csv
 import json
 import subprocess
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import pandas as pd
 
 from rftfit.errors import InputError, RftfitError
+from rftfit.results import Results
 from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
 from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
 from rftfit.workflow.records import Recorded
-from rftfit.workflow.state import cells
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    import pandas as pd
-
-    from rftfit.results import Results
-    from rftfit.workflow.state import States
+from rftfit.workflow.state import States, cells
 
 FORMAT = 3
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
@@ -61,24 +57,25 @@ def present_state(states: States) -> State:
 
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
-    describe = ("describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*")
-    try:
-        done = subprocess.run(
-            ["git", "-C", str(PACKAGE), *describe],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=10,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return done.stdout.strip()
+    words = [
+        "git",
+        "-C",
+        str(PACKAGE),
+        "describe",
+        "--always",
+        "--abbrev=12",
+        "--dirty=+",
+        "--exclude=*",
+    ]
+    with suppress(OSError, subprocess.SubprocessError):
+        return subprocess.check_output(
+            words, stderr=subprocess.DEVNULL, text=True, timeout=10
+        ).strip()
+    return ""
 
 
 def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame]:
     """Record what every result was made from: the records of all jobs before this one, and their inputs."""
-    import pandas as pd
-
     recorded, state = Recorded(states), present_state(states)
     made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in made_from}

@@ -6,17 +6,18 @@ import os
 import re
 import shutil
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
 from rftfit.workflow.processes import left_by_the_dead
-from rftfit.workflow.records import Recorded
+from rftfit.workflow.records import Finding, Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
@@ -28,11 +29,6 @@ from rftfit.workflow.snakemake import (
     working_in,
 )
 from rftfit.workflow.state import HANDED, hand_over, read_states
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from rftfit.workflow.records import Finding
 
 LOG = Path("results/logs/snakemake.log")
 

@@ -11,20 +11,18 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rftfit.errors import OutputError
 from rftfit.store.environment import child_environment, shipped
 from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 _PATIENCE_S = 20.0
 _MOST_LINES = 40
