@@ -93,7 +93,7 @@ def prepare(
     alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
     `disturb`: As on the command line.
     """
-    chosen, sizes = media_of(config, media), sizes_of(disturb)
+    chosen, sizes = media_of(config.media, media), sizes_of(disturb)
     runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     facts = {
@@ -154,7 +154,7 @@ def run_logs(
     if run.cycles > 1:
         recording = in_one_log([one for one, _ in recorded])
     if faults:
-        recording = damage_recording(faults, recording, config)
+        recording = damage_recording(faults, recording, config.transducer)
     unit, length = config.transducer.force_unit, config.arm.position_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"

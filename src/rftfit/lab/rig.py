@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
@@ -174,13 +174,13 @@ def ideal(
 
 
 def to_channels(
-    force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, config: Config
+    force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, transducer: Transducer
 ) -> FloatArray:
     """Turn a force in the lab frame into the channels F1, F2, F3, shape (n, 3).
 
     The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` (s: of the mount).
     """
-    turn = math.radians(config.transducer.turn_deg)
+    turn = math.radians(transducer.turn_deg)
     mount = {
         "x": force_x * math.cos(turn) - force_z * math.sin(turn),
         "y": force_y,
@@ -188,7 +188,7 @@ def to_channels(
     }
     channels = np.empty((force_x.size, 3))
     for axis, along in mount.items():
-        name: str = getattr(config.transducer.axes, axis)
+        name: str = getattr(transducer.axes, axis)
         channels[:, int(name[2]) - 1] = -along if name[0] == "-" else along
     return channels
 
@@ -230,11 +230,12 @@ def record(
     force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
     force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
     force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
-    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
-    channels += _noise(stream(1), count, config.transducer.precision_N)
+    sensor = config.transducer
+    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor) + drawn.bias_N
+    channels += _noise(stream(1), count, sensor.precision_N)
     if sizes.get("pink"):
         channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
-    limit = np.array(config.transducer.range_N)
+    limit = np.array(sensor.range_N)
     channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
     # the motion log: same run, other clock; e is s since the start on the force log's clock
@@ -342,7 +343,9 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
     return found
 
 
-def damage_recording(names: Sequence[str], recording: Recording, config: Config) -> Recording:
+def damage_recording(
+    names: Sequence[str], recording: Recording, transducer: Transducer
+) -> Recording:
     """Apply those faults of a run that change what was recorded."""
     first, last = np.flatnonzero(recording.stroke)[[0, -1]]
     middle = int(first + last) // 2
@@ -350,10 +353,10 @@ def damage_recording(names: Sequence[str], recording: Recording, config: Config)
     rows = np.arange(len(channels))
     block = slice(middle, middle + _ROWS)
     if "saturated" in names:
-        column = int(config.transducer.axes.z[2]) - 1
+        column = int(transducer.axes.z[2]) - 1
         stuck = slice(middle - 50, middle + 50)
-        sign = -1 if config.transducer.axes.z[0] == "-" else 1
-        channels[stuck, column] = sign * config.transducer.range_N[column]
+        sign = -1 if transducer.axes.z[0] == "-" else 1
+        channels[stuck, column] = sign * transducer.range_N[column]
     if "nan_cells" in names:
         channels[block][::2] = np.nan
     if "time_reversed" in names:
