@@ -85,16 +85,9 @@ class Recording:
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
         """Take rows of the force log and of the motion log, by place or by mask."""
-        of_motion = (
-            "motion_time_s",
-            "x_mm",
-            "z_mm",
-            "angle_deg",
-            "motion_stroke",
-            "motion_ahead_s",
-        )
+        of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
         return Recording(
-            **{n: v[motion if n in of_motion else force] for n, v in vars(self).items()}
+            **{n: v[force if n in of_force else motion] for n, v in vars(self).items()}
         )
 
 
