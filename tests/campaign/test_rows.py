@@ -20,7 +20,7 @@ SCHEMA = Schema(
         Column("used", "flag", needed=False),
     ),
     comments=True,
-    others="left",
+    others="ignored",
 )
 
 
@@ -89,7 +89,7 @@ def test_headers_that_cannot_be_used(tmp_path, header, codes):
 
 
 def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path):
-    lenient = Schema("table", SCHEMA.columns, others="left", lenient=True)
+    lenient = Schema("table", SCHEMA.columns, others="ignored", lenient=True)
     path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
     rows, problems = read_rows(path, lenient)
     assert problems == []

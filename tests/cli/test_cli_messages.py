@@ -189,8 +189,6 @@ def test_a_lock_of_a_killed_run(monkeypatch, here, capsys):
     own = workflow(monkeypatch, here)
     monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
     for certain in (False, True):
-        monkeypatch.setattr(
-            "rftfit.workflow.run.left_by_the_dead", lambda _, c=certain: nullcontext(c)
-        )
-        own._clear_lock_of_the_dead()
+        monkeypatch.setattr("rftfit.workflow.run.stale_lock", lambda _, c=certain: nullcontext(c))
+        own._clear_stale_lock()
         assert bool(capsys.readouterr().out) == certain

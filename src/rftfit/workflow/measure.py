@@ -114,6 +114,6 @@ def ledger(results: Results) -> pd.DataFrame:
     if campaign.robot_medium:
         parts.append(results.table("ledger/robot.csv"))
     book = join([*parts, account_unclaimed(campaign).table()])
-    once = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
-    check(book, results.joined("runs/{medium}.csv"), once, campaign.by_id)
+    one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
+    check(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
     return book

@@ -213,8 +213,8 @@ def _leaves(path: str, was: Any, now: Any) -> list[Change]:
             for key, old, new in _different(was, now, None)
             for change in _leaves(f"{path}.{key}".lstrip("."), old, new)
         ]
-    told = (
+    values = (
         f"a section of {len(one)}" if isinstance(one, dict) else "none" if one is None else str(one)
         for one in (was, now)
     )
-    return [] if was == now else [Change("setting", path, *told)]
+    return [] if was == now else [Change("setting", path, *values)]

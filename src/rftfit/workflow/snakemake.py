@@ -113,9 +113,9 @@ class Progress:
                 job = self.jobs.get(
                     number, Job(event.get("rule_name", "job"), event.get("log", []))
                 )
-                told = _SLURM.search(str(event.get("rule_msg")))
+                slurm = _SLURM.search(str(event.get("rule_msg")))
                 job.grouped = bool(event.get("indent"))
-                job.status = f"Slurm says {told[1]}" if told else self._status_of(job)
+                job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
             case "error":
                 if found := _STATUS.search(text):
@@ -344,8 +344,8 @@ def _signals_as_interrupts() -> Iterator[None]:
 
     numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     # what is ignored stays so: nohup keeps a run alive when its terminal closes
-    heard = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, interrupt) for number in heard}
+    handled = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, interrupt) for number in handled}
     try:
         yield
     finally:
@@ -356,8 +356,10 @@ def _signals_as_interrupts() -> Iterator[None]:
 def _stop(child: subprocess.Popen[bytes]) -> None:
     """End Snakemake and its jobs: politely, so that it clears its lock, then less so."""
     # what a script starts in the background ignores Ctrl-C, and its children do
-    deaf = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    steps = ("SIGINT", "SIGTERM", "SIGKILL")[deaf:] if os.name == "posix" else ("SIGTERM",)
+    ignores_interrupt = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    steps = (
+        ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:] if os.name == "posix" else ("SIGTERM",)
+    )
     for name in steps:
         if child.poll() is not None:
             return

@@ -48,7 +48,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
+    behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
     compared = leg_errors(
         measured, everything, spread, results.config.fit.confidence, behind, peaks
     )
@@ -125,7 +125,7 @@ def validate(results: Results) -> pd.DataFrame:
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
     table = pd.DataFrame(items, columns=ITEM_COLUMNS)
     for medium, marks in results.marks.items():
-        told = table["item"] + " " + table["why"]
-        own = told.str.contains(rf"\b{re.escape(medium)}\b")
+        sentences = table["item"] + " " + table["why"]
+        own = sentences.str.contains(rf"\b{re.escape(medium)}\b")
         table.loc[own, "why"] = [f"{medium} {say(marks)}; {why}" for why in table.loc[own, "why"]]
     return table
