@@ -194,6 +194,25 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
     return np.column_stack(columns)
 
 
+def _channels(
+    true: Ideal, drawn: Nuisance, sensor: Transducer, path_cm: FloatArray,
+    sizes: disturb.Sizes, stream: disturb.Stream,
+) -> FloatArray:  # fmt: skip
+    """Readings of F1, F2, F3, shape (n, 3), N: the forces as disturbed, drift, bias and noise, in steps of the sensor."""
+    count = path_cm.size
+    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
+    uneven = disturb.unevenness(sizes, stream, path_cm)
+    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
+    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
+    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
+    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor) + drawn.bias_N
+    channels += _noise(stream(1), count, sensor.precision_N)
+    if sizes.get("pink"):
+        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
+    limit = np.array(sensor.range_N)
+    return np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
+
+
 def record(
     run: Run,
     config: Config,
@@ -215,23 +234,9 @@ def record(
     true = ideal(run, config, parts, drawn.force_phase_s, bed)
     motion = true.motion
     stream = _streams(seed, run, cycle)
-    count = motion.elapsed_s.size
-    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
-    uneven = disturb.unevenness(
-        sizes, stream, disturb.path_cm(motion, config.intruders[run.intruder])
-    )
-    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
-    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
-    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
-    sensor = config.transducer
-    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor) + drawn.bias_N
-    channels += _noise(stream(1), count, sensor.precision_N)
-    if sizes.get("pink"):
-        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
-    limit = np.array(sensor.range_N)
-    channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
-
-    # the motion log: same run, other clock; e is s since the start on the force log's clock
+    path_cm = disturb.path_cm(motion, config.intruders[run.intruder])
+    channels = _channels(true, drawn, config.transducer, path_cm, sizes, stream)
+    # the motion log: same run, other clock
     rate = 1 + _DRIFT_PPM * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
@@ -242,7 +247,7 @@ def record(
     # a leg rests in air at both ends, a plate where it is above the surface
     air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
     return Recording(
-        force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(count) / FORCE_HZ,
+        force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
         channels_N=channels,
         stroke=stroke[motion.segment],
