@@ -20,9 +20,6 @@ from campaigns import FEW, Folder, make_campaign
 from rftfit.campaign.config import Config
 
 ROOT = Path(__file__).parents[1]
-PUBLICATION = (
-    'publication: {date: "2013-03-22", license: "https://example.org/licence", authors: [A, B]}\n'
-)
 
 
 LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py")
@@ -71,8 +68,6 @@ def small_made(tmp_path_factory):
             time.sleep(0.2)
     else:
         make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
-        with folder.config.open("a", encoding="utf-8") as file:
-            file.write(PUBLICATION)
         before = folder.raw_digests()
         done_run = folder.rftfit("run")
         assert done_run.returncode == 0, done_run.stdout + done_run.stderr

@@ -78,7 +78,6 @@ def run_campaigns(logs: str | None) -> None:
         command(CAMPAIGNS / name, "reenact", "--if-missing")
         command(CAMPAIGNS / name, "run")
     command(CAMPAIGNS, "example", "cmu-sand", *(["--from", logs] if logs else []))
-    command(CAMPAIGNS / "cmu-sand", "run")
 
 
 def write_gallery() -> None:

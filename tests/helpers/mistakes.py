@@ -21,7 +21,7 @@ from other_labs import SECTIONS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.disturb import sizes_of
-from rftfit.lab.enact import planned, run_logs
+from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import Run
 from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
@@ -61,7 +61,10 @@ def enacted(
     values["fit"]["missing_tare"] = "refuse" if tare else "flag"
     config, sizes = Config.model_validate(values), sizes_of(disturb)
     runs = []
-    for run in planned(config, [medium], directions, protocol, tare=tare, legs=False):
+    made = prepare(
+        config, media=[medium], directions=directions, protocol=protocol, tare=tare, legs=False
+    )
+    for run in made.runs:
         shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
         more = range(2, repeats + 1) if run.kind == "plate" else ()
         runs += [shared, *(replace(shared, run_id=f"{run.run_id}_{number}",

@@ -105,7 +105,7 @@ def test_the_record_names_every_result_and_its_content(checked):
     assert {path for one in jobs.values() for path in one["writes"]} == {
         path for path in there
         if path.rsplit("/", 1)[1] not in
-        ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv")
+        ("provenance.json", "manifest.sha256", "run_sheet.csv")
     }  # fmt: skip
 
 
@@ -119,11 +119,11 @@ def test_sums_of_all_logs_are_right(checked):
 
 
 def test_the_record_holds_no_machine_and_no_time(checked):
-    for name in ("provenance.json", "ro-crate-metadata.json", "manifest.sha256", "run_sheet.csv"):
+    for name in ("provenance.json", "manifest.sha256", "run_sheet.csv"):
         text = (checked.root / "results" / name).read_text(encoding="utf-8")
         assert str(checked.root) not in text
         assert str(checked.root.parent) not in text
-        dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text)) - {"2013-03-22"}
+        dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text))
         assert dates == set(), name
 
 
@@ -339,40 +339,3 @@ def test_changes_of_numbers_with_an_interval_come_first(checked, tmp_path):
     numbers = compare(first, second).numbers
     quantities = [one.quantity for one in numbers]
     assert quantities == ["alpha_z_N_per_cm3"] * seen.sum() + ["depth_to_cm"] * seen.sum()
-
-
-def test_the_crate_is_sound(checked):
-    """The rules of the RO-Crate 1.1 specification that can be checked without a network."""
-    results = checked.root / "results"
-    data = json.loads((results / "ro-crate-metadata.json").read_text(encoding="utf-8"))
-    assert data["@context"][0] == "https://w3id.org/ro/crate/1.1/context"
-    entities = {entity["@id"]: entity for entity in data["@graph"]}
-    assert len(entities) == len(data["@graph"])
-    head, root = entities["ro-crate-metadata.json"], entities["./"]
-    assert head["@type"] == "CreativeWork"
-    assert head["conformsTo"] == {"@id": "https://w3id.org/ro/crate/1.1"}
-    assert head["about"] == {"@id": "./"}
-    assert root["@type"] == "Dataset"
-    assert root["datePublished"] == "2013-03-22"
-    assert root["license"] == {"@id": "https://example.org/licence"}
-    assert [entities[one["@id"]]["name"] for one in root["author"]] == ["A", "B"]
-    parts = {one["@id"] for one in root["hasPart"]}
-    assert parts == {name for name, entity in entities.items() if entity["@type"] == "File"}
-    for name in parts:
-        path = results / name
-        assert entities[name]["sha256"] == sha256(path)
-        assert entities[name]["contentSize"] == str(path.stat().st_size)
-    # every mention leads somewhere, and nothing is nested
-    for entity in data["@graph"]:
-        for value in entity.values():
-            for one in value if isinstance(value, list) else [value]:
-                if isinstance(one, dict):
-                    assert list(one) == ["@id"]
-                    assert one["@id"] in entities or one["@id"].startswith("https://w3id.org/")
-    actions = [entity for entity in data["@graph"] if entity["@type"] == "CreateAction"]
-    made = [one["@id"] for action in actions for one in many(action["result"])]
-    assert len(made) == len(set(made)) == len(parts)
-
-
-def many(value):
-    return value if isinstance(value, list) else [value]

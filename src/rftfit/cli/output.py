@@ -24,6 +24,14 @@ def say(text: str = "") -> None:
     typer.echo(text)
 
 
+def say_some(lines: Sequence[str], most: int, more: str = "more") -> None:
+    """Write the first lines of many."""
+    for line in lines[:most]:
+        say(line)
+    if len(lines) > most:
+        say(f"and {len(lines) - most} {more} (--all lists them)")
+
+
 def warn(text: str) -> None:
     """Write a line to standard error."""
     typer.echo(text, err=True)

@@ -106,7 +106,7 @@ def reenact(
             "which is what a re-enactment writes"
         )
     # a misspelled word must not cost the logs that are there: everything is checked before
-    if not media_of(places.config, media or None):
+    if not media_of(places.config.media, media or None):
         raise InputError(
             "config, key media: no medium here names published measurements to re-enact "
             "(published_as), so nothing was written; the demonstration campaign's config does"

@@ -93,14 +93,20 @@ def prepare(
     alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
     `disturb`: As on the command line.
     """
-    chosen, sizes = media_of(config, media), sizes_of(disturb)
-    runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
+    chosen, sizes = media_of(config.media, media), sizes_of(disturb)
+    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
+    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
+    if not tare:
+        runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
+    check_protocol(protocol, config, runs)
+    suffix = WRITERS[dialect := dialect_of(config)].suffix
+    runs = [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     facts = {
         "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
         "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
         "protocol": "" if protocol == PAPER else protocol,
-        "dialect": "" if (dialect := dialect_of(config)) == "rig" else dialect,
+        "dialect": "" if dialect == "rig" else dialect,
         "tare": "" if tare else "none", "legs": "" if legs else "none",
         "run-to-run spread": f"{spread:g} N/cm^3" if spread else "", "disturbed": described(sizes),
     }  # fmt: skip
@@ -114,25 +120,6 @@ def prepare(
 def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]:
     """Prepare and write a re-enactment: `options` of `prepare`."""
     return prepare(config, **options).write(raw, sheet)
-
-
-def planned(
-    config: Config,
-    media: Sequence[str] | None,
-    directions: Sequence[tuple[float, float]] | None,
-    protocol: str,
-    *,
-    tare: bool,
-    legs: bool,
-) -> list[Run]:
-    """Runs with their files; what the config would not read is refused."""
-    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
-    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
-    if not tare:
-        runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
-    check_protocol(protocol, config, runs)
-    suffix = WRITERS[dialect_of(config)].suffix
-    return [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
 
 
 def run_logs(
@@ -154,7 +141,7 @@ def run_logs(
     if run.cycles > 1:
         recording = in_one_log([one for one, _ in recorded])
     if faults:
-        recording = damage_recording(faults, recording, config)
+        recording = damage_recording(faults, recording, config.transducer)
     unit, length = config.transducer.force_unit, config.arm.position_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"

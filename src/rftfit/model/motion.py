@@ -111,7 +111,7 @@ SCHEMA = Schema(
         Column("angle_deg", meaning="angle from z toward x"),
     ),
     comments=True,
-    others="left",
+    others="ignored",
     most_rows=2_000_000,
 )
 _MOST_SHOWN = 20

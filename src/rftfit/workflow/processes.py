@@ -9,16 +9,12 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rftfit.store.files import lock
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-
-# --- Who holds the lock of a campaign's folder, so that a dead holder's lock can be told from a living's.
+# --- Which process holds the lock of a campaign's folder, so that a lock left by a killed process can be removed.
 
 
 _NOTE = Path("rftfit") / "holder"
@@ -26,7 +22,7 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 _held: list[int] = []
 
 
-def hold(folder: Path) -> None:
+def hold_lock(folder: Path) -> None:
     """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
     with contextlib.suppress(OSError):
@@ -39,7 +35,7 @@ def hold(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def left_by_the_dead(folder: Path) -> Iterator[bool]:
+def stale_lock(folder: Path) -> Iterator[bool]:
     """Tell whether it is certain that the lock in ``.snakemake`` is that of a process that no longer lives.
 
     Nobody else gets True until the block is left, so that two do not clear it one after the other.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import pandas as pd
 
 from rftfit.compare.legs import (
     PREDICTED_COLUMNS,
@@ -31,11 +31,7 @@ from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
 from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.flags import Remark, say, with_reasons
 from rftfit.model.scaling import published, routine
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.results import Results
+from rftfit.results import Results
 
 
 def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
@@ -44,8 +40,6 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     Returns curves with intervals, how far they are from the measured ones, and how far that hangs on the
     legs' shape.
     """
-    import pandas as pd
-
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     each = [predicted_curves(medium) for medium in media]
     curves = [one for one, _ in each if len(one)]
@@ -54,7 +48,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
+    behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
     compared = leg_errors(
         measured, everything, spread, results.config.fit.confidence, behind, peaks
     )
@@ -72,8 +66,6 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     Returns slopes over the stated and the detected regime with zeta from each (chi is that of the
     reference media, which may be the published five), and the corrections with their validation.
     """
-    import pandas as pd
-
     table = results.table("penetration.csv")
     method, note = results.config.fourier.method, tuple[Remark, ...]()
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
@@ -108,8 +100,6 @@ def validate(results: Results) -> pd.DataFrame:
 
     What differs stands first. It has no row where no medium is one of the paper's.
     """
-    import pandas as pd
-
     config = results.config
     published_as = {
         name: medium.published_as
