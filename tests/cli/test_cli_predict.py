@@ -325,7 +325,7 @@ def test_bad_files(rftfit, here, option, content, text):
 def test_nothing_in_the_sand(rftfit, here):
     said = rftfit("predict", *LEG, *POPPY, "--hip", "9")
     assert said.code == 0
-    assert "no force in any pose: the outline stays above the surface" in said.err
+    assert "no force in any pose: the body stays above the surface" in said.err
     assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
 
 

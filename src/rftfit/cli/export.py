@@ -81,11 +81,10 @@ def export(
 
 
 def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
-    from rftfit.cli.scale import pushes_of_table
     from rftfit.store.digests import sha256_of
 
     try:
-        found = rftfit.estimate_map(pushes_of_table(path), name=path.stem)
+        found = rftfit.estimate_map(options.Pushes(path).read()[1], name=path.stem)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
     return found, {"made_from": {path.name: sha256_of(path)}}

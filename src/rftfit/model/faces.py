@@ -15,7 +15,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
 from rftfit.model import rft3d
-from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import NEGLIGIBLE, Profile, TableProfile
 
 LAWS = ("measured", "3d-rft")
@@ -123,6 +123,24 @@ def wet_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     return wet, np.where((count == 1)[..., None], centre, rest)
 
 
+def moving_faces(
+    mesh: Mesh, frame: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The faces that count in a pose: number, depth times wet area (cm^3), area vector, velocity, arm (cm)."""
+    position, velocity, rate = frame[:9].reshape(3, 3)
+    corners = mesh.triangles @ frame[9:].reshape(3, 3).T
+    areas = area_vectors(corners)
+    share, centre = wet_parts(corners + position)
+    arm = centre - position
+    moves = velocity + np.cross(rate, arm)
+    outward = (areas * moves).sum(axis=-1)
+    if mesh.sheet:
+        areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
+    counts = np.flatnonzero((share > 0) & (outward > 0))
+    load = -centre[:, 2] * share * np.linalg.norm(areas, axis=-1)
+    return counts, load[counts], areas[counts], moves[counts], arm[counts]
+
+
 def mesh_forces(
     profile: Profile,
     mesh: Mesh,
@@ -133,20 +151,7 @@ def mesh_forces(
     """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
     poses = []
     for frame in motion.frames:
-        position, velocity, rate = frame[:9].reshape(3, 3)
-        turned = frame[9:].reshape(3, 3)
-        arms = mesh.triangles @ turned.T
-        areas = area_vectors(arms)
-        size = np.linalg.norm(areas, axis=-1)
-        share, centre = wet_parts(arms + position)
-        arm = centre - position
-        moves = velocity + np.cross(rate, arm)
-        outward = (areas * moves).sum(axis=-1)
-        if mesh.sheet:
-            areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
-        counts = (share > 0) & (outward > 0)
-        load = -centre[:, 2] * share * size
-        stress = face_alpha(profile, areas[counts], moves[counts], law, friction)
-        force = _times(load[counts], stress)
-        poses.append(np.concatenate([force, np.cross(arm[counts], force)], axis=-1).sum(axis=-2))
+        _, load, normal, moves, arm = moving_faces(mesh, frame)
+        force = _times(load, face_alpha(profile, normal, moves, law, friction))
+        poses.append(np.concatenate([force, np.cross(arm, force)], axis=-1).sum(axis=-2))
     return np.stack(poses, axis=-2)

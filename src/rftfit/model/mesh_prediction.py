@@ -8,13 +8,13 @@ import pandas as pd
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.model import rft3d
-from rftfit.model.draws import interval
+from rftfit.model.draws import end_names, interval
 from rftfit.model.faces import LAWS, as_table
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import FourierProfile, Pack, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium
 
-QUANTITIES = (
+IN_SPACE = (
     "force_x_N",
     "force_y_N",
     "force_z_N",
@@ -109,15 +109,11 @@ def predict_mesh(
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
         each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
         ends = medium.with_interval(unit, each)[1:]
-    columns = {f"{axis}_cm": motion.frames[:, k] for k, axis in enumerate("xyz")}
-    for k, name in enumerate(QUANTITIES):
+    columns = dict(motion.columns)
+    for k, name in enumerate(IN_SPACE):
         columns[name] = best[:, k]
         if ends is not None:
-            what, unit_of = name.split("_N")
-            columns |= {
-                f"{what}_{end}_N{unit_of}": ends[side][:, k]
-                for side, end in enumerate(("lo", "hi"))
-            }
+            columns |= {end: ends[side][:, k] for side, end in enumerate(end_names(name))}
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
     columns["closure_N"] = (

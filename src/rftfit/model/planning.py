@@ -316,3 +316,41 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
         found.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
     return found
+
+
+def reachable(
+    known: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
+) -> tuple[tuple[float, float], ...]:
+    """Directions of a map (degrees) with these angles of plate and path; where none is named, with any."""
+    angles = (np.degrees(part).round(4) for part in (known.beta, known.gamma))
+    return tuple(
+        (float(beta), float(gamma))
+        for beta, gamma in zip(*angles, strict=True)
+        if all(
+            not len(wanted) or np.abs(np.asarray(wanted) - one).min() < 0.5
+            for one, wanted in ((beta, beta_deg), (gamma, gamma_deg))
+        )
+    )
+
+
+SHEET_COLUMNS = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log"
+)
+_DEPTHS_CM = (2.54, 5.08, 7.62)
+
+
+def run_sheet_rows(plan: Plan) -> str:
+    """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    lines = [SHEET_COLUMNS]
+    for number, step in enumerate(plan.steps[1:], start=1):
+        beta, gamma = step.directions[0]
+        ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
+        if gamma == 0:
+            ways = [("horizontal", f"{depth:g}") for depth in _DEPTHS_CM[: step.runs]]
+            ways += [("horizontal", "")] * (step.runs - len(ways))
+        elif len(step.directions) > 1:
+            ways = [("intrusion", ""), ("extraction", "")]
+        for part, (direction, depth) in enumerate(ways, start=1):
+            name = f"plan{number:02d}" + (f"_{part}" if len(ways) > 1 else "")
+            lines.append(f"{name},plate,,,{direction},{beta:g},{gamma:.6g},{depth},,")
+    return "\n".join(lines) + "\n"
