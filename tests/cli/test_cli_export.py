@@ -152,7 +152,7 @@ def test_marks_are_handed_on(rftfit, here, results):
     said = rftfit("export", "--results", results, "--medium", "poppy_LP")
     assert said.code == 0
     mark = content(here / "profile.json")["validity"]["marks"]
-    assert mark.startswith("unusable: fails work")
+    assert mark.startswith("unusable: the medium seems to give energy")
     assert f"warning: poppy_LP is {mark}" in said.err
 
 

@@ -494,14 +494,20 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     media = {name: Medium(title=name) for name in "ac"}
     media["b"] = Medium(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
-        "a": [remark("unusable", checks="work"), remark("doubtful", checks="surface")],
-        "b": [remark("accepted", check="size", why="pumice")],
+        "a": [
+            remark("unusable", faults=CHECKS["work"].fault),
+            remark("doubtful", faults=CHECKS["surface"].fault),
+        ],
+        "b": [remark("accepted", fault=CHECKS["size"].fault, why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     assert usable(frame)
     assert not usable(frame.assign(checks_code="unusable doubtful"))
     assert usable(
-        frame.assign(checks="accepted: fails work: unusable: I know", checks_code="accepted")
+        frame.assign(
+            checks="accepted: the medium seems to give energy to the plates: unusable: I know",
+            checks_code="accepted",
+        )
     )
 
 
@@ -511,7 +517,7 @@ def test_flags_of_single_runs_are_added_to_those_of_their_cells():
     table = table.assign(**{name: [text, "", text] for name, text in flag_columns([few]).items()})
     bad = [remark("gives-back", run_id="b"), remark("channel-still", run_id="c", channel="F1")]
     checks = [Check("channels", "failed", runs=tuple(bad)), Check("work", "passed")]
-    made = marked(table, checks, [remark("unusable", checks="channels")])
+    made = marked(table, checks, [remark("unusable", faults=CHECKS["channels"].fault)])
     assert made["flag_codes"].tolist() == ["few-depths gives-back", "channel-still", "few-depths"]
     assert made["flags"].tolist() == [f"{few}; b: {bad[0]}", f"c: {bad[1]}", str(few)]
     assert set(made["checks_code"]) == {"unusable"}
@@ -952,7 +958,7 @@ def test_what_trend_is_allowed():
 
 
 def test_copies_are_listed_with_what_they_are_copies_of():
-    sheet: Any = {name: SimpleNamespace(intruder="") for name in "abcd"}
+    sheet: Any = {name: SimpleNamespace(intruder="", beta_deg=0) for name in "abcd"}
     found = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
     assert found.verdict == "failed"
     assert [(one.run_id, one.values["runs"]) for one in found.runs] == [

@@ -259,18 +259,18 @@ def test_without_any_fit_the_reasons_are_drawn():
     results = fitted(coefficients=coefficients, penetration=penetration)
     results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
     for figure in (fit_maps, generic_profile, forces_over_zeta):
-        assert f"poppy_LP: {why}" in words(figure(results))
+        assert f"poppy seeds, loose: {why}" in words(figure(results))
 
 
 def test_without_a_usable_medium_there_is_no_generic_profile():
     """Each has its fit and its zeta; the mean of none is in no table."""
-    why = "unusable: fails symmetry"
+    why = "unusable: plates straight down are pushed to one side"
     coefficients = chain.coefficient_table()
     found = fitted(
         coefficients=coefficients[coefficients["medium"] != GENERIC],
         penetration=chain.penetration_table().assign(reason=why),
     )
-    assert f"poppy_LP: {why}" in words(generic_profile(found))
+    assert f"poppy seeds, loose: {why}" in words(generic_profile(found))
     # the picture says why it is empty
     assert declared("generic_profile").caption_of(found) == ""
 

@@ -172,8 +172,8 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, read):
     rows = read.rows("summary")
     data, model = rows["poppy seeds, loose|2 runs used, 1 dropped"]
     assert data == "sound|2 flags"
-    assert model.startswith("within 33 %|reversed c-leg, thrust +29 %")
-    assert rows["Yuma sand|natural sand|1 run used"] == ["sound", "not tested|no leg was measured"]
+    assert model.startswith("within 33 %|reversed c-leg, thrust +29\N{NO-BREAK SPACE}%")
+    assert rows["Yuma sand|natural sand, 1 run used"] == ["sound", "not tested|no leg was measured"]
     assert f"p2: {GAP} (2 flags in all)" in read.text["summary"]
     assert read.rows("dropped")["p2"] == [
         "poppy seeds, loose",

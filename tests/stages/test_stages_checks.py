@@ -31,6 +31,7 @@ from rftfit.measure.checks_surface import linearity
 from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.flags import flagged_with, flags_of
 from rftfit.measure.laws import other_laws
+from rftfit.measure.verdicts import CHECKS
 
 MEDIUM = "poppy_CP"
 LUCK = np.random.default_rng(1)
@@ -118,7 +119,7 @@ def test_a_mistake_is_named_with_what_mends_it(
     found: Any = table.set_index("check").loc[check]
     assert (found["verdict"], found["effect"]) == ("failed", effect)
     assert re.match(said, found["sentence"]), found["sentence"]
-    assert alpha["checks"].str.contains(check).all()
+    assert alpha["checks"].str.contains(CHECKS[check].fault).all()
     assert alpha["checks"].str.startswith(effect).all()
 
 
@@ -175,7 +176,9 @@ def test_an_accepted_medium_is_used_and_says_why(lab):
     table, alpha, _ = judged(lab)
     found = table.set_index("check").loc["symmetry"]
     assert (found["verdict"], found["effect"]) == ("accepted", "")
-    assert (alpha["checks"] == f"accepted: fails symmetry: {why}").all()
+    assert (
+        alpha["checks"] == f"accepted: plates straight down are pushed to one side: {why}"
+    ).all()
 
 
 def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):

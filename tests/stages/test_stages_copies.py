@@ -28,6 +28,8 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
         (stress("a", 0, 90) + stress("b", 30, 90, seed=1), "passed", "no run is there twice"),
         (stress("a", 0, 90) + stress("b", 0, 45), "failed", TWICE.format("a", "b")),
         (stress("a", 0, 90) + stress("rep2", 0, 90), "failed", TWICE.format("a", "rep2")),
+        # one plate under both of its angles
+        (stress("a", -90, 45) + stress("b", 90, 45), "passed", "no run is there twice"),
         # no copy, but digits that are equal by chance
         (stress("a", 0, 90, 3, digits=1) + stress("b", 0, 90, 3, 1, 1), "not checked", "no run has enough"),
         (["a,0,90,0.3,0", "b,0,90,0.3,0"], "not checked", "a table of alpha, or of few depths"),

@@ -21,8 +21,8 @@ from rftfit.workflow.state import read_states
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 WHY = "weighed in 1998 with another scale"
-MARK = "unusable: fails size (results/checks)"
-ACCEPTED = f"accepted: fails size: {WHY}"
+MARK = "unusable: alpha is not as large as expected (results/checks)"
+ACCEPTED = f"accepted: alpha is not as large as expected: {WHY}"
 
 
 @pytest.fixture(scope="module")

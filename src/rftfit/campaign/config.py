@@ -861,8 +861,8 @@ class RobotRuns(Model):
     """the robot's own file, relative to the campaign's folder; default: the paper's robot,
     config/robot.yaml of the program"""
     runs: str | None = None
-    """sheet of its marker tracks, relative to the raw folder; default: the speeds of Fig. 4C where the
-    medium is the paper's loose poppy seeds, else nothing is compared"""
+    """sheet of its marker tracks, relative to the raw folder; default: the speeds of Fig. 4C where
+    robot and medium are the paper's, else nothing is compared"""
 
 
 class Config(Model):

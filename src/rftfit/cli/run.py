@@ -87,7 +87,7 @@ def run(
     if dry_run:
         progress = workflow.dry_run()
     else:
-        with _display() as workflow.on_job:
+        with _display(workflow.seconds_left) as workflow.on_job:
             progress = workflow.run()
     if progress.nothing_to_do:
         say("Nothing to do: all results are up to date.")
@@ -136,8 +136,10 @@ def _split(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 @contextmanager
-def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
-    """Show jobs as they finish: a bar in a terminal, one line for each in a pipe or file."""
+def _display(
+    seconds_left: Callable[[Progress], float | None],
+) -> Iterator[Callable[[Progress, Job | None], None]]:
+    """Show jobs as they finish: a bar and the time left in a terminal, one line for each in a pipe or file."""
     if not sys.stdout.isatty():
 
         def line(progress: Progress, finished: Job | None) -> None:
@@ -154,19 +156,30 @@ def _display() -> Iterator[Callable[[Progress, Job | None], None]]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        TextColumn("{task.fields[left]}"),
         TextColumn("{task.description}"),
     )
     with Bars(*columns) as bars:
-        task = bars.add_task("finding what has to be done", total=None)
+        task = bars.add_task("finding what has to be done", total=None, left="")
 
         def bar(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 failed = f", {len(progress.failed)} failed" if progress.failed else ""
                 bars.update(task, description=f"{finished}{failed}")
             if progress.total:
-                bars.update(task, total=progress.total, completed=progress.done)
+                left = words_of(seconds_left(progress))
+                bars.update(task, total=progress.total, completed=progress.done, left=left)
 
         yield bar
+
+
+def words_of(seconds: float | None) -> str:
+    """Say about how much time is left: tens of seconds, then minutes; empty where it is not known."""
+    if seconds is None:
+        return ""
+    if seconds < 55:
+        return f"about {max(10, 10 * round(seconds / 10))} s left"
+    return f"about {round(seconds / 60)} min left"
 
 
 def closing_lines(recorded: Recorded) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import leg_panels, maps, style
+from rftfit.figures.labels import usable
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import by_run, draw_thin, stress_of
@@ -37,20 +38,32 @@ def _panel(title: str) -> tuple[Figure, Axes]:
 
 def mapped(results: Results) -> tuple[str, pd.DataFrame, str]:
     """The medium whose map is shown, its table and how alpha is known: the one pushed in most directions."""
-    known = {one.name: int(one.alpha["alpha_z_N_per_cm3"].notna().sum()) for one in results}
-    medium = max(known, key=known.__getitem__)
-    if known[medium] >= FEWEST:
-        return medium, results[medium].alpha, "measured"
-    few = {name: table for name in known if len(table := results.table(f"maps/{name}.csv"))}
-    medium = next(iter(few), medium)
-    return medium, few.get(medium, results[medium].alpha[:0]), "estimated"
+    media = usable(results, results.media) or results.media
+    known = {name: int(results[name].alpha["alpha_z_N_per_cm3"].notna().sum()) for name in media}
+    ranked = sorted(known, key=known.__getitem__, reverse=True)
+    alpha = results[ranked[0]].alpha
+    if known[ranked[0]] >= FEWEST and maps.lies_on_grid(alpha):
+        return ranked[0], alpha, "measured"
+    for name in ranked:
+        if len(table := results.table(f"maps/{name}.csv")):
+            return name, table, "estimated"
+    return ranked[0], alpha[:0], "estimated"
+
+
+def _map_caption(results: Results, _: str) -> str:
+    signs = (
+        "Red pushes the plate up, blue pulls it down; hatched: does not oppose the vertical motion."
+    )
+    if mapped(results)[2] == "measured":
+        return f"{signs} Good: smooth from cell to cell."
+    return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
 
 
 @figure(
     "first_map",
     reads=("alpha/{media}.csv", "maps/{media}.csv"),
     section="summary",
-    caption="Red pushes the plate up, blue pulls it down. Good: smooth from cell to cell.",
+    caption=_map_caption,
     shown=lambda results, _: len(mapped(results)[1]),
 )
 def first_map(results: Results) -> Figure:
@@ -64,12 +77,15 @@ def first_map(results: Results) -> Figure:
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
     if maps.lies_on_grid(table):
         maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
+    if how == "estimated":
+        maps.add_pushes(axes, results[medium].alpha)
     return page
 
 
 def _peaks(results: Results) -> pd.DataFrame:
     """Measured and predicted peaks, by the measured table or, where that is not whole, by the map."""
     errors = results.table("leg_errors.csv")
+    errors = errors[errors["medium"].isin(usable(results, results.media))]
     known = errors[errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])]
     return known.sort_values("profile").drop_duplicates(["medium", "leg", "component"], keep="last")
 
@@ -130,7 +146,7 @@ def first_peaks(results: Results) -> Figure:
         )
     ),
     section="summary",
-    caption="What the line through zero leaves of the stress. Good: noise about zero, without a bend.",
+    caption="Stress less alpha times depth, of every run. Good: noise about zero, without a bend.",
     shown=lambda results, _: _lined(results),
 )
 def first_lines(results: Results) -> Figure:
@@ -143,20 +159,20 @@ def first_lines(results: Results) -> Figure:
     fits = (
         table[table["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
     )
-    for run, trace in by_run(stress_of(results, medium)).items():
-        inside = trace["in_window"] > 0
-        if run in fits.index and inside.any():
-            rest = trace["stress_z_N_per_cm2"] - fits[run] * trace["depth_cm"]
-            largest = float(np.nanmax(np.abs(trace["stress_z_N_per_cm2"][inside]))) or 1.0
-            percent = np.where(inside, 100 * rest / largest, np.nan)
-            draw_thin(
-                axes,
-                trace["depth_cm"],
-                percent,
-                color=style.COMPONENT_COLOURS["z"],
-                linewidth=0.6,
-                alpha=0.6,
-            )
+    look = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
+    fitted = {
+        run: {
+            name: np.where(trace["in_window"] > 0, column, np.nan) for name, column in trace.items()
+        }
+        for run, trace in by_run(stress_of(results, medium)).items()
+        if run in fits.index and (trace["in_window"] > 0).any()
+    }
+    stresses = [np.abs(trace["stress_z_N_per_cm2"]) for trace in fitted.values()]
+    # of all runs: in one that feels little, noise would fill the panel
+    largest = max((float(np.nanmax(stress)) for stress in stresses), default=0.0) or 1.0
+    for run, trace in fitted.items():
+        rest = trace["stress_z_N_per_cm2"] - fits[run] * trace["depth_cm"]
+        draw_thin(axes, trace["depth_cm"], 100 * rest / largest, **look)
     style.zero_line(axes)
     axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress)")
     return page
@@ -164,7 +180,7 @@ def first_lines(results: Results) -> Figure:
 
 def _lined(results: Results) -> str:
     """The first medium with a slanted run that has a line."""
-    for one in results:
+    for one in (results[name] for name in usable(results, results.media) or results.media):
         fits = one.fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():
             return one.name

@@ -52,16 +52,16 @@ def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",
     caption=(
-        "Coefficients of the media over their zeta (thin), and their mean, the generic M0 (thick); below, the generic "
-        "profile, and alpha over zeta against it. Good: the media lie together, points along the lines."
+        "Coefficients of the media over zeta (thin), and their mean M0 (thick); below, alpha of M0, and alpha over "
+        "zeta against it. Good: the media lie together."
     ),
-    shown=lambda results, _: not why_no_fit(_tables(results)[1], "zeta"),
+    shown=lambda results, _: not why_no_fit(results, _tables(results)[1], "zeta"),
 )
 def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method = results.config.fourier.method
     rows, scaled = _tables(results)
-    if why := why_no_fit(scaled, "zeta"):
+    if why := why_no_fit(results, scaled, "zeta"):
         return style.missing(f"no generic profile by {method}", why)
     generic = kept_coefficients(results, GENERIC)
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))

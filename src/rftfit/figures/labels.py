@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from rftfit.figures.style import number
-from rftfit.measure.flags import flagged_with
+from rftfit.measure.flags import codes_of, flagged_with
+from rftfit.measure.verdicts import UNUSABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -63,6 +64,12 @@ def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
     """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
     high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
     return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
+
+
+def usable(results: Results, media: Iterable[str]) -> list[str]:
+    """Those of the media that fail no check that makes them unusable."""
+    marks = {name: codes_of(results.marks.get(name, ())) for name in media}
+    return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
 def tared(results: Results, runs: pd.DataFrame) -> bool:

@@ -300,7 +300,9 @@ _DASHES: tuple[Any, ...] = (
         "Measured forces over zeta in the laboratory media. Good: all curves fall together, on the black generic "
         "prediction."
     ),
-    shown=lambda results, _: not why_no_fit(labels.of_method(results, "penetration.csv"), "zeta"),
+    shown=lambda results, _: (
+        not why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
+    ),
 )
 def forces_over_zeta(results: Results) -> Figure:
     """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
@@ -309,7 +311,7 @@ def forces_over_zeta(results: Results) -> Figure:
     zeta (one and the same curve), its band the widest of their intervals.
     """
     own, method = labels.of_method(results, "penetration.csv"), results.config.fourier.method
-    if why := why_no_fit(own, "zeta"):
+    if why := why_no_fit(results, own, "zeta"):
         return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
     zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))

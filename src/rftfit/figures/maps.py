@@ -45,7 +45,7 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 
 _MAPS_CAPTION = (
-    "Measured alpha over attack angle beta and direction of motion gamma, and the half width of its interval. "
+    "Measured alpha over attack angle beta and direction of motion gamma, and half its interval. "
     "Red pushes up or toward +x. Good: smooth from cell to cell."
 )
 
@@ -72,7 +72,7 @@ def alpha_maps(results: Results) -> Figure:
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
-    caption=_MAPS_CAPTION + " Arrows: how plates move; circles: runs of the stress figure.",
+    caption=_MAPS_CAPTION + " Circles: runs of the stress figure.",
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
@@ -130,11 +130,16 @@ def estimated_maps(results: Results) -> Figure:
         return style.missing("no map was estimated", ["no medium with few pushes has a slope"])
     page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
     for row, name in enumerate(media):
-        pushed = results[name].alpha.dropna(subset=["alpha_z_N_per_cm3"])
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
-            axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=6, clip_on=False,
-                      markerfacecolor="none", color="black")  # fmt: skip
+            add_pushes(axes, results[name].alpha)
     return page
+
+
+def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
+    """Mark the directions of an alpha table that were pushed."""
+    pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=6, clip_on=False,
+              markerfacecolor="none", color="black")  # fmt: skip
 
 
 def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
@@ -198,7 +203,7 @@ def _has_holes(table: pd.DataFrame, column: str) -> bool:
 
 def _fitted(results: Results, medium: str = "") -> bool:  # noqa: ARG001
     """Whether any medium has nine terms by the configured method."""
-    return not why_no_fit(labels.of_method(results, "coefficients.csv"), "value_N_per_cm3")
+    return not why_no_fit(results, labels.of_method(results, "coefficients.csv"), "value_N_per_cm3")
 
 
 @figure(
@@ -215,7 +220,7 @@ def _fitted(results: Results, medium: str = "") -> bool:  # noqa: ARG001
 def fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
     method, fits = results.config.fourier.method, labels.of_method(results, "coefficients.csv")
-    if why := why_no_fit(fits, "value_N_per_cm3"):
+    if why := why_no_fit(results, fits, "value_N_per_cm3"):
         return style.missing(f"no nine-term fit by {method}", why)
     models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
@@ -241,7 +246,7 @@ def depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
     profile = _depth_only(results, medium)
     if np.isnan(profile.values).any():
-        return style.missing(f"{medium}: no depth-only model", [profile.reason])
+        return style.missing(f"{results.titles[medium]}: no depth-only model", [profile.reason])
     heads = "depth-only", "measured minus depth-only"
     return _draw_models(results, {medium: profile.alpha}, *heads)
 
@@ -268,12 +273,15 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
     return page
 
 
-def why_no_fit(fits: pd.DataFrame, column: str) -> list[str]:
+def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
     """Say of every medium why fits have no number in a column; nothing where any has one."""
     if fits[column].notna().any():
         return []
     rows = fits.drop_duplicates("medium")
-    told = [f"{m}: {why}" for m, why in zip(rows["medium"], rows["reason"], strict=True)]
+    told = [
+        f"{results.campaign.titles.get(m, m)}: {why}"
+        for m, why in zip(rows["medium"], rows["reason"], strict=True)
+    ]
     return told or ["no laboratory medium"]
 
 

@@ -170,7 +170,9 @@ def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
-        return style.missing(f"{medium}: no run of which recording and result could be drawn")
+        return style.missing(
+            f"{results.titles[medium]}: no run of which recording and result could be drawn"
+        )
     width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
     last_top, last_height = _ROWS_CM[-1]
     page = style.new_figure(width, _TOP_CM + last_top + last_height + (1.75 if width > 14 else 2.4))
@@ -337,7 +339,7 @@ def tare(results: Results, medium: str) -> Figure:
     if known.empty:
         nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
         why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
-        return style.missing(f"{medium}: no plate run has a tare to draw", why)
+        return style.missing(f"{results.titles[medium]}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     depth = part["depth_cm"].to_numpy(float)
@@ -408,7 +410,7 @@ def clocks(results: Results, medium: str) -> Figure:
         with suppress(RunRefused):
             traces.append(ingest_run(config, run, pair, ledger, compliance))
     if all(trace.alignment is None for trace in traces):
-        return style.missing(f"{medium}: no run whose clocks were estimated")
+        return style.missing(f"{results.titles[medium]}: no run whose clocks were estimated")
     return draw_clocks(traces)
 
 

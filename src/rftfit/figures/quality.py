@@ -49,7 +49,7 @@ def quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
     fits = results[medium].fits
     if fits.empty:
-        return [style.missing(f"{medium}: no plate run to draw")]
+        return [style.missing(f"{results.titles[medium]}: no plate run to draw")]
     return draw_quality(stress_of(results, medium), fits, results[medium].title)
 
 

@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from rftfit.errors import InputError
+from rftfit.figures.labels import usable
 from rftfit.figures.style import mark, stamp, styled
 from rftfit.measure.flags import say
 
@@ -165,6 +166,8 @@ def _marks(results: Results, section: str, medium: str = "") -> list[str]:
     elif section in ("Robot", "Natural sands"):
         robot = (campaign.robot_medium,)
         shown = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
+    elif section == "summary":
+        shown = usable(results, shown) if usable(results, campaign.titles) else shown
     return [f"{titles[name]}: {say(marks[name])}" for name in shown if name in marks]
 
 

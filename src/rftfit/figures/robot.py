@@ -391,7 +391,7 @@ def _run_name(curvature: float, frequency: float) -> str:
     section="Robot",
     paper="Fig. 4A",
     caption=(
-        "The simulated robot as one tripod passes below its hips, and the force on every element of that tripod. "
+        "One tripod of the simulated robot below its hips, with the force on every element. "
         "Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium."
     ),
     shown=lambda results, _: len(results.table("robot/stances.csv")),

@@ -181,7 +181,14 @@ def check_logs(measured: Measured) -> Check:
         )
     what = "run" if of_table else "log"
     where = "at these runs in the table" if of_table else "at force_log of these runs"
-    copied = [name for name in sheet if copies.get(name)]
+    # a table may state the plate at 90 degrees, which is the one at -90, under both angles
+    copied = [
+        name
+        for name in sheet
+        if any(
+            abs(sheet[name].beta_deg - sheet[one].beta_deg) != 180 for one in copies.get(name, ())
+        )
+    ]
     found = f"no {what} is there twice"
     if copied:
         first = f"{copied[0]} and {', '.join(copies[copied[0]])}"

@@ -229,9 +229,9 @@ SENTENCES = {
     "not-simulated": "this condition was not simulated",
     "speed-not-positive": "no share of a measured speed that is not positive",
     # what fails the checks of a medium
-    "unusable": "unusable: fails {checks} (results/checks)",
-    "doubtful": "doubtful: fails {checks} (results/checks)",
-    "accepted": "accepted: fails {check}: {why}",
+    "unusable": "unusable: {faults} (results/checks)",
+    "doubtful": "doubtful: {faults} (results/checks)",
+    "accepted": "accepted: {fault}: {why}",
     # what rows were used for
     **{
         code: code.replace("-", " ")

@@ -28,13 +28,14 @@ UNUSABLE, DOUBTFUL = "unusable", "doubtful"
 
 
 class Rule(NamedTuple):
-    """What follows for a medium that fails a check, what the check asks, and what must be put right before.
+    """What follows for a medium that fails a check, what good and what bad data do, and what must be put right before.
 
     A failure of one of `after` comes first: the check's own would be another name of it.
     """
 
     effect: str
-    question: str
+    good: str
+    fault: str
     after: tuple[CheckName, ...] = ()
 
 
@@ -42,23 +43,56 @@ _LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
 _ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
 CHECKS: dict[str, Rule] = {
     "channels": Rule(
-        UNUSABLE, "no channel is dead, frozen or cut off, or in some runs reversed or another's"
+        UNUSABLE,
+        "no force channel is dead, frozen, clipped, reversed or exchanged in some runs",
+        "a force channel is dead, frozen, clipped, reversed or exchanged",
     ),
-    "rods": Rule(UNUSABLE, "rods feel less than plates", ("channels",)),
-    "work": Rule(UNUSABLE, "the medium takes energy", _LOGS),
+    "rods": Rule(
+        UNUSABLE, "rods feel less than plates", "rods feel as much as plates", ("channels",)
+    ),
+    "work": Rule(
+        UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS
+    ),
     "symmetry": Rule(
-        UNUSABLE, "plates at beta and -beta straight down feel opposite horizontal forces", _ALPHA
+        UNUSABLE,
+        "plates straight down are not pushed to one side",
+        "plates straight down are pushed to one side",
+        _ALPHA,
     ),
-    "up_down": Rule(DOUBTFUL, "down is harder than up", _ALPHA),
-    "drift": Rule(DOUBTFUL, "the zero of the force stays where it is", ("channels", "rods")),
-    "surface": Rule(DOUBTFUL, "stress begins at the surface, in all runs alike", _LOGS),
-    "linearity": Rule(DOUBTFUL, "stress is proportional to depth", (*_LOGS, "surface")),
-    "steadiness": Rule(DOUBTFUL, "horizontal runs are steady", _LOGS),
+    "up_down": Rule(
+        DOUBTFUL, "down is harder than up", "up is harder than down for a level plate", _ALPHA
+    ),
+    "drift": Rule(
+        DOUBTFUL,
+        "the zero of the force stays where it is",
+        "the zero of the force drifts",
+        ("channels", "rods"),
+    ),
+    "surface": Rule(
+        DOUBTFUL,
+        "stress begins at the surface in all runs alike",
+        "stress does not begin at the stated surface",
+        _LOGS,
+    ),
+    "linearity": Rule(
+        DOUBTFUL,
+        "stress is proportional to depth",
+        "stress is not proportional to depth",
+        (*_LOGS, "surface"),
+    ),
+    "steadiness": Rule(
+        DOUBTFUL, "horizontal runs are steady", "horizontal runs are not steady", _LOGS
+    ),
     "repeats": Rule(
-        DOUBTFUL, "each run is as the other runs say", (*_ALPHA, "symmetry", "surface")
+        DOUBTFUL,
+        "each run agrees with the others",
+        "single runs disagree with the others",
+        (*_ALPHA, "symmetry", "surface"),
     ),
-    "same_logs": Rule(UNUSABLE, "no log is there twice"),
-    "size": Rule(UNUSABLE, "alpha is as large as expected", _LOGS),
+    "same_logs": Rule(UNUSABLE, "no log or run is there twice", "a log or run is there twice"),
+    "size": Rule(
+        UNUSABLE, "alpha is as large as expected", "alpha is not as large as expected", _LOGS
+    ),
 }
 assert tuple(CHECKS) == get_args(CheckName)
 
@@ -149,18 +183,26 @@ def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     return f"{'rows' if len(wanted) > 1 else 'row'} {listed} of the run sheet"
 
 
+def faults_of(checks: Iterable[str]) -> str:
+    """What failed checks say of a medium, in words."""
+    return " and ".join(CHECKS[check].fault for check in checks)
+
+
 def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
     """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
     found = {}
     for medium, rows in checks.groupby("medium", sort=False):
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
-            failed = ", ".join(rows.loc[rows["effect"] == effect, "check"])
-            marks += [remark(effect, checks=failed)] if failed else []
+            failed = rows.loc[rows["effect"] == effect, "check"]
+            marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
         # by the config as it is now, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
         accepted = rows.loc[rows["verdict"] == ACCEPTED, "check"]
-        marks += [remark(ACCEPTED, check=check, why=accept.get(check, "")) for check in accepted]
+        marks += [
+            remark(ACCEPTED, fault=CHECKS[check].fault, why=accept.get(check, ""))
+            for check in accepted
+        ]
         if marks:
             found[str(medium)] = marks
     return found

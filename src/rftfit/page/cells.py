@@ -44,30 +44,25 @@ class Column:
     `heading`: With its unit.
     `cell`: What it shows of a row.
     `look`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
-    `label`: What stands before the value on a narrow screen, where a row becomes a card; the heading
-        by default.
     """
 
     heading: str
     cell: Callable[[Row], Cell]
     look: str = ""
-    label: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """One table of the page; the first column names the row.
+    """One table of the page; the first column names the row, which becomes a card on a narrow screen.
 
     `label`: For those who hear the page.
     `tall`: Whether it scrolls within its own frame.
-    `cards`: Whether rows become cards on a narrow screen.
     """
 
     label: str
     columns: Sequence[Column]
     rows: Sequence[Row]
     tall: bool = False
-    cards: bool = False
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

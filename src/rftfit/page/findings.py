@@ -10,12 +10,21 @@ import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.compare.sensitivity import shapes
-from rftfit.figures.labels import in_brackets, name_of, percent, pushes_of_sands, span, with_span
+from rftfit.figures.labels import (
+    PROFILES,
+    in_brackets,
+    name_of,
+    of_method,
+    percent,
+    pushes_of_sands,
+    span,
+    usable,
+    with_span,
+)
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
-from rftfit.measure.flags import codes_of
-from rftfit.measure.verdicts import UNUSABLE
+from rftfit.measure.verdicts import PASSED
 from rftfit.page.cells import Row, records
 from rftfit.page.outcome import NOTHING, SOUND, verdict_of
 from rftfit.results import Results
@@ -38,30 +47,24 @@ class Finding(NamedTuple):
 
 def findings(results: Results) -> list[Finding]:
     """How well was measured, what is predicted and why it is off; then the rest."""
-    parts = (_measured, _legs, _why, _pushes, _sands, _robot, _turned)
+    parts = (_measured, _legs, _simulated, _why, _pushes, _sands, _robot, _fitted, _turned)
     return [one for part in parts for one in part(results)]
-
-
-def usable(results: Results, media: Iterable[str]) -> list[str]:
-    """Those of the media that fail no check that makes them unusable."""
-    marks = {name: codes_of(results.marks.get(name, ())) for name in media}
-    return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
 def _measured(results: Results) -> Iterable[Finding]:
     """Whether the data are sound, and how hard the media are to a level plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
-    bad = [
-        f"{titles[name]} {'has' if word == NOTHING else 'is'} {word}{in_brackets(why)}"
-        for name, (word, why) in verdicts.items()
-        if word != SOUND
-    ]
-    answer = "yes" if not bad else "no" if len(bad) == len(verdicts) else "in part"
-    told = (
-        [f"Measured well: {answer}", *bad]
-        if bad
-        else ["Measured well: yes, no check finds a fault"]
-    )
+    alike: dict[tuple[str, str], list[str]] = {}
+    for name, verdict in verdicts.items():
+        alike.setdefault(verdict, []).append(titles[name])
+    sound = len(alike.pop((SOUND, ""), ()))
+    made = results.checks.loc[results.checks["verdict"] == PASSED, "check"].nunique()
+    told = [f"Measured well: {'no' if not sound else 'in part' if alike else 'yes'}"]
+    if not alike:
+        told = [f"{told[0]}, none of the {made} checks that its runs allow finds a fault"]
+    for (word, why), names in alike.items():
+        verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
+        told.append(f"{listed(names)} {verb} {word}{in_brackets(why)}")
     found = []
     for name in usable(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
@@ -72,7 +75,8 @@ def _measured(results: Results) -> Iterable[Finding]:
         f"{with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
         for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
     ]
-    size = f" Straight down, alpha_z is {' to '.join(sizes)}." if sizes else ""
+    ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
+    size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
     yield Finding(f"{'; '.join(told)}.{size}", "believed")
 
 
@@ -111,20 +115,16 @@ def _why(results: Results) -> Iterable[Finding]:
     told = []
     if ends := span(low, high, 0):
         errors = "the stated errors" if profile == "table" else "the errors of the map"
-        holds = (
-            f"includes zero: {errors} can"
-            if low <= 0 <= high
-            else f"leaves zero out: {errors} do not"
-        )
+        can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
         told.append(
-            f"the interval of the largest error ({ends} %, {name_of(worst['leg'])}) {holds} explain it"
+            f"{errors} {can} explain the largest error ({name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
         )
     varied = shapes(results.table("leg_sensitivity.csv"))
     best = max(varied, key=lambda one: one.lifts, default=None)
     if best is not None and best.lifts > varied[0].lifts:
         told.append(
-            f"the shape of the legs matters: {best.lifts} of {best.of} peak lifts, not {varied[0].lifts}, are within "
-            f"{WITHIN_PERCENT:g} % with another shape ({best.name})"
+            f"{best.lifts} of {best.of} peak lifts, not {varied[0].lifts}, are within {WITHIN_PERCENT:g} % with the best of "
+            f"{len(varied) - 1} other shapes of the legs ({best.name})"
         )
     if told:
         yield Finding(f"Why: {'; '.join(told)}.", "legs")
@@ -156,8 +156,8 @@ def _pushes(results: Results) -> Iterable[Finding]:
             )
     if single:
         yield Finding(
-            "Why so wide: one push tells how strong a medium is, not whether it has the shape of known media; rftfit plan "
-            "names the next best push.",
+            "Why these intervals are wide: one push tells how strong a medium is, not whether it has the shape of known "
+            "media; rftfit plan names the next best push.",
             "calculator",
         )
 
@@ -183,6 +183,26 @@ def _sands(results: Results) -> Iterable[Finding]:
             yield Finding(f"{start}, the peak lift is off by at most {listed(told)}.", "sands")
 
 
+def _simulated(results: Results) -> Iterable[Finding]:
+    """How fast a robot runs of which no speed was measured."""
+    if not results.campaign.robot_medium:
+        return
+    errors, speeds = (results.table(f"robot/{name}.csv") for name in ("errors", "speed"))
+    # legs that turn faster than resistive forces hold have a warning
+    slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
+    if len(slow) and errors["measured_cm_per_s"].isna().all():
+        profile = next(one for one in PROFILES if one in set(slow["profile"]))
+        row = max(
+            records(slow[slow["profile"] == profile]), key=lambda row: float(row["speed_cm_per_s"])
+        )
+        yield Finding(
+            f"Simulated with the {name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s, at "
+            f"{row['frequency_Hz']:.3g} Hz with R'/r = {number(row['curvature_times_R'], 2)}, as far as resistive forces hold; "
+            "no speed was measured.",
+            "robot",
+        )
+
+
 def _robot(results: Results) -> Iterable[Finding]:
     """How near the simulated robot comes."""
     if not results.campaign.robot_medium:
@@ -197,6 +217,24 @@ def _robot(results: Results) -> Iterable[Finding]:
                 "robot",
             )
             return
+
+
+def _fitted(results: Results) -> Iterable[Finding]:
+    """What nine terms miss of the measured table."""
+    rows = of_method(results, "coefficients.csv")
+    rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
+    missed = [
+        100
+        * row["misfit_rms_N_per_cm3"]
+        / results[row["medium"]].alpha["alpha_z_N_per_cm3"].abs().max()
+        for row in records(rows[rows["medium"].isin(usable(results, results.laboratory))])
+    ]
+    if missed:
+        ends = dict.fromkeys(number(end, 0) for end in (min(missed), max(missed)))
+        yield Finding(
+            f"Nine terms miss the measured alpha_z by {' to '.join(ends)} % of its largest value (root mean square).",
+            "coefficients",
+        )
 
 
 def _turned(results: Results) -> Iterable[Finding]:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.figures.labels import PROFILES, name_of
+from rftfit.figures.labels import PROFILES, name_of, usable
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import own_flags, shared_flags
@@ -41,7 +41,6 @@ from rftfit.model.scaling import (
     scale_new_medium,
 )
 from rftfit.model.shapes import Pushes, estimate, usual_error
-from rftfit.page.findings import usable
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.results import Results
 

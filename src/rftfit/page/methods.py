@@ -10,7 +10,15 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
-from rftfit.figures.labels import PROFILES, lift_errors, name_of, of_method, predicted_by, tared
+from rftfit.figures.labels import (
+    PROFILES,
+    lift_errors,
+    name_of,
+    of_method,
+    predicted_by,
+    tared,
+    usable,
+)
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
@@ -20,7 +28,7 @@ from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import GENERIC, published
-from rftfit.page.findings import listed, usable
+from rftfit.page.findings import listed
 from rftfit.page.live import scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results

@@ -19,6 +19,8 @@ from rftfit.measure.verdicts import (
     NOT_CHECKED,
     PASSED,
     UNUSABLE,
+    as_sentence,
+    faults_of,
 )
 from rftfit.page.cells import records
 from rftfit.results import Results
@@ -141,12 +143,11 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     """Verdict on a medium in one word, and why."""
     table = results.checks
     rows = table[(table["medium"] == medium) & table["verdict"].isin([FAILED, ACCEPTED])]
-    failed = ", ".join(rows["check"])
     for word in (UNUSABLE, DOUBTFUL):
         if (rows["effect"] == word).any():
-            return word, f"fails {failed}"
+            return word, faults_of(rows["check"])
     if len(rows):
-        return DOUBTFUL, f"fails {failed}, which the config accepts"
+        return DOUBTFUL, f"{faults_of(rows['check'])}, which the config accepts"
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
     if (flag := remark("no-tare")) in shared_flags(results[medium].fits):
@@ -180,13 +181,20 @@ def believed(results: Results) -> dict[str, Any]:
     for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
         where = ", ".join(titles[medium] for medium in rows["medium"])
         everywhere = len(rows) == len(results.media)
-        unchecked.append(CHECKS[str(check)].question + ("" if everywhere else f" ({where})"))
+        unchecked.append(CHECKS[str(check)].fault + ("" if everywhere else f" ({where})"))
+    verdicts = {medium: verdict_of(results, medium) for medium in results.media}
     return {
         "failed": [
             (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
             for row in records(failed)
+        ]
+        # what no check tells
+        + [
+            (medium, titles[medium], word, as_sentence(why))
+            for medium, (word, why) in verdicts.items()
+            if word == DOUBTFUL and medium not in set(failed["medium"])
         ],
-        "passed": [CHECKS[check].question for check in dict.fromkeys(good["check"])],
+        "passed": [CHECKS[check].good for check in dict.fromkeys(good["check"])],
         "unchecked": unchecked,
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),

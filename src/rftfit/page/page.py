@@ -126,10 +126,11 @@ def context(results: Results) -> dict[str, Any]:
         "pictures": found,
         "first": [one for one in found if one.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
-        "legs_stated": bool(config.legs),
+        "legs_judged": bool(errors.rows),
         "names": names,
         "reenacted": results.campaign.reenacted,
         "level": level(results),
+        "intervals": any(one.alpha["alpha_z_lo_N_per_cm3"].notna().any() for one in results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
         "believed": believed(results),
@@ -236,8 +237,9 @@ def _picture(results: Results, one: Declared, medium: str) -> Picture:
 
 
 def quantities(text: str) -> Markup:
-    """Write Greek letters and components as an index; the text itself is escaped."""
-    return Markup(_INDEXED.sub(r"\1\3<sub>\2\4</sub>", str(escape(greek(text)))))
+    """Write Greek letters, components as an index, and no break before a percent sign; the text itself is escaped."""
+    text = greek(text).replace(" %", "\N{NO-BREAK SPACE}%")
+    return Markup(_INDEXED.sub(r"\1\3<sub>\2\4</sub>", str(escape(text))))
 
 
 def _kinds(results: Results) -> list[str]:

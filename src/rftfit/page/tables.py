@@ -55,9 +55,13 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def title(row: Row) -> Cell:
         used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
-        sand = "natural sand" if row["medium"] in results.sands else ""
-        runs = f"{used} run{'s' * (used != 1)} used" + (f", {lost} dropped" if lost else "")
-        return Cell(title_of(results, row["medium"]), (sand, runs))
+        told = [f"{used} run{'s' * (used != 1)} used"]
+        told = ["natural sand"] * (row["medium"] in results.sands) + told
+        # the verdict stands beside it
+        return Cell(
+            results.campaign.titles[row["medium"]],
+            (", ".join([*told, f"{lost} dropped"] if lost else told),),
+        )
 
     def data(row: Row) -> Cell:
         word, why = verdict_of(results, row["medium"])
@@ -76,12 +80,11 @@ def summary(results: Results, outcome: Outcome) -> Table:
         link = "" if code == NOT_TESTED else section
         return Cell(VERDICT_WORDS[code], (note,), f"verdict {look}", link)
 
-    model = [Column("Model on legs", on_legs, label="model on legs")] if results.config.legs else []
+    model = [Column("Model on legs", on_legs)] if results.config.legs else []
     return Table(
         "Summary table",
         [Column("Medium", title), Column("Data", data), *model],
         [{"medium": medium} for medium in results.media],
-        cards=True,
     )
 
 
@@ -314,7 +317,6 @@ def sands(results: Results) -> Table:
             number_column(ZETA, "zeta", ends="zeta_{}"),
         ],
         _untold(results, "sands.csv"),
-        cards=True,
     )
 
 
@@ -399,8 +401,8 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
     others = [row for row in rows if row["verdict"] != SAME]
     return (
         counts,
-        Table("Items that are not the same", columns, others, tall=True, cards=True),
-        Table("All items", columns, rows, tall=True, cards=True),
+        Table("Items that are not the same", columns, others, tall=True),
+        Table("All items", columns, rows, tall=True),
     )
 
 
@@ -417,7 +419,6 @@ def dropped(results: Results, outcome: Outcome) -> Table:
         ],
         outcome.dropped,
         tall=True,
-        cards=True,
     )
 
 

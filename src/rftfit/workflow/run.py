@@ -16,6 +16,7 @@ from typing import Any
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
+from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import Finding, Recorded
 from rftfit.workflow.snakemake import (
@@ -100,6 +101,7 @@ class Workflow:
         self.recorded = Recorded(self.states)
         self.root = self.states.campaign.root
         self.reasons: list[str] = []
+        self._durations = read_durations(self.root)
         _refuse_packages(self.root)
 
     def run(self) -> Progress:
@@ -177,6 +179,8 @@ class Workflow:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
             ) from None
+        if log is not None:
+            keep_durations(self.root, progress)
         if progress.locked:
             raise WorkflowError(self._lock_text())
         if status:
@@ -185,6 +189,10 @@ class Workflow:
             kind = OutputError if nothing_written(progress, self.root) else WorkflowError
             raise JobsFailedError(text, self.report(progress), kind.exit_code)
         return progress
+
+    def seconds_left(self, progress: Progress) -> float | None:
+        """Time until a run is done, s, by the jobs of earlier runs; None where it is not known."""
+        return seconds_left(self._durations, progress, self.cores or os.cpu_count() or 1)
 
     def report(self, progress: Progress) -> RunReport:
         """Summary of a run that has ended."""

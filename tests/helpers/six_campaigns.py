@@ -1,6 +1,6 @@
-"""Five campaigns that page and figures are judged on: whole, one push, scattered, a table, unusable.
+"""Six campaigns that page and figures are judged on: whole, one push, scattered, a table, unusable, own robot.
 
-python tests/helpers/five_campaigns.py FOLDER      writes them and runs their workflows
+python tests/helpers/six_campaigns.py FOLDER      writes them and runs their workflows
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from campaigns import FEW, Folder, make_campaign
+import yaml
+from campaigns import FEW, PROJECT, Folder, make_campaign
 from other_labs import Case, make
 
 from rftfit import reference
@@ -66,12 +67,25 @@ def unusable(root):
         path.write_text(head + table.to_csv(index=False, float_format="%.10g"))
 
 
+def own_robot(root):
+    """A robot of one's own, that of the documentation, on a medium measured in few directions."""
+    make_campaign(root, ("poppy_LP",), directions=FEW, robot=False)
+    page = (PROJECT / "docs" / "howto" / "robot.md").read_text(encoding="utf-8")
+    text = page.partition("<!-- file: walker.yaml -->\n```yaml\n")[2].partition("```")[0]
+    (root / "config" / "walker.yaml").write_text(text, encoding="utf-8")
+    path = root / "config" / "config.yaml"
+    values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    values["robot"] = {"medium": "poppy_LP", "file": "config/walker.yaml"}
+    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+
+
 CAMPAIGNS: dict[str, Callable[[Path], None]] = {
     "demonstration": demonstration,
     "one-push": one_push,
     "scattered": scattered,
     "stress-table": stress_table,
     "unusable": unusable,
+    "own-robot": own_robot,
 }
 
 
