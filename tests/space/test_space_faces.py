@@ -225,5 +225,8 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     off = (face_alpha(plane, normal, velocity) - truth) / np.hypot(
         alpha[..., 2], alpha[..., 0]
     ).max()
-    assert np.sqrt((off**2).mean()) == pytest.approx(CLOSURE, abs=0.001)
-    assert np.linalg.norm(off, axis=-1).max() < 0.24
+    down = (normal[:, 2] < 0) & (velocity[:, 2] < 0)
+    level = normal[:, 2] < -np.cos(np.radians(30)) * np.linalg.norm(normal, axis=-1)
+    for chosen, rms, worst in ((down | True, CLOSURE, 0.23), (down, 0.061, 0.23), (down & level, 0.028, 0.15)):  # fmt: skip
+        assert np.sqrt((off[chosen] ** 2).mean()) == pytest.approx(rms, abs=0.001)
+        assert np.linalg.norm(off[chosen], axis=-1).max() == pytest.approx(worst, abs=0.006)
