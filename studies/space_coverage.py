@@ -44,7 +44,7 @@ def coverage(trials: int = TRIALS) -> None:
         seen = truth + error * random.standard_normal(truth.shape)
         places = random.permutation(BETA_DEG.size)[:PUSHES]
         pushes = Pushes.of(BETA_DEG[places], GAMMA_DEG[places], seen[:, places], error[:, places])
-        found, own = estimate(pushes, shapes).profile, TableProfile(*truth, *NODES)
+        found, own = estimate(pushes, shapes).profile, TableProfile(truth[0], truth[1], *NODES)
         for name, (mesh, motion) in bodies().items():
             table = rftfit.predict(found, mesh, motion)
             force = mesh_forces(own, mesh, motion)[0]
