@@ -120,7 +120,7 @@ def test_intervals_are_quantiles_of_the_draws():
         np.testing.assert_allclose(found, [lo[k], hi[k]], rtol=0.01)
     load = mesh_forces(profile, BALL, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
-    np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-9)
+    np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
 
 
 def test_one_push_gives_a_wider_interval_that_holds_the_map():
