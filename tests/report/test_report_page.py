@@ -208,7 +208,7 @@ def test_numbers_of_the_live_parts(page, results):
     rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
     rows = rows[rows["profile"] == "fourier"]
     np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=1e-5)
-    assert [len(entry["media"]) for entry in data["references"]] == [5, 5]
+    assert [entry["media"] for entry in data["references"]] == [5, 5]
     assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
     assert set(data["profiles"]["yuma"]) == {"map", "generic"}
     assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
@@ -223,7 +223,7 @@ def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
     for use in (False, True):
         config = own.config.model_copy(update={"maps": Maps(own_media=use)})
         known = live_data(Results(dataclasses.replace(own.campaign, config=config)))["push"]
-        assert known["media"].split(", ") == list(reference.MEDIA)
+        assert known["media"] == len(reference.MEDIA)
         largest[use] = np.abs(np.array(known["map"]["x"])).max()
     assert 1.05 < largest[True] / largest[False] < 1.5  # one of five has twice the alpha_x
 
@@ -413,7 +413,7 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     read, data = Reader(page), live(page)
     assert read.open == []
     assert [one["key"] for one in data["media"]] == [medium]
-    assert [tuple(one["media"]) for one in data["references"]] == [published().media]
+    assert [one["media"] for one in data["references"]] == [len(published().media)]
     assert read.tables["coefficients"] == []
     assert "no Fourier series was fitted" in read.text["methods"] or make is sand_results
     if make is sand_results:
