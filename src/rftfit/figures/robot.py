@@ -498,7 +498,7 @@ _MOTION: dict[str, Any] = {
     "robot_motion",
     paper="Fig. 4B",
     caption=(
-        "The robot over two strides; dashed: its mean speed; grey: measured strides, where there are any, shifted to fit. "
+        "The robot over two strides; dashed: its mean speed; grey: measured strides, if any. "
         "Forces are means over 10 ms. Good: the second stride repeats the first; tripods take turns."
     ),
     **_MOTION,
