@@ -170,10 +170,10 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, read):
     assert gravest_doubt(results, HOLED) == ("2 of 91 cells have no alpha", 2)
     assert gravest_doubt(results, "poppy_CP") == ("", 0)
     rows = read.rows("summary")
-    data, model = rows["poppy seeds, loose|2 runs used, 1 dropped"]
+    data, model = rows["poppy seeds, loose|2 runs, 1 dropped"]
     assert data == "sound|2 flags"
     assert model.startswith("within 33 %|reversed c-leg, thrust +29\N{NO-BREAK SPACE}%")
-    assert rows["Yuma sand|natural sand, 1 run used"] == ["sound", "not tested|no leg was measured"]
+    assert rows["Yuma sand|natural sand, 1 run"] == ["sound", "not tested|no leg was measured"]
     assert f"p2: {GAP} (2 flags in all)" in read.text["summary"]
     assert read.rows("dropped")["p2"] == [
         "poppy seeds, loose",
@@ -423,8 +423,7 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     else:
         assert set(data["profiles"]["poppy_LP"]) == {"table"}
         assert (
-            read.rows("summary")["poppy seeds, loose|0 runs used"][0]
-            == "no result|no run gave a slope"
+            read.rows("summary")["poppy seeds, loose|0 runs"][0] == "no result|no run gave a slope"
         )
 
 
