@@ -13,8 +13,10 @@ from grade_map import first_that_takes_energy, from_prior
 from shapes import BETA_DEG, GAMMA_DEG, NODES
 
 import rftfit
+from rftfit.conventions import FloatArray
+from rftfit.model.draws import interval
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import IN_SPACE, mesh_forces
+from rftfit.model.mesh_prediction import IN_SPACE, mesh_draws
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Pushes, estimate, published_shapes, usual_error
 
@@ -34,9 +36,16 @@ def bodies() -> dict[str, tuple[Mesh, Motion3D]]:
     }
 
 
+def weights(mesh: Mesh, motion: Motion3D) -> FloatArray:
+    """Force and moment for an alpha of 1 at each node, z and x: shape (2 n, 6); the measured law is linear in alpha."""
+    unit, count = np.eye(2 * BETA_DEG.size), BETA_DEG.size
+    return mesh_draws(TableProfile(unit[:, :count], unit[:, count:], *NODES), mesh, motion, "measured", None)[:, 0]  # fmt: skip
+
+
 def coverage(trials: int = TRIALS) -> None:
     """How often the 95 % interval holds the force, where the law in space is that of the truth."""
     shapes, inside = published_shapes(), {name: np.zeros((trials, 6)) for name in bodies()}
+    linear = {name: weights(*body) for name, body in bodies().items()}
     for trial in range(trials):
         random = np.random.default_rng([33, trial])
         truth = first_that_takes_energy(lambda random=random: from_prior(shapes, random))  # type: ignore[misc]
@@ -44,16 +53,25 @@ def coverage(trials: int = TRIALS) -> None:
         seen = truth + error * random.standard_normal(truth.shape)
         places = random.permutation(BETA_DEG.size)[:PUSHES]
         pushes = Pushes.of(BETA_DEG[places], GAMMA_DEG[places], seen[:, places], error[:, places])
-        found, own = estimate(pushes, shapes).profile, TableProfile(*truth, *NODES)
-        for name, (mesh, motion) in bodies().items():
-            table = rftfit.predict(found, mesh, motion)
-            force = mesh_forces(own, mesh, motion)[0]
-            ends = [table[[one.replace("_N", f"_{end}_N", 1) for one in IN_SPACE]].to_numpy()[0]
-                    for end in ("lo", "hi")]  # fmt: skip
-            inside[name][trial] = (ends[0] <= force[:6]) & (force[:6] <= ends[1])
+        found = estimate(pushes, shapes)
+        draws = found.draws.reshape(len(found.draws), -1)
+        for name, body in bodies().items():
+            lo, hi = interval(draws @ linear[name], 0.95)
+            force = truth.reshape(-1) @ linear[name]
+            inside[name][trial] = (lo <= force) & (force <= hi)
+            if trial == 0:  # the program's own draws and sums give the same
+                table = rftfit.predict(found.profile, *body)
+                for end, values in (("lo", lo), ("hi", hi)):
+                    own = table[[one.replace("_N", f"_{end}_N", 1) for one in IN_SPACE]].to_numpy()[
+                        0
+                    ]
+                    np.testing.assert_allclose(values, own, atol=1e-6)
     print(f"coverage of 95 % intervals, %, {trials} media, {PUSHES} pushes each")
     for name, one in inside.items():
-        each = ", ".join(f"{what} {100 * share:.1f}" for what, share in zip(IN_SPACE, one.mean(axis=0), strict=True))  # fmt: skip
+        each = ", ".join(
+            f"{what} {100 * share:.1f}"
+            for what, share in zip(IN_SPACE, one.mean(axis=0), strict=True)
+        )
         print(f"{name}: {each}; all {100 * one.mean():.1f}")
     print(f"all: {100 * np.mean(list(inside.values())):.1f}")
 

@@ -14,7 +14,6 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gallery import CAMPAIGNS
 from sphinx.util.docutils import SphinxDirective
 
 if TYPE_CHECKING:
@@ -85,12 +84,9 @@ class Notebook(Running):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """Text as it is, code with its output; in a campaign's folder, or in one without results."""
-        campaign = CAMPAIGNS / "demonstration"
-        with tempfile.TemporaryDirectory() as bare:
-            there = (campaign / "results" / "report.html").is_file()
-            with contextlib.chdir(campaign if there else bare):
-                made = self.text()
+        """Text as it is, code with its output."""
+        with tempfile.TemporaryDirectory() as bare, contextlib.chdir(bare):
+            made = self.text()
         return self.parse_text_to_nodes(made, allow_section_headings=True)
 
     def text(self) -> str:

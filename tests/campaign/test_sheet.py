@@ -202,24 +202,6 @@ def test_one_bad_cell(room, run, column, cell, code, parts):
         assert part in str(found[0])
 
 
-def test_gamma_must_fit_the_direction(room):
-    room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "45"
-    assert [problem.code for problem in room.check()] == ["sheet.gamma-not-zero"] * 2
-    room.rows["h1"]["direction"] = room.rows["th"]["direction"] = "extraction"
-    room.rows["h1"]["gamma_deg"] = room.rows["th"]["gamma_deg"] = "-0.0"
-    room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = ""
-    assert [problem.code for problem in room.check()] == ["sheet.gamma-zero"] * 2
-
-
-def test_a_depth_that_the_config_does_not_list_is_a_warning(room):
-    room.rows["h1"]["depth_cm"] = room.rows["th"]["depth_cm"] = "3"
-    problems = room.check()
-    assert {(problem.code, problem.severity) for problem in problems} == {
-        ("sheet.depth-unlisted", "warning")
-    }
-    assert "2.54, 5.08, 7.62 cm" in problems[0].allowed
-
-
 @pytest.mark.parametrize(("word", "value"), [
     ("yes", True), ("TRUE", True), ("1", True), ("no", False), ("0", False), ("False", False),
     ("", False),
@@ -227,17 +209,6 @@ def test_a_depth_that_the_config_does_not_list_is_a_warning(room):
 def test_flags(room, word, value):
     room.rows["p1"]["tare_shared"] = word
     assert room.campaign().by_id["p1"].tare_shared is value
-
-
-def test_ids_twice_or_differing_by_case(room):
-    room.add("p2", "p1", run_id="p1", tare_run="")
-    room.add("p3", "p1", run_id="P1", tare_run="")
-    errors = [problem for problem in room.check() if problem.severity == "error"]
-    assert [(one.code, one.place.row, one.place.column, one.found) for one in errors] == [
-        ("sheet.duplicate-id", 8, "run_id", "p1"),
-        ("sheet.case-id", 9, "run_id", "P1"),
-    ]
-    assert all("row 2" in one.allowed for one in errors)
 
 
 def test_too_many_rows(room, monkeypatch):
@@ -250,25 +221,8 @@ def test_too_large_a_sheet(room, monkeypatch):
     assert room.only("sheet.too-large").place == Place("runs.csv")
 
 
-def test_order_of_problems_is_that_of_rows_and_columns(room):
-    room.rows["c1"]["direction"] = "x"
-    room.rows["p1"].update(kind="plat", medium="x", beta_deg="x")
-    places = [
-        (problem.place.row, problem.place.column)
-        for problem in room.check()
-        if problem.severity == "error"
-    ]
-    assert places == [(2, "kind"), (2, "medium"), (2, "beta_deg"), (6, "direction")]
-
-
 def test_the_raw_folder_is_not_written(room, tmp_path):
     room.write()
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
     check_campaign(room.path)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == before
-
-
-def test_a_medium_without_a_plate_run_is_told(room):
-    room.rows = {name: row for name, row in room.rows.items() if row["kind"] in ("leg", "leg_air")}
-    problem = room.only("sheet.no-plate")
-    assert (problem.severity, problem.found) == ("warning", "only legs")

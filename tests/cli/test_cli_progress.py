@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
+import time
 from typing import Any
 
 import pytest
 
 from rftfit.cli.run import words_of
-from rftfit.workflow import snakemake
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
@@ -60,7 +60,7 @@ def test_jobs_are_counted():
 
 def test_time_left_is_that_of_earlier_runs(tmp_path, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(snakemake.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
     plan = event(event="run_info", stats={"ingest": 2, "tare": 3, "total": 5})
     progress = watch(plan, begun(1, "ingest"))
     now[0] += 8

@@ -11,7 +11,7 @@ import sys
 import time
 from dataclasses import dataclass
 
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 from rftfit.store.files import is_rest
 

@@ -13,7 +13,7 @@ import sys
 import time
 from pathlib import Path
 
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 CONF = Path("/etc/slurm/slurm.conf")
 NODES = ("n1", "n2")

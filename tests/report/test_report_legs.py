@@ -416,7 +416,8 @@ def test_the_measured_peak_is_that_of_the_tables(draw):
     peak = measured_peak(theta, force, "z")
     assert own["force_z_N"].max() > peak.force_N + 0.1
     assert any(
-        f"measured {peak.force_N:.2f}" in text for text in words(draw(results(measured=noisy)))
+        f"peak lift (N): {peak.force_N:.2f}" in text
+        for text in words(draw(results(measured=noisy)))
     )
 
 

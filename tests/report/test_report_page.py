@@ -170,10 +170,10 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, read):
     assert gravest_doubt(results, HOLED) == ("2 of 91 cells have no alpha", 2)
     assert gravest_doubt(results, "poppy_CP") == ("", 0)
     rows = read.rows("summary")
-    data, model = rows["poppy seeds, loose|2 runs used, 1 dropped"]
+    data, model = rows["poppy seeds, loose|2 runs, 1 dropped"]
     assert data == "sound|2 flags"
     assert model.startswith("within 33 %|reversed c-leg, thrust +29\N{NO-BREAK SPACE}%")
-    assert rows["Yuma sand|natural sand, 1 run used"] == ["sound", "not tested|no leg was measured"]
+    assert rows["Yuma sand|natural sand, 1 run"] == ["sound", "not tested|no leg was measured"]
     assert f"p2: {GAP} (2 flags in all)" in read.text["summary"]
     assert read.rows("dropped")["p2"] == [
         "poppy seeds, loose",
@@ -208,7 +208,7 @@ def test_numbers_of_the_live_parts(page, results):
     rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
     rows = rows[rows["profile"] == "fourier"]
     np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=1e-5)
-    assert [len(entry["media"]) for entry in data["references"]] == [5, 5]
+    assert [entry["media"] for entry in data["references"]] == [5, 5]
     assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
     assert set(data["profiles"]["yuma"]) == {"map", "generic"}
     assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
@@ -223,7 +223,7 @@ def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
     for use in (False, True):
         config = own.config.model_copy(update={"maps": Maps(own_media=use)})
         known = live_data(Results(dataclasses.replace(own.campaign, config=config)))["push"]
-        assert known["media"].split(", ") == list(reference.MEDIA)
+        assert known["media"] == len(reference.MEDIA)
         largest[use] = np.abs(np.array(known["map"]["x"])).max()
     assert 1.05 < largest[True] / largest[False] < 1.5  # one of five has twice the alpha_x
 
@@ -413,7 +413,7 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     read, data = Reader(page), live(page)
     assert read.open == []
     assert [one["key"] for one in data["media"]] == [medium]
-    assert [tuple(one["media"]) for one in data["references"]] == [published().media]
+    assert [one["media"] for one in data["references"]] == [len(published().media)]
     assert read.tables["coefficients"] == []
     assert "no Fourier series was fitted" in read.text["methods"] or make is sand_results
     if make is sand_results:
@@ -423,8 +423,7 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     else:
         assert set(data["profiles"]["poppy_LP"]) == {"table"}
         assert (
-            read.rows("summary")["poppy seeds, loose|0 runs used"][0]
-            == "no result|no run gave a slope"
+            read.rows("summary")["poppy seeds, loose|0 runs"][0] == "no result|no run gave a slope"
         )
 
 

@@ -75,6 +75,7 @@ def first_map(results: Results) -> Figure:
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
+    page.axes[-1].tick_params(labelsize=6)
     if maps.lies_on_grid(table):
         maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
     if how == "estimated":

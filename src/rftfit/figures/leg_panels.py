@@ -131,12 +131,12 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
         axes.plot(*line.T, color=colour, linewidth=1.4 if dark else 0.9, solid_capstyle="round")
         outward = np.array([-np.sin(np.radians(theta)), -np.cos(np.radians(theta))])
         x, z = [0.0, hip] + outward * (1.17 * reach)
-        axes.text(x, z, style.degrees(theta), ha="center", va="center", fontsize=5, color=colour)
+        axes.text(x, z, style.degrees(theta), ha="center", va="center", fontsize=5.5, color=colour)
     axes.plot(0, hip, "o", color="black", markersize=2.5)
     _turn_arrow(axes, reach, hip, -1 if leg.curvature_times_R < 0 else 1)
     x0, z0 = right - 0.42 * reach, bottom + 0.14 * reach
     axes.plot([x0, x0 + 2], [z0, z0], color="black", linewidth=1)
-    axes.text(x0 + 1, z0 + 0.06 * reach, "2 cm", ha="center", va="bottom", fontsize=5)
+    axes.text(x0 + 1, z0 + 0.06 * reach, "2 cm", ha="center", va="bottom", fontsize=5.5)
     _frame_arrows(axes, left + 0.12 * reach, hip - 1.25 * reach, 0.3 * reach)
 
 

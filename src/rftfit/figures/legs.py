@@ -125,7 +125,7 @@ def _draw_models(
         leg_panels.add_predicted(small, baseline, component, colour, line)
         small.set(xlim=leg_panels.THETA_DEG, xticks=[])
         style.ticks(small.yaxis, 3)
-        small.tick_params(labelsize=5, pad=1, length=1.5)
+        small.tick_params(labelsize=5.5, pad=1, length=1.5)
 
 
 # All media, one row each
@@ -210,7 +210,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
             ours, theirs = (rows_of(table, medium=medium, leg=leg) for table in tables)
             _draw_leg(axes, ours, theirs, rows_of(others, medium=medium, leg=leg), lines)
-            axes.set_title(_peaks(ours, theirs), fontsize=5, loc="left", pad=2)
+            axes.set_title(_peaks(ours, theirs), fontsize=5.5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
                 axes.yaxis.set_label_coords(-0.72 / width, 0.5)
@@ -259,19 +259,19 @@ def _draw_leg(
 
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
-    """Largest lift of both curves, the predicted one with its interval."""
+    """Largest lift as measured, and predicted with its interval."""
     told = []
     if leg_panels.has_force(measured, "z"):
         known = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
         theta, force = known.to_numpy(float).T
         highest = measured_peak(theta, force, "z")
-        told.append(f"measured {_three(highest.force_N)}")
+        told.append(_three(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
         peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
         span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
         told.append(f"predicted {_three(peak)}{span}")
-    return "peak $F_z$ (N): " + ", ".join(told) if told else ""
+    return "peak lift (N): " + ", ".join(told) if told else ""
 
 
 def _three(value: float) -> str:
@@ -611,7 +611,7 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
     right = last / max(found) >= min(found) / first
     axes.text(
         0.985 if right else 0.015, place, "\n".join(textwrap.wrap(told, 52)),
-        ha="right" if right else "left", va="center", fontsize=5, color=style.MARK,
+        ha="right" if right else "left", va="center", fontsize=5.5, color=style.MARK,
         transform=axes.get_yaxis_transform(),
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
     )  # fmt: skip

@@ -45,7 +45,7 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 
 _MAPS_CAPTION = (
-    "Measured alpha over attack angle beta and direction of motion gamma, and half its interval. "
+    "Measured alpha over attack angle beta and direction gamma, and half its interval. "
     "Red pushes up or toward +x. Good: smooth from cell to cell."
 )
 
@@ -138,8 +138,8 @@ def estimated_maps(results: Results) -> Figure:
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=6, clip_on=False,
-              markerfacecolor="none", color="black")  # fmt: skip
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=4, clip_on=False,
+              markerfacecolor="white", color="black", zorder=3)  # fmt: skip
 
 
 def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:

@@ -86,21 +86,19 @@ class Declared:
 
     def caption_of(self, results: Results, medium: str = "") -> str:
         """Write the caption for a run, as plain text; empty where there is nothing to see."""
+        paper = f" After {self.paper} of the paper." if self.paper else ""
         # no table, or an odd one: the caption stands as it is
         with suppress(InputError, LookupError, ValueError, TypeError):
             if not self.shown(results, medium):
                 return ""
             if callable(self.caption):
-                return self.caption(results, medium)
+                return self.caption(results, medium) + paper
         words = {
             "{medium}": results.campaign.titles.get(medium, medium),
             "{method}": results.config.fourier.method,
         }
-        told = greek(str(self.caption)) + (
-            f" After {self.paper} of the paper." if self.paper else ""
-        )
         # a title may have braces of its own
-        return re.sub(r"\{\w+\}", lambda found: words[found[0]], told)
+        return re.sub(r"\{\w+\}", lambda found: words[found[0]], greek(str(self.caption)) + paper)
 
 
 _GREEK = {

@@ -51,6 +51,16 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
     return declare
 
 
+def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
+    """Add to a caption what stands beside measured speeds, where there are any."""
+
+    def told(results: Results, sweep: str) -> str:
+        known = results.table(f"{sweep or 'robot'}/errors.csv")["measured_cm_per_s"].notna().any()
+        return f"{caption} {good}" if known else caption
+
+    return told
+
+
 def leg_name(curvature: float) -> str:
     """Name of a leg by its curvature, R'/r."""
     names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
@@ -81,9 +91,10 @@ def _simulated(results: Results, sweep: str) -> int:
     "speed",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. 4C",
-    caption=(
-        "The robot's mean forward speed against stride frequency, simulated with the measured alpha (lines). "
-        "Shaded bars: what the errors of alpha and of the legs' arc leave open. Good: lines through the points."
+    caption=beside_points(
+        "The robot's mean forward speed against stride frequency, simulated with the measured \N{GREEK SMALL LETTER ALPHA} (lines).",
+        "Shaded bars: what the errors of \N{GREEK SMALL LETTER ALPHA} and of the legs' arc leave open. "
+        "Good: lines through the points.",
     ),
     shown=lambda results, sweep: len(_on_measured_table(results, sweep, "speed")[0]),
 )
@@ -117,9 +128,10 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
     "profiles",
     reads=("speed.csv", "errors.csv"),
     paper="Fig. S13",
-    caption=(
+    caption=beside_points(
         "The robot's mean forward speed by force profile (rows), against stride frequency (left) and leg curvature "
-        "(right). Good: lines through the points."
+        "(right).",
+        "Good: lines through the points.",
     ),
     shown=_simulated,
 )
@@ -316,9 +328,10 @@ def _speed_entries(
     "curvature",
     reads=("speed.csv", "optimum.csv", "errors.csv"),
     paper="Fig. 4D",
-    caption=(
+    caption=beside_points(
         "The robot's mean forward speed against leg curvature (1: c-leg, 0: flat, -1: reversed). Right: over "
-        "curvature and frequency, the fastest curvature in white. Good: lines through the points."
+        "curvature and frequency, the fastest curvature in white.",
+        "Good: lines through the points.",
     ),
     shown=lambda results, sweep: len(_on_measured_table(results, sweep, "optimum")[0]),
 )
@@ -485,8 +498,8 @@ _MOTION: dict[str, Any] = {
     "robot_motion",
     paper="Fig. 4B",
     caption=(
-        "The robot over two strides; dashed, its mean speed; grey, measured strides, each moved in time to fit. "
-        "Forces are means over 10 ms. Good: the second stride repeats the first, and the tripods take turns."
+        "The robot over two strides; dashed: its mean speed; grey: measured strides, if any. "
+        "Forces are means over 10 ms. Good: the second stride repeats the first; tripods take turns."
     ),
     **_MOTION,
 )

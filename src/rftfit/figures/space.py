@@ -80,7 +80,7 @@ def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: in
     colours[~np.isin(np.arange(stress.size), counts)] = (0.88, 0.88, 0.88, 1)
     corners = mesh.triangles @ turned.T + place
     chosen = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
-    axes: Any = page.add_axes((0.51, 0.14, 0.36, 0.76), projection="3d", computed_zorder=False)
+    axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
     axes.add_collection3d(
         Poly3DCollection(corners[chosen], facecolors=colours[chosen], edgecolors="none", rasterized=True)
     )  # fmt: skip

@@ -258,7 +258,7 @@ def mark(figures: Any, told: Sequence[str]) -> None:
 def stamp(figures: Any, word: str) -> None:
     """Write a word small into the right edge of a figure, or of each page of one: figures travel without their page."""
     for page in _pages(figures):
-        page.text(0.999, 0.5, word, rotation=90, va="center", ha="right", fontsize=5, color=GREY)
+        page.text(0.999, 0.5, word, rotation=90, va="center", ha="right", fontsize=5.5, color=GREY)
 
 
 def _pages(figures: Any) -> Any:

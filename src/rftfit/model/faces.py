@@ -35,12 +35,9 @@ def as_table(profile: Profile) -> TableProfile:
 
 
 def face_alpha(
-    profile: Profile,
-    normal: FloatArray,
-    velocity: FloatArray,
-    law: str = "measured",
+    profile: Profile, normal: FloatArray, velocity: FloatArray, law: str = "measured",
     friction: float | None = None,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
 
     `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
@@ -72,9 +69,8 @@ def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> Flo
     in_plane = np.hypot(along_e, down)
     across = profile.alpha(0 * beta, 0 * beta)[1]  # a plate that is drawn along itself
     part_aside = (velocity[..., :2] * aside).sum(axis=-1)
-    facing = _join(
-        _times(in_plane * alpha_x, e) - _times(across * part_aside, aside), in_plane * alpha_z
-    )
+    level = _times(in_plane * alpha_x, e) - _times(across * part_aside, aside)
+    facing = _join(level, in_plane * alpha_z)
 
     gamma = np.arctan2(down, -speed)
     (z1, x1), (z2, x2) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
@@ -82,10 +78,8 @@ def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> Flo
     ahead, sideways = (x1 + x2) / 2 + (x1 - x2) / 2 * cos_p, (x1 - x2) / 2 * sin_p
     harmonic = _join(_times(ahead, r) + _times(sideways, t), (z1 + z2) / 2 + (z1 - z2) / 2 * cos_p)
     upright = (tilt**2)[..., None]
-    return np.asarray(
-        np.where(upright < NEGLIGIBLE, 0.0, upright * facing)
-        + np.where(1 - upright < NEGLIGIBLE, 0.0, (1 - upright) * harmonic)
-    )
+    parts = (upright, facing), (1 - upright, harmonic)
+    return np.asarray(sum(np.where(share < NEGLIGIBLE, 0.0, share * part) for share, part in parts))
 
 
 def _split(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,12 +136,8 @@ def moving_faces(
 
 
 def mesh_forces(
-    profile: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    law: str = "measured",
-    friction: float | None = None,
-) -> FloatArray:
+    profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
+) -> FloatArray:  # fmt: skip
     """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
     poses = []
     for frame in motion.frames:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike, NDArray
 
 from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import Column
@@ -18,7 +18,7 @@ from rftfit.errors import InputError
 from rftfit.model.motion import SCHEMA, read_times
 from rftfit.model.outlines import Outline
 
-IntArray = npt.NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 UNITS_CM = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 FORMATS = (".stl", ".obj", ".ply")
@@ -66,11 +66,7 @@ class Mesh:
     """
 
     def __init__(
-        self,
-        vertices_cm: npt.ArrayLike,
-        faces: npt.ArrayLike,
-        name: str = "mesh",
-        sheet: bool = False,
+        self, vertices_cm: ArrayLike, faces: ArrayLike, name: str = "mesh", sheet: bool = False
     ) -> None:
         vertices, corners = np.array(vertices_cm, dtype=float), np.array(faces, dtype=np.int64)
         for what, one in (("vertices", vertices), ("faces", corners)):
@@ -327,14 +323,11 @@ def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    links = coo_array(
-        (np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())),
-        (len(vertices),) * 2,
-    )
+    ends = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    links = coo_array((np.ones(faces.size), ends), (len(vertices), len(vertices)))
     part = connected_components(links)[1][faces[:, 0]]
-    corners = vertices[faces] - vertices.mean(axis=0)
-    volumes = np.bincount(part, np.linalg.det(corners) / 6)
-    volumes = volumes[np.unique(part)]
+    signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
+    volumes = np.bincount(part, signed)[np.unique(part)]
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
         raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
     if (volumes < 0).any() and (volumes > 0).any():
@@ -377,13 +370,9 @@ class Motion3D:
     """
 
     def __init__(
-        self,
-        position_cm: npt.ArrayLike,
-        velocity_cm_per_s: npt.ArrayLike,
-        rate_rad_per_s: npt.ArrayLike | None = None,
-        rotation: Any = None,
-        name: str = "poses in space",
-    ) -> None:
+        self, position_cm: ArrayLike, velocity_cm_per_s: ArrayLike, rate_rad_per_s: ArrayLike | None = None,
+        rotation: Any = None, name: str = "poses in space",
+    ) -> None:  # fmt: skip
         matrices = getattr(rotation, "as_matrix", lambda: rotation)()
         parts = {
             "position_cm": (position_cm, 3),
@@ -410,12 +399,8 @@ class Motion3D:
 
     @classmethod
     def path(
-        cls,
-        time_s: npt.ArrayLike,
-        position_cm: npt.ArrayLike,
-        turn_deg: npt.ArrayLike,
-        name: str = "a path in space",
-    ) -> Motion3D:
+        cls, time_s: ArrayLike, position_cm: ArrayLike, turn_deg: ArrayLike, name: str = "a path in space"
+    ) -> Motion3D:  # fmt: skip
         """Move along a path; velocities and rates are differences between neighbouring times.
 
         Parameters

@@ -196,9 +196,9 @@ def _simulated(results: Results) -> Iterable[Finding]:
             records(slow[slow["profile"] == profile]), key=lambda row: float(row["speed_cm_per_s"])
         )
         yield Finding(
-            f"Simulated with the {name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s, at "
-            f"{row['frequency_Hz']:.3g} Hz with R'/r = {number(row['curvature_times_R'], 2)}, as far as resistive forces hold; "
-            "no speed was measured.",
+            f"Simulated with the {name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
+            f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
+            "resistive forces; no speed was measured.",
             "robot",
         )
 

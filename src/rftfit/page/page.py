@@ -126,7 +126,7 @@ def context(results: Results) -> dict[str, Any]:
         "pictures": found,
         "first": [one for one in found if one.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
-        "legs_judged": bool(errors.rows),
+        "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
         "names": names,
         "reenacted": results.campaign.reenacted,
         "level": level(results),

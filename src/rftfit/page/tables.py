@@ -55,7 +55,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def title(row: Row) -> Cell:
         used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
-        told = [f"{used} run{'s' * (used != 1)} used"]
+        told = [f"{used} run{'s' * (used != 1)}"]
         told = ["natural sand"] * (row["medium"] in results.sands) + told
         # the verdict stands beside it
         return Cell(

@@ -94,10 +94,12 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     named = os.environ.pop(VARIABLE, "")
     if os.name != "posix" or not named.isdecimal():
         return False
+    import psutil
+
     end = end or end_now
     parent, starter = os.getppid(), int(named)
     # where another program stands between, that one is watched
-    if parent != starter and (parent == _INIT or not _lives(starter)):
+    if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
         end()
         return False
 
@@ -124,13 +126,3 @@ def end_group() -> None:
     os.killpg(os.getpgrp(), signal.SIGTERM)
     time.sleep(_PATIENCE_S)
     os.killpg(os.getpgrp(), signal.SIGKILL)
-
-
-def _lives(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True

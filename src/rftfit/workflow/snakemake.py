@@ -14,11 +14,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from textwrap import indent
-from typing import Any
 
 from rftfit.errors import OutputError
 from rftfit.store.environment import child_environment, shipped
@@ -306,10 +304,8 @@ def listen(
 
 def working_in(root: Path) -> list[int]:
     """Process ids of the Snakemakes that work in a folder, so far as can be told."""
-    try:
-        psutil: Any = import_module("psutil")
-    except ImportError:
-        return []
+    import psutil
+
     found = []
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
