@@ -103,6 +103,7 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
     r"trials of the robot|deviation of trials": lambda a, _: a.trials,
     r"marker track, of four": lambda a, _: a.strides,
     r"\d measured conditions|[Pp]oints: measured|within 35 %": lambda a, _: a.measured_robot,
+    r"lines through the points": lambda a, where: a.measured_robot or "robot" not in where,
     r"\blegs?\b": lambda a, _: a.legs_stated or a.robot,
     r"turned through|turned at|in air at|leg turned in air": lambda a, _: a.legs,
     r"in air at the same angle was sub|leg turned in air": lambda a, _: a.leg_tare,

@@ -315,7 +315,7 @@ def test_a_medium_without_zeta_is_named_in_the_panels():
     figure = forces_over_zeta(results(penetration=table))
     assert all("no curve: poppy seeds, loose" in text.replace("\n", " ") for text in panels(figure))
     figure = forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
-    assert "glass3mm_CP: no fit" in words(figure)
+    assert "3 mm glass, close: no fit" in words(figure)
 
 
 def test_penetration_marks_the_detected_end_and_says_what_is_missing():

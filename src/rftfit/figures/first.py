@@ -160,7 +160,7 @@ def first_lines(results: Results) -> Figure:
     fits = (
         table[table["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
     )
-    look = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
+    look: dict[str, Any] = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
     fitted = {
         run: {
             name: np.where(trace["in_window"] > 0, column, np.nan) for name, column in trace.items()
