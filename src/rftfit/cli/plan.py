@@ -112,7 +112,7 @@ def plan(
         output, MARK, "rows of the run sheet", force, (pushes, profile_file, outline, path)
     )
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
-    wanted = _wanted(target, leg, outline, width, hip, path)
+    aim = wanted(target, leg, outline, width, hip, path)
     betas, gammas = _angles("--beta", beta), _angles("--gamma", gamma)
     nodes = grid(betas, gammas)
     known = _known((pushes, profile_file), results, medium, nodes, confidence)
@@ -124,7 +124,7 @@ def plan(
     )
     rig = rftfit.Rig(directions, pairs, depths, error_percent)
     try:
-        found = rftfit.plan(wanted, known, rig, number, confidence)
+        found = rftfit.plan(aim, known, rig, number, confidence)
     except ValueError as error:
         raise InputError(str(error)) from error
     say(_as_json(found, output) if as_json else _as_text(found, known))
@@ -138,10 +138,11 @@ def plan(
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def _wanted(
-    target: str | None, leg: str | None, outline: Path | None, width: float | None, hip: float | None,
-    path: Path | None,
+def wanted(
+    target: str | None, leg: str | None = None, outline: Path | None = None, width: float | None = None,
+    hip: float | None = None, path: Path | None = None,
 ) -> Target | str:  # fmt: skip
+    """What is to be known, by the options of the command line."""
     from rftfit.campaign.problems import choose
     from rftfit.model.outlines import CURVATURES
     from rftfit.model.planning import peaks
@@ -237,18 +238,14 @@ def _as_json(found: Plan, output: Path) -> str:
 
 def _rows(found: Plan) -> str:
     """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    from rftfit.model.planning import push_rows
+
     lines = [f"{MARK},force_log,motion_log"]
     for number, step in enumerate(found.steps[1:], start=1):
-        beta, gamma = step.directions[0]
-        ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
-        if gamma == 0:
-            ways = [("horizontal", f"{depth:g}") for depth in _DEPTHS_CM[: step.runs]]
-            ways += [("horizontal", "")] * (step.runs - len(ways))
-        elif len(step.directions) > 1:
-            ways = [("intrusion", ""), ("extraction", "")]
-        for part, (direction, depth) in enumerate(ways, start=1):
-            name = f"plan{number:02d}" + (f"_{part}" if len(ways) > 1 else "")
-            lines.append(f"{name},plate,,,{direction},{beta:g},{gamma:.6g},{depth},,")
+        rows = push_rows(step, _DEPTHS_CM)
+        for part, row in enumerate(rows, start=1):
+            name = f"plan{number:02d}" + (f"_{part}" if len(rows) > 1 else "")
+            lines.append(f"{name},plate,,,{','.join(row.values())},,")
     return "\n".join(lines) + "\n"
 
 

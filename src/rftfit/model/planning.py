@@ -194,6 +194,21 @@ class Plan:
         return pd.DataFrame(rows, columns=names)
 
 
+def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
+    """What the run sheet says of the runs of a push: direction, angles and, of a horizontal one, depths."""
+    beta, gamma = step.directions[0]
+    ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
+    if gamma == 0:
+        ways = [("horizontal", f"{depth:g}") for depth in depths_cm[: step.runs]]
+        ways += [("horizontal", "")] * (step.runs - len(ways))
+    elif len(step.directions) > 1:
+        ways = [("intrusion", ""), ("extraction", "")]
+    return [
+        {"direction": way, "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}", "depth_cm": depth}
+        for way, depth in ways
+    ]
+
+
 def plan(
     target: Target | Outline | Sequence[Outline] | str = "map",
     known: Map | None = None,
