@@ -39,6 +39,11 @@ class Measured(NamedTuple):
     tared: dict[str, np.ndarray]
 
     @property
+    def is_read(self) -> bool:
+        """Whether its logs could be used."""
+        return self.rows["runs"]["status"] == "read"
+
+    @property
     def why(self) -> str:
         """Why it gives no number; empty where it does."""
         reasons = (

@@ -91,7 +91,7 @@ def _push(watch: Watch, medium: Medium, run: str) -> str:
     why = f'<p class="bad">{escape(facts["reason"])}</p>' if facts["reason"] else ""
     heard = (
         f'<p class="soft">On the screen {medium.seconds:.1f} s after its last change.</p>'
-        if run == medium.last
+        if run == medium.last and np.isfinite(medium.seconds)
         else ""
     )
     beside = f"<p>Repeats of this direction, dashed: {escape(', '.join(same))}</p>" if same else ""

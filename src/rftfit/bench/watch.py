@@ -14,6 +14,7 @@ from rftfit.bench.files import Files, Stamp, Tree, stamp_of
 from rftfit.bench.medium import Medium, hold, measure
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, check_campaign, root_of
+from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
@@ -53,6 +54,14 @@ class Event:
     facts: Mapping[str, Any]
 
 
+def _problem(text: str, one: Problem | None = None, *, solved: bool = False) -> Event:
+    row, code, severity = (
+        (one.place.row, one.code, one.severity) if one else (None, "logs", "error")
+    )
+    facts = {"row": row, "code": code, "severity": severity, "text": text, "solved": solved}
+    return Event("problem", facts)
+
+
 class _Row(NamedTuple):
     """A run of the sheet, what counts of its row, and its files."""
 
@@ -79,6 +88,7 @@ class Watch:
         self._read_from: object = None
         self._shared: object = None
         self._loose: list[str] = []
+        self._sheet_moves = False
         self._paths: list[str] = []
         self._tree = Tree(root_of(config))
 
@@ -98,7 +108,10 @@ class Watch:
         for name in self.rows:
             medium = self.media.setdefault(name, Medium(name))
             before = dict(medium.keys)
-            yield from self._measure(self.campaign, medium)
+            try:
+                yield from self._measure(self.campaign, medium)
+            except InputError as error:  # no log of the campaign can be read so
+                yield _problem(str(error))
             changed += [medium] if medium.keys != before else []
         yield from self._tell_media(self.campaign, changed)
         yield from self._look_into(self.campaign)
@@ -117,6 +130,7 @@ class Watch:
             ]
         self._settings.look(files, now)
         stamps = self._settings.stamps(files)
+        self._sheet_moves = stamps is None
         if stamps is None or stamps == self._read_from:
             return False
         campaign, problems = check_campaign(self.config, good_rows=True)
@@ -124,15 +138,11 @@ class Watch:
         for text in [*self.problems, *told]:
             if (text in self.problems) != (text in told):
                 one = told.get(text) or self.problems[text]
-                facts = {
-                    "row": one.place.row,
-                    "code": one.code,
-                    "severity": one.severity,
-                    "text": text,
-                }
-                yield Event("problem", facts | {"solved": text not in told})
+                yield _problem(text, one, solved=text not in told)
         self.problems, self._read_from = told, stamps
         if campaign is None:
+            if self.campaign is None:
+                raise CampaignError(problems)
             return False
         if campaign.numbers:
             raise InputError(
@@ -194,11 +204,16 @@ class Watch:
                 read = [rows[key] for key in (name, *tares)]
                 if any(stamps[row.run.run_id] not in (None, self._now(row)) for row in read):
                     continue  # written while it was read: it is measured when it is still
+                was = medium.runs.get(name)
                 medium.runs[name], medium.keys[name] = one, wanted[name]
                 facts = self.facts(medium, name)
+                if facts["state"] == WAITING and was and was.is_read:
+                    facts = {"medium": medium.name, "run_id": name, "why": "its log is gone"}
+                    yield Event("withdrawn", facts)
+                    continue
                 if facts["kind"] == "plate" and facts["state"] != WAITING:
                     medium.last, medium.heard = name, time.time()
-                    medium.seconds = facts["seconds_since_change"]
+                    medium.seconds = np.nan if first else facts["seconds_since_change"]
                 yield Event("push", facts | {"first": first})
 
     def _now(self, row: _Row) -> tuple[Stamp, ...]:
@@ -208,7 +223,8 @@ class Watch:
     def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
-            yield Event("withdrawn", {"medium": medium.name, "run_id": name})
+            facts = {"medium": medium.name, "run_id": name, "why": "no row names it any more"}
+            yield Event("withdrawn", facts)
 
     def state(self, medium: str, name: str) -> str:
         """State of a run by now."""
@@ -220,7 +236,7 @@ class Watch:
             return GROWING
         if None in stamps:
             return WAITING
-        if one.rows["runs"]["status"] != "read":
+        if not one.is_read:
             return REFUSED
         tare = self.rows[medium].get(row.run.tare_run)
         if tare and one.why and self.state(medium, tare.run.run_id) in (WAITING, GROWING):
@@ -346,6 +362,8 @@ class Watch:
     def _look_into(self, campaign: Campaign) -> Iterator[Event]:
         """Tell what the files are that no row names, and the row that would name each."""
         self.unnamed = {name: self.unnamed[name] for name in self.unnamed if name in self._loose}
+        if self._sheet_moves:  # a row for them may be there
+            return
         for name in self._loose:
             path = campaign.raw / name
             if (

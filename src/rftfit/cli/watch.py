@@ -103,7 +103,7 @@ def _file(facts: Mapping[str, Any]) -> str:
 
 
 def _withdrawn(facts: Mapping[str, Any]) -> str:
-    return f"{facts['run_id']}: withdrawn, the run sheet has it no more"
+    return f"{facts['run_id']}: withdrawn, {facts['why']}"
 
 
 def _push(facts: Mapping[str, Any]) -> str:
@@ -116,7 +116,8 @@ def _push(facts: Mapping[str, Any]) -> str:
         alpha, low, high = (facts[column(c, end)] for end in ("", "_lo", "_hi"))
         if math.isfinite(alpha):
             text += f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]"
-    text += f"; {facts['seconds_since_change']:.1f} s after its last change"
+    if math.isfinite(facts["seconds_since_change"]):
+        text += f"; {facts['seconds_since_change']:.1f} s after its last change"
     told = [f"flag: {flag['text']}" for flag in facts["flags"]]
     return "\n".join([text, *(f"          {one}" for one in [*told, facts["reason"]] if one)])
 
