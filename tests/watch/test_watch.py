@@ -13,6 +13,7 @@ from jobs import run_rules
 from rftfit.bench.medium import hold
 from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING
 from rftfit.campaign.problems import CampaignError
+from rftfit.measure.ingest import ingest_medium
 from rftfit.results import Results, open_results
 
 
@@ -91,7 +92,7 @@ def test_any_order_of_arrival_gives_what_a_run_gives(bench, seed):
 def test_a_log_that_grows_is_never_read(bench):
     name = bench.plates[0]
     bench.push(name)
-    force, motion = bench.logs(name)
+    force = bench.logs(name)[0]
     whole = bench.content(force)
     watch = bench.watch()
     for part in range(1, 12):
@@ -110,17 +111,15 @@ def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatc
     bench.push(name)
     watch = bench.watch()
     bench.look(watch, 3)
-    from rftfit.bench import medium
-
-    plain = medium.ingest_medium
+    plain = ingest_medium
 
     def while_written(*given):
         found = plain(*given)
-        monkeypatch.setattr(medium, "ingest_medium", plain)
+        monkeypatch.setattr("rftfit.bench.medium.ingest_medium", plain)
         bench.put(bench.logs(name)[0], bench.content(bench.logs(bench.plates[1])[0]))
         return found
 
-    monkeypatch.setattr(medium, "ingest_medium", while_written)
+    monkeypatch.setattr("rftfit.bench.medium.ingest_medium", while_written)
     events = bench.look(watch)
     assert name not in {facts["run_id"] for facts in told(events, "push")}
     bench.settle(watch)

@@ -41,7 +41,7 @@ class Measured(NamedTuple):
     @property
     def is_read(self) -> bool:
         """Whether its logs could be used."""
-        return self.rows["runs"]["status"] == "read"
+        return bool(self.rows["runs"]["status"] == "read")
 
     @property
     def why(self) -> str:

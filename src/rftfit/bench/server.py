@@ -52,6 +52,7 @@ class Page:
     def __init__(self, root: Path, port: int = 0) -> None:
         self.asked = threading.Event()
         self.clients: list[Client] = []
+        self.closed = False
         self.token, before = _kept(root)
         self.server = _bound(self, [port] if port else [before, 0])
         self.port: int = self.server.server_address[1]
@@ -67,7 +68,10 @@ class Page:
                 client.give(content(client.query))
 
     def close(self) -> None:
-        """End the server."""
+        """End the server and what it still sends."""
+        self.closed = True
+        for client in list(self.clients):
+            client.give("")
         self.server.shutdown()
         self.server.server_close()
 
@@ -171,14 +175,14 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             # a browser asks again a second after the program is gone
             self.wfile.write(b"retry: 1000\n\n")
-            while True:
+            while not page.closed:
                 content = client.wait()
                 self.wfile.write(
                     f"data: {json.dumps(content)}\n\n".encode() if content else b": still here\n\n"
                 )
                 self.wfile.flush()
-        except (TimeoutError, OSError):
-            pass
+        except OSError:
+            pass  # the browser has gone
         finally:
             page.clients.remove(client)
 

@@ -35,6 +35,12 @@ def watch(
             help="A log counts when its files have not changed for so long.",
         ),
     ] = 1.0,
+    stop: Annotated[
+        float | None,
+        options.number(
+            "PERCENT", "End when the target is known so well in every medium: half of its interval."
+        ),
+    ] = None,
     no_page: Annotated[bool, typer.Option("--no-page", help="Without the live page.")] = False,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the live page; default: a free one.")
@@ -72,6 +78,9 @@ def watch(
                     page.show(partial(page_of, found), changed=True)
             if page:
                 page.show(partial(page_of, found), changed=False)
+            widths = [medium.width for medium in found.media.values()]
+            if stop is not None and widths and max(widths) <= stop:
+                return
             asked.wait(_POLL_S)
 
 

@@ -126,7 +126,8 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
             table = table.astype({name: float for name in names if name not in text})
         return _mapped(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
-        raise InputError(f"{source}: cannot be read as a table: {error}") from error
+        name = "" if isinstance(source, bytes) else f"{source}: "
+        raise InputError(f"{name}cannot be read as a table: {error}") from error
 
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
