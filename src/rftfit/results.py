@@ -117,9 +117,10 @@ class Tables:
         """Take a table as if it had been read."""
         (self._samples if name.endswith(".parquet") else self._tables)[name] = table
 
-    def hold_as_csv(self, name: str, table: pd.DataFrame) -> None:
-        """Take a table as it would come back from the file that `rftfit run` writes."""
+    def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
+        """Take a table as it would come back from the file that `rftfit run` writes, and return it so."""
         self.hold(name, self._typed(name, csv_bytes(table)))
+        return self.table(name)
 
     def _there(self, name: str) -> Path:
         if not (path := self.path(name)).is_file():

@@ -239,8 +239,15 @@ def test_the_next_pushes_are_rows_that_the_sheet_takes(bench):
     assert {watch.state(MEDIUM, row["run_id"]) for row in rows} == {WAITING}
 
 
-def test_a_campaign_that_cannot_be_read_ends_the_watch(bench):
-    bench.config.write_text("title: nothing else\n", encoding="utf-8")
+def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
+    bench.push(bench.plates[0])
     watch = bench.watch()
+    bench.settle(watch)
+    text = bench.config.read_text(encoding="utf-8")
+    bench.config.write_text("title: nothing else\n", encoding="utf-8")
     with pytest.raises(CampaignError):
-        bench.settle(watch)
+        bench.watch()
+    assert {one["severity"] for one in told(bench.settle(watch), "problem")} == {"error"}
+    bench.config.write_text(text, encoding="utf-8")
+    assert {one["solved"] for one in told(bench.settle(watch), "problem")} == {True}
+    assert_as_run(bench, watch)

@@ -78,7 +78,7 @@ def test_nothing_but_reading_is_possible(page, method):
 
 
 def test_only_this_machine_is_listened_to(page):
-    assert page.server.server_address[0] == "127.0.0.1"
+    assert page.server_address[0] == "127.0.0.1"
 
 
 def test_the_address_is_the_same_after_a_restart_and_another_campaign_has_its_own(tmp_path):

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 Stamp = tuple[int, int] | None
 """Size and time of change of a file, ns; None where there is none."""
@@ -22,7 +19,7 @@ class _Seen(NamedTuple):
     still: bool
 
 
-def stamp_of(path: Path | str) -> Stamp:
+def stamp_of(path: str) -> Stamp:
     """Ask a file for its stamp."""
     try:
         found = os.stat(path)  # noqa: PTH116 (thousands of files, twice a second)
@@ -31,58 +28,34 @@ def stamp_of(path: Path | str) -> Stamp:
     return found.st_size, found.st_mtime_ns
 
 
-class Files:
-    """The stamps of files, and since when they are what they are.
+def files_below(base: str) -> Iterator[str]:
+    """Paths of the files in a folder and below, hidden ones left out."""
+    for folder, _, names in os.walk(base):
+        yield from (f"{folder}/{name}" for name in names if name[0] != ".")
 
-    `wait_s`: A file is still when it has not changed for so long; one that is not there always is.
-    """
+
+class Files:
+    """Stamps of files, and since when they are what they are; still: for `wait_s`."""
 
     def __init__(self, wait_s: float) -> None:
         self.wait_s = wait_s
-        self._seen: dict[str, _Seen] = {}
+        self.seen: dict[str, _Seen] = {}
         self._turn = 0
 
-    def look(self, paths: Sequence[str], now: float) -> bool:
-        """Ask the files that may have changed; whether one did, or came to rest, or is no longer asked for."""
+    def look(self, paths: Iterable[str], now: float) -> bool:
+        """Ask the files that may have changed; whether one did, came to rest, or is new or gone."""
         self._turn += 1
-        changed = len(paths) != len(self._seen)
-        seen = {}
+        before, self.seen = self.seen, {}
         for place, path in enumerate(paths):
-            known = self._seen.get(path)
+            known = before.get(path)
             if known is None or not known.still or not (place + self._turn) % _TURNS:
-                stamp, since = stamp_of(path), now
-                if known is not None and known.stamp == stamp:
-                    since = known.since
-                one = _Seen(stamp, since, stamp is None or now - since >= self.wait_s)
-                changed |= one != known
-                known = one
-            seen[path] = known
-        self._seen = seen
-        return changed
+                stamp = stamp_of(path)
+                since = known.since if known and known.stamp == stamp else now
+                known = _Seen(stamp, since, now - since >= self.wait_s)
+            self.seen[path] = known
+        return before != self.seen
 
     def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
         """Stamps of some files; None where one of them moves."""
-        found = [self._seen[path] for path in paths]
+        found = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
         return tuple(one.stamp for one in found) if all(one.still for one in found) else None
-
-
-class Tree:
-    """Names of the files in a folder; it is listed again where one of its folders changed."""
-
-    def __init__(self, base: Path) -> None:
-        self.base = base
-        self._folders: dict[str, Stamp] = {}
-        self.names: tuple[str, ...] = ()
-
-    def changed(self) -> bool:
-        """List the files again where it may be needed; whether it was."""
-        if self._folders and all(stamp_of(path) == old for path, old in self._folders.items()):
-            return False
-        folders, names = {}, []
-        for folder, _, files in os.walk(self.base):
-            folders[folder] = stamp_of(folder)
-            names += [
-                os.path.relpath(f"{folder}/{name}", self.base) for name in files if name[0] != "."
-            ]
-        self._folders, self.names = folders, tuple(sorted(names))
-        return True

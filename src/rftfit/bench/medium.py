@@ -77,44 +77,39 @@ class Medium:
 
 def measure(
     campaign: Campaign, medium: str, wanted: Collection[str], moving: Collection[str]
-) -> Iterator[dict[str, Measured]]:
+) -> Iterator[tuple[str, Measured]]:
     """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
-    every = {run.run_id: run for run in campaign.runs_of(medium)}
-    names = [*wanted]
+    every, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*wanted]
     for first in range(0, len(names), _AT_A_TIME):
         part = names[first : first + _AT_A_TIME]
-        tares = {every[name].tare_run for name in part} - {"", *moving}
-        chosen = tuple(every[name] for name in every if name in part or name in tares)
-        yield _measured(replace(campaign, runs=chosen), campaign, medium, part)
-
-
-def _measured(
-    part: Campaign, campaign: Campaign, medium: str, wanted: Collection[str]
-) -> dict[str, Measured]:
-    # between the stages tables are as their files hold them, with six digits: the results are to be the same
-    results = Results(part)
-    samples, status, _ = ingest_medium(part, medium)
-    results.hold_as_csv(f"runs/{medium}.csv", status)
-    status = results.table(f"runs/{medium}.csv")
-    tared, tares, _ = tare_medium(part, medium, samples, status)
-    results.hold_as_csv(f"tares/{medium}.csv", tares)
-    tares = results.table(f"tares/{medium}.csv")
-    fits, windows, _ = fit_medium(campaign, medium, status, tared, tares, only=wanted)
-    results.hold_as_csv(f"fits/{medium}.csv", fits)
-    rows: dict[str, dict[str, Row]] = {name: {} for name in wanted}
-    for name in _CSV:
-        for row in results.table(f"{name}/{medium}.csv").to_dict("records"):
-            if row["run_id"] in rows:
-                rows[row["run_id"]][name] = row
-    tared = tared.assign(window=windows["why"])
-    where = split_runs(tared)
-    return {
-        name: Measured(rows[name], _columns(tared, where.get(name, slice(0)))) for name in wanted
-    }
-
-
-def _columns(table: pd.DataFrame, place: slice) -> dict[str, np.ndarray]:
-    return {str(name): table[name].to_numpy()[place].copy() for name in table if name != "run_id"}
+        chosen = {every[name].tare_run for name in part}.difference(["", *moving]).union(part)
+        own = replace(campaign, runs=tuple(every[name] for name in every if name in chosen))
+        # between the stages tables are as their files hold them, so that results are the same
+        results = Results(own)
+        samples, status, _ = ingest_medium(own, medium)
+        status = results.hold_as_csv(f"runs/{medium}.csv", status)
+        tared, tares, _ = tare_medium(own, medium, samples, status)
+        tares = results.hold_as_csv(f"tares/{medium}.csv", tares)
+        fits, windows, _ = fit_medium(campaign, medium, status, tared, tares, only=part)
+        fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
+        tables = zip(_CSV, (status, tares, fits), strict=True)
+        rows = {
+            name: {str(row["run_id"]): row for row in one.to_dict("records")}
+            for name, one in tables
+        }
+        where, columns = (
+            split_runs(tared),
+            tared.assign(window=windows["why"]).drop(columns="run_id"),
+        )
+        for name in part:
+            stroke = columns.iloc[where.get(name, slice(0))]
+            yield (
+                name,
+                Measured(
+                    {table: own[name] for table, own in rows.items() if name in own},
+                    {str(key): values.to_numpy().copy() for key, values in stroke.items()},
+                ),
+            )
 
 
 def hold(results: Results, medium: Medium, runs: Collection[Run]) -> None:

@@ -25,7 +25,7 @@ def page_of(watch: Watch, query: str) -> str:
     """Everything below the heading of the page; `query` names the medium and the run that are looked at."""
     asked = {key: values[-1] for key, values in parse_qs(query).items()}
     campaign = watch.campaign
-    if campaign is None or not watch.media:
+    if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _problems(watch)
     newest = max(watch.media.values(), key=lambda one: one.heard)
     medium = watch.media.get(asked.get("medium", ""), newest)
@@ -68,7 +68,7 @@ def _problems(watch: Watch) -> str:
 
 
 def _push(watch: Watch, medium: Medium, run: str) -> str:
-    if not run or "fits" not in medium.runs[run].rows or watch.campaign is None:
+    if not run or "fits" not in medium.runs[run].rows:
         return ""
     one, facts = medium.runs[run], watch.facts(medium, run)
     plate = watch.campaign.config.intruders[watch.campaign.by_id[run].intruder]

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.bench.files import Files, Stamp, Tree, stamp_of
+from rftfit.bench.files import Files, Stamp, files_below, stamp_of
 from rftfit.bench.medium import Medium, hold, measure
 from rftfit.campaign.files import BAG
-from rftfit.campaign.load import REENACTED, check_campaign, root_of
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.load import REENACTED, check_campaign
+from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.errors import InputError
 from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
@@ -27,10 +28,9 @@ from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping
 
     from rftfit.campaign.load import Campaign
-    from rftfit.campaign.problems import Problem
     from rftfit.campaign.sheet import Run
 
 MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
@@ -46,20 +46,11 @@ _PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.o
 """Warnings of the run sheet that hold until the last run is made."""
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """Something to be told: ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
 
     kind: str
     facts: Mapping[str, Any]
-
-
-def _problem(text: str, one: Problem | None = None, *, solved: bool = False) -> Event:
-    row, code, severity = (
-        (one.place.row, one.code, one.severity) if one else (None, "logs", "error")
-    )
-    facts = {"row": row, "code": code, "severity": severity, "text": text, "solved": solved}
-    return Event("problem", facts)
 
 
 class _Row(NamedTuple):
@@ -79,114 +70,98 @@ class Watch:
 
     def __init__(self, config: Path, wait_s: float = 1.0, target: Target | str = "map") -> None:
         self.config, self.target = config.absolute(), target
-        self.campaign: Campaign | None = None
         self.media: dict[str, Medium] = {}
         self.rows: dict[str, dict[str, _Row]] = {}
         self.problems: dict[str, Problem] = {}
         self.unnamed: dict[str, dict[str, Any]] = {}
-        self._settings, self._logs = Files(wait_s), Files(wait_s)
-        self._read_from: object = None
-        self._shared: object = None
-        self._loose: list[str] = []
-        self._sheet_moves = False
-        self._paths: list[str] = []
-        self._tree = Tree(root_of(config))
+        self._files = Files(wait_s)
+        self._read_from: tuple[Stamp, ...] | None = None
+        campaign, problems = check_campaign(self.config, good_rows=True)
+        if campaign is None:
+            raise CampaignError(problems)
+        if campaign.numbers:
+            raise InputError(
+                f"{campaign.sheet}: this campaign is a table, so there is no log to wait for"
+            )
+        self.campaign: Campaign = campaign
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
+        below = sorted(files_below(str(self.campaign.raw)))
         now = time.monotonic() if now is None else now
-        again = yield from self._reread(now)
-        if self.campaign is None:
+        if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
             return
-        if self._tree.changed() or again:
-            self._list()
-        if not self._logs.look(self._paths, now) and not again:
-            return
-        for name in {*self.media} - {*self.rows}:
-            yield from self._withdraw(self.media.pop(name), ())
-        changed = []
-        for name in self.rows:
-            medium = self.media.setdefault(name, Medium(name))
-            before = dict(medium.keys)
-            try:
-                yield from self._measure(self.campaign, medium)
-            except InputError as error:  # no log of the campaign can be read so
-                yield _problem(str(error))
-            changed += [medium] if medium.keys != before else []
-        yield from self._tell_media(self.campaign, changed)
-        yield from self._look_into(self.campaign)
+        yield from self._reread()
+        self.rows = {name: self._rows_of(name, below) for name in self.campaign.media_with_runs}
+        for medium in list(self.media.values()):
+            yield from self._withdraw(medium, self.rows.get(medium.name, ()))
+        self.media = {name: self.media.get(name) or Medium(name) for name in self.rows}
+        before = {name: dict(medium.keys) for name, medium in self.media.items()}
+        for medium in self.media.values():
+            yield from self._measure(medium)
+        changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
+        if changed:
+            yield from self._tell_media(changed)
+        yield from self._look_into(below)
 
     # --- config and run sheet
 
-    def _reread(self, now: float) -> Generator[Event, None, bool]:
-        """Read config and run sheet again where they changed; whether they did."""
-        files = [str(self.config)]
-        if (old := self.campaign) is not None:
-            contact, calibration = old.config.rigid_contact, old.config.force_log.calibration
-            shared = [contact.force_log, contact.motion_log] if contact else []
-            files += [
-                str(old.sheet),
-                *(str(old.raw / name) for name in (*shared, calibration) if name),
-            ]
-        self._settings.look(files, now)
-        stamps = self._settings.stamps(files)
-        self._sheet_moves = stamps is None
-        if stamps is None or stamps == self._read_from:
-            return False
-        campaign, problems = check_campaign(self.config, good_rows=True)
-        told = {str(one): one for one in problems if one.code not in _PASSING}
-        for text in [*self.problems, *told]:
-            if (text in self.problems) != (text in told):
-                one = told.get(text) or self.problems[text]
-                yield _problem(text, one, solved=text not in told)
-        self.problems, self._read_from = told, stamps
-        if campaign is None:
-            if self.campaign is None:
-                raise CampaignError(problems)
-            return False
-        if campaign.numbers:
-            raise InputError(
-                f"{campaign.sheet}: the campaign is a table, so there is no log to wait for"
-            )
-        everything = campaign.config.model_dump(mode="json"), stamps[2:]
-        if self._shared != everything:  # nothing that was measured with other settings holds
-            self.media = {}
-        self.campaign, self._shared = campaign, everything
-        self._tree.base = campaign.raw
-        return True
-
-    def _list(self) -> None:
-        """List the files of each run, and those that no row names."""
-        assert self.campaign is not None
-        self.rows = {name: self._rows_of(name) for name in self.campaign.media_with_runs}
-        named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
-        self._loose = [
-            name for name in self._tree.names if name not in named and self._may_be_log(name)
+    def _settings(self) -> list[str]:
+        """Files that all runs depend on: config and run sheet first."""
+        config, raw = self.campaign.config, self.campaign.raw
+        contact = config.rigid_contact
+        shared = [
+            config.force_log.calibration,
+            *([contact.force_log, contact.motion_log] if contact else []),
         ]
-        self._paths = [f"{self.campaign.raw}/{name}" for name in (*sorted(named), *self._loose)]
+        return [
+            str(self.config),
+            str(self.campaign.sheet),
+            *(f"{raw}/{name}" for name in shared if name),
+        ]
 
-    def _rows_of(self, medium: str) -> dict[str, _Row]:
-        assert self.campaign is not None
-        found = {}
+    def _reread(self) -> Iterator[Event]:
+        """Read config and run sheet again where they changed and are still."""
+        stamps, before = self._files.stamps(self._settings()), self.campaign
+        if stamps is None or stamps == self._read_from:
+            return
+        campaign, problems = check_campaign(self.config, good_rows=True)
+        old, self.problems = (
+            self.problems,
+            {str(one): one for one in problems if one.code not in _PASSING},
+        )
+        for text, one in (old | self.problems).items():
+            if (text in old) != (text in self.problems):
+                facts = {
+                    "row": one.place.row,
+                    "code": one.code,
+                    "severity": one.severity,
+                    "text": text,
+                }
+                yield Event("problem", facts | {"solved": text in old})
+        if campaign is not None:
+            self.campaign = campaign
+            if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
+                self.media = {}  # nothing that was measured with other settings holds
+        self._read_from = stamps
+
+    def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
+        found, raw = {}, self.campaign.raw
         for run in self.campaign.runs_of(medium):
-            logs = {run.force_log, run.motion_log, run.zero_log} - {""}
-            bags = tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}"))
-            parts = {name for name in self._tree.names if name.startswith(bags)} if bags else set()
-            found[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs | parts)))
+            logs = {
+                f"{raw}/{name}" for name in (run.force_log, run.motion_log, run.zero_log) if name
+            }
+            if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
+                logs.update(name for name in below if name.startswith(bags))
+            found[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
         return found
 
     # --- runs
 
-    def stamps(self, row: _Row) -> tuple[Stamp, ...] | None:
-        """Stamps of the files of a run; None while one of them moves."""
-        assert self.campaign is not None
-        return self._logs.stamps(f"{self.campaign.raw}/{name}" for name in row.files)
-
-    def _measure(self, campaign: Campaign, medium: Medium) -> Iterator[Event]:
+    def _measure(self, medium: Medium) -> Iterator[Event]:
         """Measure the runs whose files are still and not those that were measured; tell each."""
-        rows = self.rows[medium.name]
-        yield from self._withdraw(medium, rows)
-        stamps = {name: self.stamps(row) for name, row in rows.items()}
+        rows, first = self.rows[medium.name], medium.alpha.empty
+        stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
         wanted = {}
         for name, row in rows.items():
@@ -197,28 +172,22 @@ class Watch:
             if stamps[name] is not None and not waits and medium.keys.get(name) != key:
                 wanted[name] = key
         moving = [name for name, stamp in stamps.items() if stamp is None]
-        first = medium.alpha.empty
-        for part in measure(campaign, medium.name, wanted, moving):
-            for name, one in part.items():
-                tares = {rows[name].run.tare_run} & {*rows}
-                read = [rows[key] for key in (name, *tares)]
-                if any(stamps[row.run.run_id] not in (None, self._now(row)) for row in read):
-                    continue  # written while it was read: it is measured when it is still
-                was = medium.runs.get(name)
-                medium.runs[name], medium.keys[name] = one, wanted[name]
-                facts = self.facts(medium, name)
-                if facts["state"] == WAITING and was and was.is_read:
-                    facts = {"medium": medium.name, "run_id": name, "why": "its log is gone"}
-                    yield Event("withdrawn", facts)
-                    continue
-                if facts["kind"] == "plate" and facts["state"] != WAITING:
-                    medium.last, medium.heard = name, time.time()
-                    medium.seconds = np.nan if first else facts["seconds_since_change"]
-                yield Event("push", facts | {"first": first})
-
-    def _now(self, row: _Row) -> tuple[Stamp, ...]:
-        assert self.campaign is not None
-        return tuple(stamp_of(self.campaign.raw / name) for name in row.files)
+        for name, one in measure(self.campaign, medium.name, wanted, moving):
+            read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
+            if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
+                continue  # written while it was read: it is measured when it is still
+            was = medium.runs.get(name)
+            medium.runs[name], medium.keys[name] = one, wanted[name]
+            facts = self.facts(medium, name)
+            if facts["state"] == WAITING and was and was.is_read:
+                yield Event(
+                    "withdrawn", {"medium": medium.name, "run_id": name, "why": "its log is gone"}
+                )
+                continue
+            if facts["kind"] == "plate" and facts["state"] != WAITING:
+                medium.last, medium.heard = name, time.time()
+                medium.seconds = np.nan if first else facts["seconds_since_change"]
+            yield Event("push", facts | {"first": first})
 
     def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
         for name in [name for name in medium.runs if name not in rows]:
@@ -229,30 +198,26 @@ class Watch:
     def state(self, medium: str, name: str) -> str:
         """State of a run by now."""
         row, one = self.rows[medium][name], self.media[medium].runs.get(name)
+        stamps = self._files.stamps(row.files)
         if row.run.excluded:
             return EXCLUDED
-        stamps = self.stamps(row)
         if one is None or stamps is None:
             return GROWING
         if None in stamps:
             return WAITING
-        if not one.is_read:
-            return REFUSED
-        tare = self.rows[medium].get(row.run.tare_run)
-        if tare and one.why and self.state(medium, tare.run.run_id) in (WAITING, GROWING):
+        tare = row.run.tare_run
+        bare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
+        if one.is_read and one.why and bare:
             return BARE
         return REFUSED if one.why else MEASURED if row.run.kind == "plate" else READ
 
     def facts(self, medium: Medium, name: str) -> dict[str, Any]:
         """What is told of a run: its state, alpha with its interval, flags, or why there is no number."""
-        run, one = self.rows[medium.name][name].run, medium.runs[name]
-        fit, stamps = one.rows.get("fits", {}), self._now(self.rows[medium.name][name])
-        numbers = (
-            "beta_deg",
-            "gamma_deg",
-            *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
-        )
-        changed = max((stamp[1] / 1e9 for stamp in stamps if stamp), default=np.nan)
+        row, one = self.rows[medium.name][name], medium.runs[name]
+        run, fit = row.run, one.rows.get("fits", {})
+        numbers = [f"{angle}_deg" for angle in ("beta", "gamma")]
+        numbers += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
+        changed = max((stamp[1] / 1e9 for stamp in _stamps_now(row) if stamp), default=np.nan)
         return {
             "medium": medium.name, "run_id": name, "row": run.row, "kind": run.kind,
             "state": self.state(medium.name, name), "direction": run.direction,
@@ -263,28 +228,23 @@ class Watch:
 
     # --- media
 
-    def _tell_media(self, campaign: Campaign, changed: Sequence[Medium]) -> Iterator[Event]:
+    def _tell_media(self, changed: Collection[str]) -> Iterator[Event]:
         """Check the media with new runs, then estimate their maps and plan the next pushes."""
-        if not changed:
-            return
         kept = {name for medium in self.media.values() for name in medium.runs}
-        legless = (run for run in campaign.runs if run.kind != "leg" or run.tare_run in {"", *kept})
-        view = replace(campaign, runs=tuple(run for run in legless if run.run_id in kept))
+        runs = [run for run in self.campaign.runs if run.run_id in kept]
+        runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *kept}]
+        view = replace(self.campaign, runs=tuple(runs))
         results = Results(view)
-        for medium in self.media.values():
-            if medium.name not in view.media_with_runs:
-                continue
-            if medium in changed:
+        for medium in (self.media[name] for name in view.media_with_runs):
+            if medium.name in changed:
                 hold(results, medium, view.runs_of(medium.name))
                 medium.checks, medium.alpha, *_ = checks(results, medium.name)
-            for name in ("checks", "alpha"):
-                results.hold_as_csv(f"{name}/{medium.name}.csv", getattr(medium, name))
-                setattr(medium, name, results.table(f"{name}/{medium.name}.csv"))
+            medium.checks = results.hold_as_csv(f"checks/{medium.name}.csv", medium.checks)
+            medium.alpha = results.hold_as_csv(f"alpha/{medium.name}.csv", medium.alpha)
         for name in view.media_with_runs:
-            medium = self.media[name]
-            if medium in changed or campaign.config.maps.own_media:
-                self._plan(results, medium)
-                yield Event("medium", self.summary(medium))
+            if name in changed or view.config.maps.own_media:
+                self._plan(results, self.media[name])
+                yield Event("medium", self.summary(self.media[name]))
 
     def _plan(self, results: Results, medium: Medium) -> None:
         """Estimate the map of a medium, and choose the pushes that tell most of what it does not tell yet."""
@@ -316,67 +276,59 @@ class Watch:
 
     def next_rows(self, medium: Medium) -> list[dict[str, str]]:
         """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
-        assert self.campaign is not None
-        like = next(
-            (
-                run
-                for run in reversed(self.campaign.runs)
-                if (run.medium, run.kind) == (medium.name, "plate")
-            ),
-            None,
-        )
-        if like is None or medium.plan is None:
-            return []
-        number, found = len(self.rows[medium.name]), []
-        pushes = [
-            row
-            for step in medium.plan.steps[1:]
-            for row in push_rows(step, self.campaign.config.fit.horizontal_depths_cm)
+        own = [
+            run for run in self.campaign.runs if (run.medium, run.kind) == (medium.name, "plate")
         ]
-        for push in pushes:
-            number += 1
-            while (name := f"{medium.name}_{number:03d}") in self.campaign.by_id:
-                number += 1
+        depths, found = self.campaign.config.fit.horizontal_depths_cm, []
+        names = (f"{medium.name}_{number:03d}" for number in count(1 + len(self.rows[medium.name])))
+        steps = medium.plan.steps[1:] if medium.plan and own else ()
+        for push in chain.from_iterable(push_rows(step, depths) for step in steps):
+            name, like = next(one for one in names if one not in self.campaign.by_id), own[-1]
             tare = f"{name}_rod" if like.tare_run and not like.tare_shared else ""
-            for run_id, kind in ((name, "plate"), *([(tare, "rod")] if tare else [])):
-                logs = {
-                    log: getattr(like, log).replace(like.run_id, run_id)
-                    for log in ("force_log", "motion_log")
+            for run_id, kind in ((name, "plate"), (tare, "rod"))[: 2 if tare else 1]:
+                logs = {f"{log}_log": getattr(like, f"{log}_log").replace(like.run_id, run_id)
+                        for log in ("force", "motion")}  # fmt: skip
+                row = {
+                    "run_id": run_id,
+                    "kind": kind,
+                    "medium": medium.name,
+                    "intruder": like.intruder,
                 }
-                found.append({"run_id": run_id, "kind": kind, "medium": medium.name, "intruder": like.intruder} | push
-                             | logs | {"tare_run": tare if kind == "plate" else ""})  # fmt: skip
+                found.append(row | push | logs | {"tare_run": tare if kind == "plate" else ""})
         return found
 
     # --- files that no row names
 
-    def _may_be_log(self, name: str) -> bool:
-        assert self.campaign is not None
-        robot, path = self.campaign.config.robot, self.campaign.raw / name
-        of_robot = (
-            robot is not None and robot.runs and name.startswith(f"{Path(robot.runs).parent}/")
-        )
-        return not (
-            of_robot or path == self.campaign.sheet or path.name in (REENACTED, "README.md")
-        )
-
-    def _look_into(self, campaign: Campaign) -> Iterator[Event]:
+    def _look_into(self, below: list[str]) -> Iterator[Event]:
         """Tell what the files are that no row names, and the row that would name each."""
-        self.unnamed = {name: self.unnamed[name] for name in self.unnamed if name in self._loose}
-        if self._sheet_moves:  # a row for them may be there
-            return
-        for name in self._loose:
-            path = campaign.raw / name
-            if (
-                name in self.unnamed
-                or len(self.unnamed) >= _MOST_UNNAMED
-                or not self._logs.stamps([str(path)])
-            ):
-                continue
+        if self._files.stamps(self._settings()) is None:
+            return  # a row for them may be in the sheet that is being written
+        raw, robot = self.campaign.raw, self.campaign.config.robot
+        named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
+        others = (*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md")
+        tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "/dev/null/"
+        loose = [
+            path for path in below if path not in {*named, *others} and not path.startswith(tracks)
+        ]
+        self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
+        for path in (
+            path for path in self.unnamed if not self.unnamed[path] and self._files.stamps([path])
+        ):
+            name = Path(path).relative_to(raw)
             try:
-                surveys, refused = survey_file(recognised(path).reader, path)
-                found = {"kinds": kinds(together(surveys)), "refused": str(refused or "")}
+                surveys, refused = survey_file(recognised(Path(path)).reader, Path(path))
+                found, why = kinds(together(surveys)), str(refused or "")
             except (InputError, OSError) as error:
-                found = {"kinds": [], "refused": str(error)}
-            logs = {f"{kind}_log": name for kind in ("force", "motion") if kind in found["kinds"]}
-            self.unnamed[name] = {"file": name, **found, "row": {"run_id": path.stem, **logs}}
-            yield Event("file", self.unnamed[name])
+                found, why = [], str(error)
+            row = {"run_id": name.stem} | {f"{kind}_log": name.as_posix() for kind in found}
+            self.unnamed[path] = {
+                "file": name.as_posix(),
+                "kinds": found,
+                "refused": why,
+                "row": row,
+            }
+            yield Event("file", self.unnamed[path])
+
+
+def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
+    return tuple(map(stamp_of, row.files))

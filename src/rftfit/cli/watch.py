@@ -86,59 +86,38 @@ def watch(
 
 def as_text(kind: str, facts: Mapping[str, Any]) -> str:
     """Tell an event to people; empty where it is not worth a line."""
-    told = {
-        "page": _page,
-        "problem": _problem,
-        "file": _file,
-        "push": _push,
-        "withdrawn": _withdrawn,
-        "medium": _medium,
-    }
-    text = told[kind](facts)
-    return f"{time.strftime('%H:%M:%S')}  {text}" if text else ""
-
-
-def _page(facts: Mapping[str, Any]) -> str:
-    return f"live page, for this machine alone: {facts['address']}"
-
-
-def _problem(facts: Mapping[str, Any]) -> str:
-    return f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"
-
-
-def _file(facts: Mapping[str, Any]) -> str:
-    what = " and ".join(facts["kinds"]) or facts["refused"]
-    return f"{facts['file']}: no row of the run sheet names it; {what} log. A row for it has {facts['row']}"
-
-
-def _withdrawn(facts: Mapping[str, Any]) -> str:
-    return f"{facts['run_id']}: withdrawn, {facts['why']}"
-
-
-def _push(facts: Mapping[str, Any]) -> str:
-    from rftfit.measure.alpha import column
-
-    if facts["first"]:
-        return ""
-    text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
-    for c in "zx":
-        alpha, low, high = (facts[column(c, end)] for end in ("", "_lo", "_hi"))
-        if math.isfinite(alpha):
-            text += f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]"
-    if math.isfinite(facts["seconds_since_change"]):
-        text += f"; {facts['seconds_since_change']:.1f} s after its last change"
-    told = [f"flag: {flag['text']}" for flag in facts["flags"]]
-    return "\n".join([text, *(f"          {one}" for one in [*told, facts["reason"]] if one)])
-
-
-def _medium(facts: Mapping[str, Any]) -> str:
-    states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
-    text = f"{facts['medium']}: {states}; {facts['target']} known to {facts['half_width_percent']:.2g} %"
-    if math.isfinite(facts["before_percent"]):
-        text += f", before {facts['before_percent']:.2g} %"
-    pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
-    lines = [f"next (beta, gamma), deg: {', '.join(pushes)}"] if pushes else []
-    lines += [
-        f"check {one['check']} fails, {one['effect']}: {one['sentence']}" for one in facts["checks"]
-    ]
-    return "\n".join([text, *(f"          {line}" for line in lines)])
+    lines: list[str] = []
+    if kind == "page":
+        lines = [f"live page, for this machine alone: {facts['address']}"]
+    elif kind == "problem":
+        lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
+    elif kind == "file":
+        what = " and ".join(facts["kinds"]) or facts["refused"]
+        lines = [
+            f"{facts['file']} ({what}): no row of the run sheet names it",
+            f"a row for it has {facts['row']}",
+        ]
+    elif kind == "withdrawn":
+        lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
+    elif kind == "push" and not facts["first"]:
+        text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
+        for c in "zx":
+            alpha, low, high = (facts[f"alpha_{c}{end}_N_per_cm3"] for end in ("", "_lo", "_hi"))
+            text += (
+                f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]" if math.isfinite(alpha) else ""
+            )
+        late = facts["seconds_since_change"]
+        text += f"; {late:.1f} s after its last change" if math.isfinite(late) else ""
+        lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
+    elif kind == "medium":
+        states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
+        text = f"{facts['medium']}: {states}; {facts['target']} known to {facts['half_width_percent']:.2g} %"
+        before = facts["before_percent"]
+        text += f", before {before:.2g} %" if math.isfinite(before) else ""
+        pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
+        lines = [text, f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""]
+        lines += [
+            f"check {one['check']} fails, {one['effect']}: {one['sentence']}"
+            for one in facts["checks"]
+        ]
+    return time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""
