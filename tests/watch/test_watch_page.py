@@ -141,7 +141,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
         bench.settle(watch)
         page.show(lambda query: page_of(watch, query), changed=True)
         until(browser, f"Last push: {second}")
-        browser.click(f"[id='r-{first}']")
+        browser.click(f"a[href$='run={first}']")
         until(browser, f"Push: {first}")
         assert browser.evaluate("location.search").endswith(f"run={first}")
         for width in (390, 1280):
