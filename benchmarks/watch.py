@@ -77,7 +77,7 @@ def changes(watch: Watch, times: int) -> list[tuple[float, float, float, float]]
         for look in range(4):
             list(watch.step(now + 0.1 * look))
         wall, own = time.perf_counter(), time.process_time()
-        told = {}
+        told: dict[str, tuple[float, float]] = {}
         for event in watch.step(now + 5):
             told.setdefault(event.kind, (time.perf_counter() - wall, time.process_time() - own))
         found.append((told["push"][0], told["medium"][0], told["push"][1], told["medium"][1]))

@@ -8,7 +8,6 @@ put into a folder push by push, in an order of chance; from push 12 on a channel
 from __future__ import annotations
 
 import random
-import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -115,4 +114,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import NamedTuple
 
 Stamp = tuple[int, int] | None
@@ -28,12 +28,6 @@ def stamp_of(path: str) -> Stamp:
     return found.st_size, found.st_mtime_ns
 
 
-def files_below(base: str) -> Iterator[str]:
-    """Paths of the files in a folder and below, hidden ones left out."""
-    for folder, _, names in os.walk(base):
-        yield from (f"{folder}/{name}" for name in names if name[0] != ".")
-
-
 class Files:
     """Stamps of files, and since when they are what they are; still: for `wait_s`."""
 
@@ -41,6 +35,19 @@ class Files:
         self.wait_s = wait_s
         self.seen: dict[str, _Seen] = {}
         self._turn = 0
+        self._folders: dict[str, Stamp] = {}
+        self._below: list[str] = []
+
+    def below(self, base: str) -> list[str]:
+        """Files in a folder and below, hidden ones left out; listed again where a folder changed."""
+        same = all(stamp_of(path) == stamp for path, stamp in self._folders.items())
+        # a change within the tick of the disk's clock shows in no stamp
+        if not same or base not in self._folders or not self._turn % _TURNS:
+            self._folders, self._below = {}, []
+            for folder, _, names in os.walk(base):
+                self._folders[folder] = stamp_of(folder)
+                self._below += [f"{folder}/{name}" for name in names if name[0] != "."]
+        return self._below
 
     def look(self, paths: Iterable[str], now: float) -> bool:
         """Ask the files that may have changed; whether one did, came to rest, or is new or gone."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rftfit.bench.files import Files, Stamp, files_below, stamp_of
+from rftfit.bench.files import Files, Stamp, stamp_of
 from rftfit.bench.medium import Medium, hold, measure
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, check_campaign
@@ -87,7 +87,7 @@ class Watch:
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
-        below = sorted(files_below(str(self.campaign.raw)))
+        below = self._files.below(str(self.campaign.raw))
         now = time.monotonic() if now is None else now
         if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
             return
@@ -306,7 +306,7 @@ class Watch:
         raw, robot = self.campaign.raw, self.campaign.config.robot
         named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
         others = (*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md")
-        tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "/dev/null/"
+        tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
         loose = [
             path for path in below if path not in {*named, *others} and not path.startswith(tracks)
         ]
