@@ -152,11 +152,12 @@ def load_campaign(config_path: Path) -> Campaign:
 
 
 def check_campaign(
-    config_path: Path, table: TableRead | None = None
+    config_path: Path, table: TableRead | None = None, *, good_rows: bool = False
 ) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    `table`: What is in the campaign's table, where it was read before. Returns None for the campaign when there is any error, and all problems: of the configuration in
+    `table`: What is in the campaign's table, where it was read before. `good_rows`: Errors of rows leave out
+    these rows, and those of runs that name them as tare. Returns None for the campaign when there is any other error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
     """
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
@@ -190,11 +191,27 @@ def check_campaign(
         if logs is not None:
             _check_robot(file, file.model.robot, within, logs, runs)
         of_sheet += _only_straight_down(file.model.media, sheet, runs)
+    if good_rows:
+        runs, lost = _with_tare(sheet, runs)
+        of_sheet += lost
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
-    if file.model is None or any(problem.severity == "error" for problem in problems):
+    counts = file.problems if good_rows else problems
+    if file.model is None or any(problem.severity == "error" for problem in counts):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, was), problems
+
+
+def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
+    """Runs whose tare is a run too, or that name none, and a problem for each of the others."""
+    names = {run.run_id for run in runs} | {""}
+    allowed = "a run whose own row has no error"
+    lost = [
+        Problem("sheet.tare-row", Place(sheet, run.row, "tare_run"), run.tare_run, allowed)
+        for run in runs
+        if run.tare_run not in names
+    ]
+    return [run for run in runs if run.tare_run in names], lost
 
 
 def _no_campaign(root: Path) -> str:

@@ -44,9 +44,9 @@ def comments(mark: str, notes: Iterable[str]) -> str:
     return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
-def json_text(content: Any) -> str:
+def json_text(content: Any, indent: int | None = 2) -> str:
     """Write JSON; a number that is not known is null, a path its text."""
-    return json.dumps(_known(content), indent=2, allow_nan=False)
+    return json.dumps(_known(content), indent=indent, allow_nan=False)
 
 
 def _known(content: Any) -> Any:

@@ -98,12 +98,12 @@ def plan(
     read = (*known.files, body.outline, body.path)
     check_target(output, MARK, "rows of the run sheet", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
-    wanted = _wanted(target, body)
+    aim = wanted(target, body)
     betas, gammas = _angles("--beta", rig.beta), _angles("--gamma", rig.gamma)
     before = _known(known, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
     try:
-        made = rftfit.plan(wanted, before, limits, number, confidence)
+        made = rftfit.plan(aim, before, limits, number, confidence)
     except ValueError as error:
         raise InputError(str(error)) from error
     say(_as_json(made, output) if as_json else _as_text(made, before))
@@ -118,7 +118,8 @@ def plan(
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def _wanted(target: str | None, body: options.Body) -> Target | str:
+def wanted(target: str | None, body: options.Body) -> Target | str:
+    """What is to be known, by the options of the command line."""
     from rftfit.model.outlines import CURVATURES
     from rftfit.model.planning import peaks
 

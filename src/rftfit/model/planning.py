@@ -194,6 +194,21 @@ class Plan:
         return pd.DataFrame(rows, columns=names)
 
 
+def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
+    """What the run sheet says of the runs of a push: direction, angles and, of a horizontal one, depths."""
+    beta, gamma = step.directions[0]
+    ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
+    if gamma == 0:
+        ways = [("horizontal", f"{depth:g}") for depth in depths_cm[: step.runs]]
+        ways += [("horizontal", "")] * (step.runs - len(ways))
+    elif len(step.directions) > 1:
+        ways = [("intrusion", ""), ("extraction", "")]
+    return [
+        {"direction": way, "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}", "depth_cm": depth}
+        for way, depth in ways
+    ]
+
+
 def plan(
     target: Target | Outline | Sequence[Outline] | str = "map",
     known: Map | None = None,
@@ -343,14 +358,8 @@ def run_sheet_rows(plan: Plan) -> str:
     """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
     lines = [SHEET_COLUMNS]
     for number, step in enumerate(plan.steps[1:], start=1):
-        beta, gamma = step.directions[0]
-        ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
-        if gamma == 0:
-            ways = [("horizontal", f"{depth:g}") for depth in _DEPTHS_CM[: step.runs]]
-            ways += [("horizontal", "")] * (step.runs - len(ways))
-        elif len(step.directions) > 1:
-            ways = [("intrusion", ""), ("extraction", "")]
-        for part, (direction, depth) in enumerate(ways, start=1):
-            name = f"plan{number:02d}" + (f"_{part}" if len(ways) > 1 else "")
-            lines.append(f"{name},plate,,,{direction},{beta:g},{gamma:.6g},{depth},,")
+        rows = push_rows(step, _DEPTHS_CM)
+        for part, row in enumerate(rows, start=1):
+            name = f"plan{number:02d}" + (f"_{part}" if len(rows) > 1 else "")
+            lines.append(f"{name},plate,,,{','.join(row.values())},,")
     return "\n".join(lines) + "\n"
