@@ -16,7 +16,7 @@ import yaml
 
 from rftfit.bench.watch import MEASURED, Watch
 from rftfit.campaign.config import Config
-from rftfit.lab.enact import planned, run_logs
+from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.write import sheet_text
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def told_at(kind: str, seed: int) -> dict[str, int]:
     values["media"] = {MEDIUM: values["media"][MEDIUM]}
     del values["robot"]
     config, found = Config(**values), dict[str, int]()
-    runs = planned(config, [MEDIUM], None, "paper", tare=True, legs=False)
+    runs = prepare(config, media=[MEDIUM], legs=False).runs
     rods = {run.run_id: run for run in runs if run.kind == "rod"}
     plates = [run for run in runs if run.kind == "plate"]
     random.Random(seed).shuffle(plates)
