@@ -1,7 +1,5 @@
 """The shape of the package: what it loads, who imports whom, sizes, versions, docstrings."""
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """A small campaign, and a way to run the command as a user would."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import dataclass
 from pathlib import Path

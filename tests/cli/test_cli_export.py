@@ -1,7 +1,5 @@
 """`rftfit export`, and the commands that read what it wrote."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

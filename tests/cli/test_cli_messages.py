@@ -1,7 +1,5 @@
 """Messages of the commands that no other test calls forth, each with what it has to say."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

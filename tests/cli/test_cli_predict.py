@@ -1,7 +1,5 @@
 """`rftfit predict`: numbers against the library, sources, intervals, files, messages."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

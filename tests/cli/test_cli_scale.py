@@ -1,7 +1,5 @@
 """`rftfit scale`: numbers against hand calculation, sources, files, messages."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

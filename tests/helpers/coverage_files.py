@@ -1,7 +1,5 @@
 """Does the interval of each level contain the truth in campaigns that are written and read as files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import yaml

@@ -6,8 +6,6 @@ program's own functions: zero, slope, start-up, alpha table. Only the files betw
 The disturbances of `rftfit reenact --disturb` are those of `rftfit.lab.disturb`; sizes are given by name.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

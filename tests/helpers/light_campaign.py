@@ -1,7 +1,5 @@
 """A campaign without logs, and tables of alpha as the workflow writes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any

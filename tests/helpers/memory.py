@@ -1,7 +1,5 @@
 """Results whose tables are at hand instead of in files, for tests of what is made from them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Campaigns with mistakes in sheet, config and logs, or in a table of stress."""
 
-from __future__ import annotations
-
 import copy
 import csv
 import io

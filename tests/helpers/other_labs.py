@@ -1,7 +1,5 @@
 """Campaigns of other labs: grids and protocols that are not the paper's, re-enacted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

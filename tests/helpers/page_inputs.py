@@ -1,7 +1,5 @@
 """Campaigns whose results are made from the published tables, for the tests of the report page."""
 
-from __future__ import annotations
-
 import atexit
 import json
 import math

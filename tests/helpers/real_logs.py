@@ -1,7 +1,5 @@
 """A campaign around each real log of `../shared/data/logs`, from what `rftfit inspect` proposes for it."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import shutil

@@ -1,7 +1,5 @@
 """A Slurm controller and two nodes of one core each on this machine, for as long as a test takes."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

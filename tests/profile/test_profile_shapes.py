@@ -1,7 +1,5 @@
 """The map of a few pushes: conditional mean and covariance, limits, symmetry, and media that do not belong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """What results were made from is recorded, and every change of it is noticed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

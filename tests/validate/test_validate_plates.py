@@ -1,7 +1,5 @@
 """Plates of several sizes: exponents by hand, intervals, and what counts as a departure."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
