@@ -20,8 +20,6 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 HEAVY = ("matplotlib", "numba", "pandas", "pyarrow", "scipy", "scipy.stats", "snakemake")
 
-Function = ast.FunctionDef | ast.AsyncFunctionDef
-
 
 def relative(path):
     return path.relative_to(ROOT).as_posix()

@@ -194,10 +194,6 @@ class SlurmHost:
             _kill_tree(process)
         return hit
 
-    def revive_node(self, node):
-        """Start a killed node's daemon again."""
-        self._daemon(node, "slurmd", "-D", "-c", "-N", node)
-
     def stop(self):
         """End every job and daemon, and put the machine's own configuration back."""
         try:

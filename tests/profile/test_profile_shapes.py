@@ -28,7 +28,6 @@ from rftfit.reference import MEDIA
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
 COUNT = BETA.size
-MATERIAL = {"poppy_LP": ("poppy_LP", "poppy_CP"), "glass3mm_CP": MEDIA[2:]}
 
 
 def truth(medium):
