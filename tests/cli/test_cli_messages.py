@@ -22,10 +22,7 @@ from rftfit.store import read_parquet, write_csv
 from rftfit.workflow import plates
 from rftfit.workflow.run import Workflow
 
-from .test_cli_predict import here, results
-
-__all__ = ["here", "results"]  # fixtures
-
+pytestmark = pytest.mark.usefixtures("here")
 LEG = ("predict", "--leg", "c_leg")
 
 

@@ -27,36 +27,15 @@ def sha256(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-class Checked:
-    """A campaign that was run once; whatever a test changes is put back."""
-
-    def __init__(self, folder):
-        self.folder, self.root = folder, folder.root
-
-    def verify(self, *words):
-        return self.folder.rftfit("verify", *words)
-
-    def run(self, *words):
-        return self.folder.rftfit("run", *words)
-
-    def record(self):
-        return json.loads((self.root / "results" / "provenance.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def run_once(small):
-    return Checked(small)
-
-
 @pytest.fixture
-def checked(run_once):
+def checked(small):
     names = (LOG, "raw/paper/runs.csv", "config/config.yaml", "results/alpha/poppy_LP.csv",
              "results/provenance.json", FIGURE, CODE)  # fmt: skip
-    kept = {name: (run_once.root / name).read_bytes() for name in names}
-    states = {name: (run_once.root / name).stat() for name in names}
-    yield run_once
+    kept = {name: (small.root / name).read_bytes() for name in names}
+    states = {name: (small.root / name).stat() for name in names}
+    yield small
     for name, content in kept.items():
-        path = run_once.root / name
+        path = small.root / name
         if not path.exists() or path.read_bytes() != content:
             path.write_bytes(content)
             os.utime(path, ns=(states[name].st_atime_ns, states[name].st_mtime_ns))
@@ -79,11 +58,11 @@ def replace(path, old, new):
 
 
 def test_all_is_as_recorded(checked):
-    done = checked.verify()
+    done = checked.rftfit("verify")
     assert done.returncode == 0, done.stdout
     assert "all as recorded" in done.stdout
-    assert "Nothing to do" in checked.run("--dry-run").stdout
-    told = json.loads(checked.verify("--json").stdout)
+    assert "Nothing to do" in checked.rftfit("run", "--dry-run").stdout
+    told = json.loads(checked.rftfit("verify", "--json").stdout)
     assert all(told["as_recorded"].values())
     assert (told["changed"], told["why"]) == ([], [])
 
@@ -101,7 +80,9 @@ def test_the_record_names_every_result_and_its_content(checked):
         for path, digest in json.loads(file.read_text(encoding="utf-8"))["writes"].items()
     }
     assert recorded == there
-    jobs = checked.record()["jobs"]
+    jobs = json.loads((checked.root / "results" / "provenance.json").read_text(encoding="utf-8"))[
+        "jobs"
+    ]
     assert {path for one in jobs.values() for path in one["writes"]} == {
         path for path in there
         if path.rsplit("/", 1)[1] not in
@@ -128,13 +109,13 @@ def test_the_record_holds_no_machine_and_no_time(checked):
 
 
 def test_a_chain_is_told(checked):
-    done = checked.verify("results/coefficients.csv")
+    done = checked.rftfit("verify", "results/coefficients.csv")
     assert done.returncode == 0
     for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
                  "134 logs: air/air_c_leg_force.csv", "67 rows of the run sheet",
                  "depends on: "):  # fmt: skip
         assert part in done.stdout
-    alone = checked.verify("results/alpha/yuma.csv").stdout
+    alone = checked.rftfit("verify", "results/alpha/yuma.csv").stdout
     assert "poppy_LP_" not in alone
     assert "scaling" not in alone
 
@@ -185,21 +166,21 @@ CHANGES = {
 def test_a_change_is_noticed(checked, what):
     change, said, stale, right = CHANGES[what]
     change(checked.root)
-    done = checked.verify(f"results/{stale}")
+    done = checked.rftfit("verify", f"results/{stale}")
     assert done.returncode == NOT_AS_RECORDED
     assert all(words in done.stdout for words in said)
-    assert checked.verify(f"results/{right}").returncode == 0
+    assert checked.rftfit("verify", f"results/{right}").returncode == 0
 
 
 def test_a_change_among_all_results(checked):
     change_log_behind_the_date(checked.root)
-    done = checked.verify("--json")
+    done = checked.rftfit("verify", "--json")
     assert done.returncode == NOT_AS_RECORDED
     told = json.loads(done.stdout)
     assert not told["as_recorded"]["results/alpha/yuma.csv"]
     assert told["as_recorded"]["results/alpha/poppy_LP.csv"]
     assert any(LOG in one for one in told["changed"])
-    said = checked.run("--dry-run")
+    said = checked.rftfit("run", "--dry-run")
     assert "logs changed since the results were made: ingest yuma" in said.stderr
 
 
@@ -207,7 +188,7 @@ def test_order_and_line_ends_of_the_sheet_do_not_count(checked):
     sheet = checked.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     sheet.write_bytes(("\r\n".join([header, *reversed(rows)]) + "\r\n").encode())
-    assert checked.verify().returncode == 0
+    assert checked.rftfit("verify").returncode == 0
 
 
 def test_edits_and_damage_are_made_again(checked):
@@ -229,20 +210,20 @@ def test_edits_and_damage_are_made_again(checked):
         content[len(content) // 2] ^= 1 if "." + name.rpartition(".")[2] != ".json" else 128
         path.write_bytes(content)
     (results / "runs" / "yuma.csv").unlink()
-    assert checked.verify("results/report.html").returncode != 0
-    done = checked.run()
+    assert checked.rftfit("verify", "results/report.html").returncode != 0
+    done = checked.rftfit("run")
     assert done.returncode == 0, done.stderr
     assert "made again" in done.stderr
     assert "results/fits/yuma.csv" in done.stderr
     assert "not there, made again: results/runs/yuma.csv" in done.stderr
     assert {path: sha256(path) for path in before} == before
-    assert checked.verify().returncode == 0
-    assert "Nothing to do" in checked.run().stdout
+    assert checked.rftfit("verify").returncode == 0
+    assert "Nothing to do" in checked.rftfit("run").stdout
 
 
 @pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
 def test_what_is_not_recorded_is_no_result(checked, word):
-    done = checked.verify(word)
+    done = checked.rftfit("verify", word)
     assert done.returncode == INPUT_NOT_VALID
     assert "not among the" in done.stderr
 
@@ -254,7 +235,7 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked, text):
         path.unlink()
     else:
         path.write_text(text, encoding="utf-8")
-    done = checked.verify()
+    done = checked.rftfit("verify")
     assert done.returncode == INPUT_NOT_VALID
     assert "provenance.json" in done.stderr
     assert "rftfit run" in done.stderr
@@ -263,11 +244,11 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked, text):
 @pytest.mark.parametrize("what", ["log", "row", "setting", "result"])
 def test_a_change_while_the_workflow_runs_is_an_error(checked, what):
     """The record is not written when it would not be true."""
-    job = planned_jobs(checked.folder.config)[-1]
+    job = planned_jobs(checked.config)[-1]
     CHANGES[what][0](checked.root)
     before = sha256(checked.root / "results" / "provenance.json")
     with pytest.raises(RftfitError):
-        do_job(read_states(checked.folder.config)[0], job.reads, job.writes)
+        do_job(read_states(checked.config)[0], job.reads, job.writes)
     assert sha256(checked.root / "results" / "provenance.json") == before
 
 
@@ -300,7 +281,7 @@ def test_diff_of_two_folders_of_results(checked, tmp_path):
     assert compared.alone == []
     # the record of the second folder is of another table
     assert compared.unrecorded == [second / "alpha" / "yuma.csv"]
-    said = checked.folder.rftfit("diff", str(first), str(second)).stdout
+    said = checked.rftfit("diff", str(first), str(second)).stdout
     assert f"Not as recorded (edited, or its run was not finished): {second}/alpha/yuma.csv" in said
     assert "By their records, what they were made from differs in:" in said
 
