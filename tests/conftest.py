@@ -1,28 +1,25 @@
 """What several rooms' tests share."""
 
-from __future__ import annotations
-
 import gc
 import os
 import shutil
 import time
-from pathlib import Path
 
 # two workers share two processors: threads of linear algebra would wait for one another
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # tests and figures are many objects that live long: to look for garbage among them takes a tenth of the time
 gc.set_threshold(50_000, 20, 50)
 
+import paper
 import pytest
-import yaml
 from campaigns import FEW, Folder, make_campaign
 
-from rftfit.campaign.config import Config
-
-ROOT = Path(__file__).parents[1]
-
-
-LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py")
+LONGEST = (
+    "test_trust_stranger.py",
+    "test_workflow_whole.py",
+    "test_stages_real_logs.py",
+    "test_validate_legs.py",
+)
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
 
 
@@ -45,8 +42,7 @@ def pytest_collection_finish():
 @pytest.fixture(scope="session")
 def paper_config():
     """The configuration of the demonstration campaign."""
-    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
-    return Config(**yaml.safe_load(text))
+    return paper.paper_config()
 
 
 @pytest.fixture(scope="session")

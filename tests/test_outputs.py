@@ -3,8 +3,6 @@
 `tests/workflow/test_workflow_whole.py` holds it against every file of a whole run.
 """
 
-from __future__ import annotations
-
 import importlib
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rftfit example`: logs from a folder and from a mirror; what it makes of them: tests/workflow/test_workflow_lacking.py."""
 
-from __future__ import annotations
-
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer

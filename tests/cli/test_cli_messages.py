@@ -1,7 +1,5 @@
 """Messages of the commands that no other test calls forth, each with what it has to say."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re
@@ -23,10 +21,7 @@ from rftfit.store import read_parquet, write_csv
 from rftfit.store.environment import shipped
 from rftfit.workflow.run import Workflow
 
-from .test_cli_predict import here, results
-
-__all__ = ["here", "results"]  # fixtures
-
+pytestmark = pytest.mark.usefixtures("here")
 LEG = ("predict", "--leg", "c_leg")
 
 

@@ -1,7 +1,5 @@
 """`rftfit predict` with files that are wrong in several places, and with one cell missing."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Each run beside the others of its medium."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

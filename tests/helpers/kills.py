@@ -1,7 +1,5 @@
 """Runs of `rftfit run` that are killed, and what they leave."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -3,8 +3,6 @@
 python tests/helpers/six_campaigns.py FOLDER      writes them and runs their workflows
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Code that is edited while a run works, through the real workflow: it stops, and nothing false is recorded."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

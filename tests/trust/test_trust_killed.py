@@ -3,8 +3,6 @@
 `make killed` does the same to the real workflow, at random moments.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """A stranger's campaign: nothing that lies in its folder is executed, whatever command reads it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Measured against predicted legs: errors by hand, intervals by simulation, the paper's statements."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What of the paper stands beside a campaign: as much as the campaign has of the paper's media."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
