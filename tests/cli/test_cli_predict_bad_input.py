@@ -10,6 +10,8 @@ from rftfit import reference
 
 from .test_cli_predict import read_forces
 
+pytestmark = pytest.mark.usefixtures("here")
+
 PLATE = "x_cm,z_cm\n-1,0\n1,0\n"
 PATH = "t_s,x_cm,z_cm,angle_deg\n"
 

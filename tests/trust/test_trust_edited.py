@@ -7,7 +7,8 @@ import sys
 import time
 
 import pytest
-from campaigns import PROJECT, make_campaign
+from campaigns import make_campaign
+from paper import PROJECT
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,8 @@ import sys
 import time
 
 import pytest
-from campaigns import PROJECT, make_campaign
+from campaigns import make_campaign
+from paper import PROJECT
 
 from rftfit.store import atomic_path, write_text
 from rftfit.store.files import _cleared, clear_rests, is_rest

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from campaigns import PROJECT
+from paper import PROJECT
 
 from rftfit.store.environment import child_environment
 

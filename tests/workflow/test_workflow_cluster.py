@@ -6,7 +6,8 @@ import re
 
 import pytest
 import yaml
-from campaigns import FEW, PROJECT, make_campaign
+from campaigns import FEW, make_campaign
+from paper import PROJECT
 
 from rftfit.workflow.stages import RULES
 
