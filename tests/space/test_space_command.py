@@ -65,6 +65,13 @@ def test_limits_are_told(command, tmp_path):
     assert "faster than quasi-static: up to 141 cm/s" in err
 
 
+def test_long_work_is_announced(command, monkeypatch):
+    monkeypatch.setattr("rftfit.cli.predict._TRIANGLE_S", 1e-3)
+    rftfit.write_profile("sand.json", rftfit.estimate_map(rftfit.published_table("table_s5")[:4]))
+    code, _, err = command(*MESH, "--profile-file", "sand.json")
+    assert (code, "1000 draws of the medium through 5 poses of 224 triangles" in err) == (0, True)
+
+
 def test_every_fault_is_told_at_once(command, tmp_path):
     (tmp_path / "path.csv").write_text(HEAD + "0,0,0,1,0,0,0\n1,a,0,1,0,0,0\n1,0,,1,0,0,0\n")
     code, _, err = command("--mesh", "ball.stl", "--unit", "m", "--path", "path.csv", "--medium", "popy")  # fmt: skip
