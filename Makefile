@@ -7,7 +7,7 @@ BIN := .venv/bin
 LOCK := requirements/lock.txt
 STAMP := .venv/.made-in
 # intervals.py takes an hour and a half, scale.py is `make scale`
-SPEEDS := workflow measure logs bags kernel robot
+SPEEDS := workflow measure logs bags kernel robot space
 
 # An environment knows the folder it was made in: it is made again where the folder was moved.
 MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" ] || echo yes)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, hold
+from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, hold_lock
 
 min_version("9.5")
 
@@ -44,9 +44,9 @@ wildcard_constraints:
 
 
 onstart:
-    # so that the lock of a killed run can be told from that of a living one; jobs elsewhere may live on
+    # so that the lock of a killed run can be removed by the next; jobs elsewhere may live on
     if workflow.local_exec:
-        hold(Path(".snakemake"))
+        hold_lock(Path(".snakemake"))
         # the timer of this limit keeps Snakemake for a second after the last job
         workflow.scheduler.job_rate_limiter = None
 

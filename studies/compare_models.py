@@ -23,9 +23,9 @@ from shapes import MATERIALS, SE, reference_without
 import rftfit
 from rftfit.compare.legs import COMPONENTS, leg_errors
 from rftfit.figures import style
+from rftfit.model.draws import end_names
 from rftfit.model.forces import force_draws
 from rftfit.model.fourier import fit_lsq
-from rftfit.model.prediction import end_names
 from rftfit.model.shapes import grid
 from rftfit.reference import LEGS, MEDIA, SANDS
 from rftfit.store import write_bytes

@@ -1,31 +1,25 @@
 """What several rooms' tests share."""
 
-from __future__ import annotations
-
 import gc
 import os
 import shutil
 import time
-from pathlib import Path
 
 # two workers share two processors: threads of linear algebra would wait for one another
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # tests and figures are many objects that live long: to look for garbage among them takes a tenth of the time
 gc.set_threshold(50_000, 20, 50)
 
+import paper
 import pytest
-import yaml
 from campaigns import FEW, Folder, make_campaign
 
-from rftfit.campaign.config import Config
-
-ROOT = Path(__file__).parents[1]
-PUBLICATION = (
-    'publication: {date: "2013-03-22", license: "https://example.org/licence", authors: [A, B]}\n'
+LONGEST = (
+    "test_trust_stranger.py",
+    "test_workflow_whole.py",
+    "test_stages_real_logs.py",
+    "test_validate_legs.py",
 )
-
-
-LONGEST = ("test_trust_stranger.py", "test_workflow_whole.py")
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
 
 
@@ -48,8 +42,7 @@ def pytest_collection_finish():
 @pytest.fixture(scope="session")
 def paper_config():
     """The configuration of the demonstration campaign."""
-    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
-    return Config(**yaml.safe_load(text))
+    return paper.paper_config()
 
 
 @pytest.fixture(scope="session")
@@ -71,8 +64,6 @@ def small_made(tmp_path_factory):
             time.sleep(0.2)
     else:
         make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
-        with folder.config.open("a", encoding="utf-8") as file:
-            file.write(PUBLICATION)
         before = folder.raw_digests()
         done_run = folder.rftfit("run")
         assert done_run.returncode == 0, done_run.stdout + done_run.stderr

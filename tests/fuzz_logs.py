@@ -4,8 +4,6 @@ No crash, no hang, no row that stands in no line of the input, memory bounded. T
 stops the run and keeps its input.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

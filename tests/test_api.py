@@ -1,7 +1,5 @@
 """What `import rftfit` offers: light to load, documented, and the same numbers as inside."""
 
-from __future__ import annotations
-
 import ast
 import doctest
 import importlib

@@ -1,7 +1,5 @@
 """Every command and code block of the documentation does what it says, or says why it is not run."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import shutil

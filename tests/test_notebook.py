@@ -1,7 +1,5 @@
 """The notebook runs in a fresh clone."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 `tests/workflow/test_workflow_whole.py` holds it against every file of a whole run.
 """
 
-from __future__ import annotations
-
 import importlib
 import shutil
 from pathlib import Path
@@ -174,17 +172,35 @@ def test_tables_of_commands(tmp_path, capsys):
         "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n", encoding="utf-8"
     )
     (tmp_path / "scoop.csv").write_text("x_cm,z_cm\n0,0\n0,-4\n1,-5\n", encoding="utf-8")
-    out = [str(tmp_path / name) for name in ("alpha.csv", "leg.csv", "path.csv", "walk")]
+    (tmp_path / "fly.csv").write_text(
+        "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n0,0,0,0,0,0,0\n1,0,0,-3,9,0,0\n"
+    )
+    (tmp_path / "body.obj").write_text(
+        "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    out = [
+        str(tmp_path / name) for name in ("alpha.csv", "leg.csv", "path.csv", "walk", "mesh.csv")
+    ]
+    body = [
+        "--mesh",
+        str(tmp_path / "body.obj"),
+        "--unit",
+        "cm",
+        "--path",
+        str(tmp_path / "fly.csv"),
+    ]
     scoop = ["--outline", str(tmp_path / "scoop.csv"), "--width", "5"]
     runs = [
         ["scale", "--alpha", "0.9", "--output", out[0]],
         ["predict", "--leg", "c_leg", "--alpha", "0.9", "--output", out[1]],
         ["predict", *scoop, "--path", str(tmp_path / "dig.csv"), "--medium", MEDIUM, "--output", out[2]],
         ["simulate", "--frequency", "4", "--curvature", "1", "--medium", MEDIUM, "--no-animation", "--output", out[3]],
+        ["predict", *body, "--alpha", "0.9", "--output", out[4]],
     ]  # fmt: skip
     for words in runs:
         assert main(words) == 0, capsys.readouterr().err
-    files = {"scale": [out[0]], "predict": out[1:3], "simulate": [f"{out[3]}/motion.csv"]}
+    files = {"scale": [out[0]], "predict": out[1:3], "simulate": [f"{out[3]}/motion.csv"],
+             "predict --mesh": out[4:]}  # fmt: skip
     for command, made in files.items():
         (output,) = (one for one in outputs() if one.stage == f"rftfit {command}")
         for name in made:

@@ -1,7 +1,5 @@
 """The shape of the package: what it loads, who imports whom, sizes, versions, docstrings."""
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess
@@ -21,8 +19,6 @@ PACKAGE = ROOT / "src" / "rftfit"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 HEAVY = ("matplotlib", "numba", "pandas", "pyarrow", "scipy", "scipy.stats", "snakemake")
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def relative(path):

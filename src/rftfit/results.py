@@ -38,7 +38,7 @@ from rftfit.model.scaling import (
 )
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import column_of, describe
-from rftfit.store import read_csv, read_parquet
+from rftfit.store import csv_bytes, read_csv, read_parquet
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -85,8 +85,8 @@ class Tables:
         return self.folder / name
 
     def has(self, name: str) -> bool:
-        """Whether a file of the results is there."""
-        return self.path(name).is_file()
+        """Whether a file of the results is there, or held as if it were."""
+        return name in self._tables or self.path(name).is_file()
 
     def table(self, name: str) -> pd.DataFrame:
         """Read a table, with the types that the dictionary of outputs states.
@@ -117,18 +117,25 @@ class Tables:
         """Take a table as if it had been read."""
         (self._samples if name.endswith(".parquet") else self._tables)[name] = table
 
+    def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
+        """Take a table as it would come back from the file that `rftfit run` writes, and return it so."""
+        self.hold(name, self._typed(name, csv_bytes(table)))
+        return self.table(name)
+
     def _there(self, name: str) -> Path:
         if not (path := self.path(name)).is_file():
             raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
         return path
 
     def _read(self, name: str) -> pd.DataFrame:
-        path = self._there(name)
-        output = describe(f"{FOLDER}/{name}")
+        return self._typed(name, self._there(name))
+
+    def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
+        path, output = self.folder / name, describe(f"{FOLDER}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{path}: not a table of this program")
         table = read_csv(
-            path, lambda column: one.kind if (one := column_of(output, column)) else ""
+            source, lambda column: one.kind if (one := column_of(output, column)) else ""
         )
         lacking = [
             column

@@ -92,6 +92,22 @@ class Room:
         for log in logs.values():
             self.touch(log)
 
+    def put(self, change):
+        """Change cells of rows by name; ``new<old``: of a new row like an old one; None: without the row."""
+        for name, cells in change.items():
+            own, _, like = name.partition("<")
+            if like:
+                self.add(own, like)
+            if cells is None:
+                del self.rows[own]
+            else:
+                self.rows[own] |= cells
+
+    def told(self):
+        """Code, row and column of every problem, and the problems."""
+        found = self.check()
+        return [(one.code, one.place.row, one.place.column) for one in found], found
+
     def text(self, delimiter=","):
         out = io.StringIO()
         writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 
 import pytest
 
@@ -62,108 +63,73 @@ def test_a_link_within_raw_is_a_log(room):
     assert room.check() == []
 
 
-SAME_CLOCK = "clock: {method: same_clock}\n"
+ONE, SYNC, ESTIMATE = (
+    f"clock: {{method: {one}}}\n" for one in ("same_clock", "sync_line", "estimate")
+)
+F, M, S = "force_log", "motion_log", "stroke"
+FORCE, MOTION, UPPER = "logs/p1_force.csv", "logs/p1_motion.csv", "logs/P1_FORCE.csv"
+BOTH = {F: FORCE, M: MOTION, "tare_run": ""}
 
 
-@pytest.mark.parametrize("path", ["logs/p1_motion.csv", "logs/./p1_motion.csv"])
-def test_one_file_for_force_and_motion_needs_one_clock(room, path):
-    room.rows["p1"]["force_log"] = path
-    for method in ("sync_line", "estimate"):
-        room.config += f"clock: {{method: {method}}}\n"
-        (found,) = room.check()
-        assert (found.code, found.place) == ("sheet.one-file", Place("runs.csv", 2, "motion_log"))
-        assert found.allowed.endswith(f"found {method}")
-        room.config = room.config.replace(f"clock: {{method: {method}}}\n", "")
-    room.config += SAME_CLOCK
+def contact(path):
+    return f"rigid_contact: {{force_log: {FORCE}, motion_log: {path}}}\n"
+
+
+def stroke(number, gamma, direction="intrusion"):
+    return BOTH | {S: number, "gamma_deg": gamma, "direction": direction}
+
+
+@pytest.mark.parametrize(("change", "config", "codes"), [
+    # force and motion in one file need one clock
+    *(({"p1": {F: path}}, clock, [("one-file", 2, M)]) for path in (MOTION, "logs/./p1_motion.csv")
+      for clock in (SYNC, ESTIMATE)),
+    *(({"p1": {F: path}}, ONE, []) for path in (MOTION, "logs/./p1_motion.csv")),
+    *(({}, contact(path), [("rigid_contact.motion_log", "one-file")]) for path in (FORCE, "logs/./p1_force.csv")),
+    *(({}, contact(path) + ONE, []) for path in (FORCE, "logs/./p1_force.csv")),
+    ({}, contact(UPPER), [("rigid_contact.motion_log", "shared-file")]),
+    ({"p1": {F: MOTION}}, "clock: {method: same}\n", [("clock.method", "unknown-word")]),
+    ({"p1": {F: "./logs//P1_Motion.csv"}}, ONE, [("log-missing", 2, F), ("shared-file", 2, M)]),
+    # no two runs have a log in common
+    ({"t1": {F: FORCE}}, "", [("shared-file", 3, F)]),
+    ({"p1": {M: FORCE}, "t1": {F: FORCE}}, ONE, [("shared-file", 3, F)]),
+    ({"p1": {M: FORCE}, "t1": {F: FORCE, M: FORCE}}, ONE, [("shared-file", 3, F), ("shared-file", 3, M)]),
+    # but for strokes of one log that cannot be taken for one another
+    ({"b<p1": BOTH | {"direction": "extraction"}}, "", [("shared-file", 8, F), ("shared-file", 8, M)]),
+    ({"p1": {S: "1"}, "b<p1": stroke("1", "45", "extraction")}, "", []),
+    ({"p1": {S: "1"}, "p2<p1": stroke("1", "90")}, "", []),
+    ({"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("1", "45", "extraction")}, "", []),
+    ({"p1": {S: "1"}, "p2<p1": stroke("1", "48")}, "", [("shared-file", 8, F), ("shared-file", 8, M)]),
+    ({"p1": stroke("1", "90", "extraction"), "p2<p1": stroke("1", "-90", "extraction")}, "",
+     [("shared-file", 8, F), ("shared-file", 8, M)]),
+    ({"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("2", "45")}, "",
+     [("shared-file", 9, F), ("shared-file", 9, M)]),
+])  # fmt: skip
+def test_logs_of_rows(room, change, config, codes):
+    room.touch(UPPER)
+    room.put(change)
+    room.config += config
+    places, found = room.told()
+    of_config = [(one.place.key, one.code[7:]) for one in found if one.place.key]
+    of_sheet = [(code[6:], *place) for code, *place in places if code.startswith("sheet")]
+    tares = ("tare-missing", "tare-unused")
+    assert of_config + [one for one in of_sheet if one[0] not in tares] == codes
+    for one in found:
+        if one.code == "sheet.shared-file":
+            assert re.search(
+                r"a file of its own; (force|motion)_log of (row [28]|this row) names this one",
+                one.allowed,
+            )
+        if one.code.endswith("one-file"):
+            assert one.allowed.endswith(
+                f"found {'estimate' if config == ESTIMATE else 'sync_line'}"
+            )
+
+
+def test_a_log_of_force_and_motion_in_its_plain_form(room):
+    room.put({"p1": {F: "logs/./p1_motion.csv"}})
+    room.config += ONE
     run = room.campaign().by_id["p1"]
-    assert run.force_log == run.motion_log == "logs/p1_motion.csv"
-
-
-@pytest.mark.parametrize("path", ["logs/p1_force.csv", "logs/./p1_force.csv"])
-def test_one_file_of_the_rigid_contact_needs_one_clock_too(room, path):
-    contact = f"rigid_contact: {{force_log: logs/p1_force.csv, motion_log: {path}}}\n"
-    room.config += contact
-    problem = room.only("config.one-file")
-    assert problem.place.key == "rigid_contact.motion_log"
-    assert problem.found == path
-    room.config += SAME_CLOCK
-    assert room.check() == []
-
-
-def test_logs_of_the_rigid_contact_that_some_disks_take_for_the_same(room):
-    room.touch("logs/P1_FORCE.csv")
-    room.config += "rigid_contact: {force_log: logs/p1_force.csv, motion_log: logs/P1_FORCE.csv}\n"
-    assert room.only("config.shared-file").place.key == "rigid_contact.motion_log"
-
-
-def test_a_broken_config_leaves_the_question_of_clocks_open(room):
-    room.rows["p1"]["force_log"] = room.rows["p1"]["motion_log"]
-    room.config += "clock: {method: same}\n"
-    assert [problem.place.file for problem in room.check()] == ["config/config.yaml"]
-
-
-def test_names_of_one_row_that_some_disks_take_for_the_same(room):
-    room.config += SAME_CLOCK
-    room.rows["p1"]["force_log"] = "./logs//P1_Motion.csv"
-    found = [problem for problem in room.check() if problem.code == "sheet.shared-file"]
-    assert [problem.place for problem in found] == [Place("runs.csv", 2, "motion_log")]
-
-
-@pytest.mark.parametrize("both", [True, False])
-def test_one_file_of_two_runs_is_refused_on_one_clock_too(room, *, both):
-    room.config += SAME_CLOCK
-    for name in ("p1", "t1") if both else ("p1",):
-        room.rows[name]["motion_log"] = room.rows["p1"]["force_log"]
-    room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
-    found = room.check()
-    assert {problem.code for problem in found} == {"sheet.shared-file"}
-    assert {problem.place.row for problem in found} == {3}
-
-
-def test_a_push_and_its_pull_back_may_be_one_file(room):
-    """Both are the first stroke along their own path; without the stroke it is taken for a slip."""
-    room.add("p1_back", "p1", direction="extraction", tare_run="")
-    room.rows["p1_back"] |= {name: room.rows["p1"][name] for name in ("force_log", "motion_log")}
-    assert {problem.code for problem in room.check()} >= {"sheet.shared-file"}
-    for name in ("p1", "p1_back"):
-        room.rows[name]["stroke"] = "1"
-    assert {problem.code for problem in room.check()} == {"sheet.tare-missing"}
-
-
-@pytest.mark.parametrize(
-    ("rows", "refused"),
-    [([("1", "intrusion", "45"), ("1", "intrusion", "90")], []),
-     ([("1", "intrusion", "45"), ("2", "intrusion", "45"), ("1", "extraction", "45")], []),
-     # both would be found along either way
-     ([("1", "intrusion", "45"), ("1", "intrusion", "48")], ["p2"]),
-     ([("1", "extraction", "90"), ("1", "extraction", "-90")], ["p2"]),
-     ([("1", "intrusion", "45"), ("2", "intrusion", "45"), ("2", "intrusion", "45")], ["p3"])],
-)  # fmt: skip
-def test_strokes_of_one_log(room, rows, refused):
-    first, names = room.rows["p1"], [f"p{k}" for k in range(1, len(rows) + 1)]
-    del room.rows["t1"]
-    for name, (stroke, direction, gamma) in zip(names, rows, strict=True):
-        if name != "p1":
-            room.add(name, "p1")
-        room.rows[name] |= {one: first[one] for one in ("force_log", "motion_log")}
-        room.rows[name] |= {
-            "stroke": stroke,
-            "direction": direction,
-            "gamma_deg": gamma,
-            "tare_run": "",
-        }
-    found = {one.place.row for one in room.check() if one.code == "sheet.shared-file"}
-    assert found == {2 + list(room.rows).index(name) for name in refused}
-
-
-def test_one_file_named_by_two_runs(room):
-    room.rows["t1"]["force_log"] = room.rows["p1"]["force_log"]
-    problem = room.only("sheet.shared-file")
-    assert (problem.place, problem.found) == (
-        Place("runs.csv", 3, "force_log"),
-        "logs/p1_force.csv",
-    )
-    assert "force_log of row 2" in problem.allowed
+    assert run.force_log == run.motion_log == MOTION
 
 
 def test_paths_are_kept_in_their_plain_form(room):

@@ -20,7 +20,7 @@ SCHEMA = Schema(
         Column("used", "flag", needed=False),
     ),
     comments=True,
-    others="left",
+    others="ignored",
 )
 
 
@@ -30,16 +30,10 @@ def written(folder, text, name="t.csv"):
     return path
 
 
-@pytest.mark.parametrize(
-    ("header", "cell", "depth"),
-    [
-        ("depth_cm", "2.5", 2.5),
-        ("depth_mm", "25", 2.5),
-        ("Depth [mm]", "25", 2.5),
-        ("z (in)", "-0", 0.0),
-        ("z_in", "1e1", 25.4),
-    ],
-)
+@pytest.mark.parametrize(("header", "cell", "depth"), [
+    ("depth_cm", "2.5", 2.5), ("depth_mm", "25", 2.5), ("Depth [mm]", "25", 2.5),
+    ("z (in)", "-0", 0.0), ("z_in", "1e1", 25.4),
+])  # fmt: skip
 def test_units_of_the_header(tmp_path, header, cell, depth):
     rows, problems = read_rows(
         written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA
@@ -95,7 +89,7 @@ def test_headers_that_cannot_be_used(tmp_path, header, codes):
 
 
 def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path):
-    lenient = Schema("table", SCHEMA.columns, others="left", lenient=True)
+    lenient = Schema("table", SCHEMA.columns, others="ignored", lenient=True)
     path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
     rows, problems = read_rows(path, lenient)
     assert problems == []

@@ -1,113 +1,67 @@
+"""Rows that do not fit one another, or do: every problem by code, row, column and words."""
+
 from __future__ import annotations
 
 import pytest
 
-from rftfit.campaign.problems import Place
+T, U = "tare_run", "tare_shared"
+BARE = {"t1": None, "th": None, "a1": None, "p1": {T: ""}, "h1": {T: ""}, "c1": {T: ""}}
+UNUSED = ("tare-unused", 3, "run_id", "a tare that some run names; no run names t1")
+WARNINGS = {"tare-unused", "tare-missing", "tare-excluded", "depth-unlisted", "no-plate"}
+OFF = {"excluded": "yes", "reason": "arm stopped"}
+LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.0", "depth_cm": ""}
 
 
-def test_an_unknown_tare_has_a_nearest(room):
-    room.rows["p1"]["tare_run"] = "t_1"
-    (found,) = (problem for problem in room.check() if problem.code == "sheet.tare-unknown")
-    assert (found.place, found.found) == (Place("runs.csv", 2, "tare_run"), "t_1")
-    assert found.nearest == "t1"
-
-
-@pytest.mark.parametrize(
-    ("run", "tare", "text"),
-    [
-        ("p1", "h1", "a rod run for a plate run; h1 (row 4) is a plate run"),
-        ("p1", "p1", "a rod run for a plate run; p1 (row 2) is a plate run"),
-        ("p1", "a1", "a rod run for a plate run; a1 (row 7) is a leg_air run"),
-        ("c1", "t1", "a leg_air run for a leg run; t1 (row 3) is a rod run"),
-    ],
-)
-def test_a_tare_of_the_wrong_kind(room, run, tare, text):
-    room.rows[run]["tare_run"] = tare
-    found = [problem for problem in room.check() if problem.severity == "error"]
-    assert [problem.code for problem in found] == ["sheet.tare-kind"]
-    assert text in found[0].allowed
-
-
-@pytest.mark.parametrize(
-    ("run", "column", "value"),
-    [
-        ("t1", "medium", "poppy_CP"),
-        ("t1", "beta_deg", "-30"),
-        ("t1", "gamma_deg", "45.1"),
-        ("t1", "direction", "extraction"),
-        ("t1", "intruder", "disc"),
-        ("th", "depth_cm", "5.08"),
-        ("a1", "intruder", "flat_leg"),
-    ],
-)
-def test_the_tare_must_match(room, run, column, value):
-    own = room.rows[run][column]
-    room.rows[run][column] = value
-    problem = room.only(f"sheet.tare-{column.partition('_')[0]}")
-    row = 2 + list(room.rows).index(run)
-    assert f"{column} is {own} here and {value} in {run} (row {row})" in problem.allowed
-
-
-def test_several_differences_are_several_messages(room):
-    room.rows["t1"].update(medium="poppy_CP", beta_deg="0", gamma_deg="90")
-    codes = [problem.code for problem in room.check()]
-    assert codes == ["sheet.tare-medium", "sheet.tare-beta", "sheet.tare-gamma"]
-
-
-@pytest.mark.parametrize(
-    ("own", "other"), [("-90", "90"), ("90", "-90.0"), ("18.43", "18.435"), ("3e1", "30")]
-)
-def test_angles_that_mean_the_same(room, own, other):
-    room.rows["p1"]["beta_deg"], room.rows["t1"]["beta_deg"] = own, other
-    assert room.check() == []
-
-
-def test_a_shared_tare_must_be_said_on_each_run(room):
-    room.add("p2", "p1", tare_shared="yes")
-    problem = room.only("sheet.tare-shared")
-    assert problem.place == Place("runs.csv", 2, "tare_shared")
-    assert "t1 (rows 2, 8)" in problem.allowed
-    room.rows["p1"]["tare_shared"] = "yes"
-    assert room.check() == []
-
-
-def test_an_excluded_run_does_not_make_a_tare_shared(room):
-    room.add("p2", "p1", excluded="yes", reason="arm stopped")
-    assert room.check() == []
-
-
-@pytest.mark.parametrize("run", ["p1", "c1"])
-def test_no_tare_is_a_warning(room, run):
-    room.rows[run]["tare_run"] = ""
-    found = {problem.code: problem for problem in room.check()}
-    assert set(found) == {"sheet.tare-missing", "sheet.tare-unused"}
-    assert found["sheet.tare-missing"].severity == "warning"
-    assert "NaN" in found["sheet.tare-missing"].allowed
-
-
-def test_no_tare_anywhere_is_one_warning(room):
-    for name in ("t1", "th", "a1"):
-        del room.rows[name]
-    for name in ("p1", "h1", "c1"):
-        room.rows[name]["tare_run"] = ""
-    many = [problem.code for problem in room.check()]
-    assert many == ["sheet.tare-missing"] * 3
-    plain = room.config
-    room.config = plain + "\nfit: {missing_tare: flag}\n"
-    problem = room.only("sheet.tare-missing")
-    assert problem.allowed.startswith("no tare in any of 3 runs: they will come out with the force")
+@pytest.mark.parametrize(("change", "config", "problems"), [
+    ({"p1": {T: "t_1"}}, "", [("tare-unknown", 2, T, "found 't_1'", "did you mean 't1'?"), UNUSED]),
+    ({"p1": {T: "h1"}}, "", [("tare-kind", 2, T, "a rod run for a plate run; h1 (row 4) is a plate run"), UNUSED]),
+    ({"p1": {T: "p1"}}, "", [("tare-kind", 2, T, "a rod run for a plate run; p1 (row 2) is a plate run"), UNUSED]),
+    ({"p1": {T: "a1"}}, "", [("tare-kind", 2, T, "a rod run for a plate run; a1 (row 7) is a leg_air run"), UNUSED]),
+    ({"c1": {T: "t1"}}, "", [("tare-kind", 6, T, "a leg_air run for a leg run; t1 (row 3) is a rod run"),
+                             ("tare-unused", 7, "run_id", "a1")]),
+    ({"t1": {"medium": "poppy_CP"}}, "", [("tare-medium", 2, T, "medium is poppy_LP here and poppy_CP in t1 (row 3)")]),
+    ({"t1": {"beta_deg": "-30"}}, "", [("tare-beta", 2, T, "beta_deg is 30 here and -30 in t1 (row 3)")]),
+    ({"t1": {"gamma_deg": "45.1"}}, "", [("tare-gamma", 2, T, "gamma_deg is 45 here and 45.1 in t1 (row 3)")]),
+    ({"t1": {"direction": "extraction"}}, "", [("tare-direction", 2, T, "intrusion here and extraction in t1 (row 3)")]),
+    ({"t1": {"intruder": "disc"}}, "", [("tare-intruder", 2, T, "intruder is plate here and disc in t1 (row 3)")]),
+    ({"th": {"depth_cm": "5.08"}}, "", [("tare-depth", 4, T, "depth_cm is 2.54 here and 5.08 in th (row 5)")]),
+    ({"a1": {"intruder": "flat_leg"}}, "", [("tare-intruder", 6, T, "intruder is c_leg here and flat_leg in a1 (row 7)")]),
+    ({"t1": {"medium": "poppy_CP", "beta_deg": "0", "gamma_deg": "90"}}, "",
+     [("tare-medium", 2, T), ("tare-beta", 2, T), ("tare-gamma", 2, T)]),
+    ({"p1": {"beta_deg": "-90"}, "t1": {"beta_deg": "90"}}, "", []),
+    ({"p1": {"beta_deg": "90"}, "t1": {"beta_deg": "-90.0"}}, "", []),
+    ({"p1": {"beta_deg": "18.43"}, "t1": {"beta_deg": "18.435"}}, "", []),
+    ({"p1": {"beta_deg": "3e1"}, "t1": {"beta_deg": "30"}}, "", []),
+    ({"p2<p1": {U: "yes"}}, "", [("tare-shared", 2, U, "t1 (rows 2, 8)")]),
+    ({"p2<p1": {U: "yes"}, "p1": {U: "yes"}}, "", []),
+    ({"p2<p1": OFF}, "", []),
+    ({"p2<p1": OFF | {T: ""}}, "", []),
+    ({"p1": {T: ""}}, "", [("tare-missing", 2, T, "NaN", "name a rod run to subtract"), UNUSED]),
+    ({"c1": {T: ""}}, "", [("tare-missing", 6, T, "NaN", "a leg_air run"), ("tare-unused", 7, "run_id", "a1")]),
+    (BARE, "", [("tare-missing", 2, T), ("tare-missing", 3, T), ("tare-missing", 4, T)]),
+    (BARE, "fit: {missing_tare: flag}", [("tare-missing", 2, T, "no tare in any of 3 runs: they will come out with the force")]),
     # without a rod, as in a simulation, there is nothing to warn of
-    room.config = plain + "\nfit: {missing_tare: none}\n"
-    assert room.check() == []
-
-
-def test_an_excluded_run_needs_no_tare(room):
-    room.add("p2", "p1", tare_run="", excluded="yes", reason="arm stopped")
-    assert room.check() == []
-
-
-def test_an_excluded_tare_is_a_warning(room):
-    room.rows["t1"].update(excluded="yes", reason="hit the wall")
-    problem = room.only("sheet.tare-excluded")
-    assert "t1 (row 3) is excluded" in problem.allowed
-    assert problem.severity == "warning"
+    (BARE, "fit: {missing_tare: none}", []),
+    ({"t1": {"excluded": "yes", "reason": "hit the wall"}}, "", [("tare-excluded", 2, T, "t1 (row 3) is excluded")]),
+    ({"a2<a1": {}}, "", [("tare-unused", 8, "run_id", "found 'a2'")]),
+    # what must hold in a row, and in the sheet
+    ({"h1": LEVEL, "th": LEVEL}, "", [("gamma-not-zero", 4, "gamma_deg"), ("gamma-not-zero", 5, "gamma_deg")]),
+    ({"h1": BACK, "th": BACK}, "", [("gamma-zero", 4, "gamma_deg"), ("gamma-zero", 5, "gamma_deg")]),
+    ({"h1": {"depth_cm": "3"}, "th": {"depth_cm": "3"}}, "",
+     [("depth-unlisted", 4, "depth_cm", "2.54, 5.08, 7.62 cm"), ("depth-unlisted", 5, "depth_cm")]),
+    ({"p2<p1": {"run_id": "p1", T: ""}, "p3<p1": {"run_id": "P1", T: ""}}, "",
+     [("duplicate-id", 8, "run_id", "found 'p1'", "row 2"), ("tare-missing", 8, T),
+      ("case-id", 9, "run_id", "found 'P1'", "row 2"), ("tare-missing", 9, T)]),
+    ({"c1": {"direction": "x"}, "p1": {"kind": "plat", "medium": "x", "beta_deg": "x"}}, "",
+     [("unknown-word", 2, "kind"), ("unknown-word", 2, "medium"), ("not-a-number", 2, "beta_deg"),
+      ("unknown-word", 6, "direction")]),
+    (dict.fromkeys(("p1", "t1", "h1", "th")), "", [("no-plate", None, None, "medium poppy_LP", "found 'only legs'")]),
+])  # fmt: skip
+def test_rows_together(room, change, config, problems):
+    room.put(change)
+    room.config += config
+    places, found = room.told()
+    assert places == [(f"sheet.{code}", *place[:2]) for code, *place in problems]
+    for one, (code, _, _, *words) in zip(found, problems, strict=True):
+        assert one.severity == ("warning" if code in WARNINGS else "error")
+        assert all(word in str(one) for word in words), str(one)

@@ -1,16 +1,17 @@
 """A small campaign, and a way to run the command as a user would."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
+from rftfit import reference
 from rftfit.cli.main import main
 
 ROOT = Path(__file__).parents[2]
+MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,22 @@ def rftfit(capfd):
         return Said(code, captured.out, captured.err)
 
     return call
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def results(here):
+    """Results of a campaign: three published media and a sand with one cell."""
+    return make_campaign(
+        here / "results é", dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
+        {medium: reference.alpha_grid(medium) for medium in MEASURED} | {"sand": one_cell(0.7)},
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """`rftfit init` and `rftfit check`."""
 
-from __future__ import annotations
-
 import csv
 import json
 

@@ -1,7 +1,5 @@
 """`rftfit check` opens the logs: what a run would drop or doubt is told before it is run."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """`--cluster`: which profile, and what is missing."""
 
-from __future__ import annotations
-
 from importlib.machinery import ModuleSpec
 
 import pytest

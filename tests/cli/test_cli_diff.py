@@ -1,7 +1,5 @@
 """`rftfit diff` of two small folders of results: in which unit, in which order, and what it may say of causes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 

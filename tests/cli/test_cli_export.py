@@ -1,7 +1,5 @@
 """`rftfit export`, and the commands that read what it wrote."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json
@@ -11,33 +9,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 
 from rftfit import reference
 from rftfit.measure.verdicts import COLUMNS, UNUSABLE
 from rftfit.store import write_csv
 
-from .conftest import Said
+from .conftest import MEASURED, Said
 
 Call = Callable[..., Said]
 
 PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
-def results(here):
-    return make_campaign(
-        here / "results é",
-        {"poppy_LP": LABORATORY, "poppy_CP": LABORATORY, "sand": SAND},
-        {one: reference.alpha_grid(one) for one in ("poppy_LP", "poppy_CP")}
-        | {"sand": one_cell(0.7)},
-    )
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def content(path):
@@ -143,7 +127,7 @@ def test_media_of_a_campaign(rftfit, here, results):
 
 def test_marks_are_handed_on(rftfit, here, results):
 
-    for name in ("poppy_LP", "poppy_CP", "sand"):
+    for name in (*MEASURED, "sand"):
         bad = name == "poppy_LP"
         row = {"medium": name, "check": "work", "verdict": "failed" if bad else "passed",
                "effect": UNUSABLE if bad else "", "sentence": "x"}  # fmt: skip

@@ -1,7 +1,5 @@
 """`rftfit inspect` on logs of other programs, and what it proposes for the config."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

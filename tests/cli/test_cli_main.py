@@ -1,7 +1,5 @@
 """Help, exit codes, usage errors, crashes, pipes, start-up."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Messages of the commands that no other test calls forth, each with what it has to say."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re
@@ -11,7 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
@@ -21,13 +18,10 @@ from rftfit.cli.main import CRASH_FILE, crash_message
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.store import read_parquet, write_csv
-from rftfit.workflow import plates
+from rftfit.store.environment import shipped
 from rftfit.workflow.run import Workflow
 
-from .test_cli_predict import here, results
-
-__all__ = ["here", "results"]  # fixtures
-
+pytestmark = pytest.mark.usefixtures("here")
 LEG = ("predict", "--leg", "c_leg")
 
 
@@ -50,7 +44,7 @@ def test_inspecting_a_pipe(rftfit, here):
 
 def test_an_example_that_is_not_installed():
     with pytest.raises(InputError, match=r"moon.*: not there.*; install"):
-        example.own_files("moon")
+        shipped("examples/moon")
 
 
 def test_an_example_whose_logs_cannot_be_had(here, monkeypatch):
@@ -59,26 +53,14 @@ def test_an_example_whose_logs_cannot_be_had(here, monkeypatch):
         folder.mkdir()
     (source / example.SUMS).write_text(f"{'0' * 64}  log.txt\n")
     (here / "file").write_text("")
-    chosen = example.EXAMPLES["cmu-sand"]
     with pytest.raises(OutputError, match="raw: cannot be made: Not a directory"):
-        example.fetch_logs(chosen, source, here / "file" / "raw", None)
+        example.fetch_logs(source, here / "file" / "raw", str(other))
     (other / "log.txt").write_text("1,2\n")
     with pytest.raises(InputError, match=r"--from: .*log.txt is not the log of that name"):
-        example.fetch_logs(chosen, source, here / "raw", str(other))
+        example.fetch_logs(source, here / "raw", str(other))
     monkeypatch.setitem(sys.modules, "pooch", None)
     with pytest.raises(InputError, match="downloaded with the package pooch; install it: pip"):
-        example.fetch_logs(chosen, source, here / "raw", None)
-
-
-def test_an_example_without_an_alpha(monkeypatch, here):
-    campaign = SimpleNamespace(config=SimpleNamespace(fit=SimpleNamespace(confidence=0.95)))
-    lost = pd.DataFrame([{"name": "a", "plate": "round", "alpha": np.nan, "reason": "no contact"}])
-    monkeypatch.setattr(plates, "_chain", lambda _: SimpleNamespace(ledger=0, status=0))
-    monkeypatch.setattr(plates, "_runs", lambda *_: lost)
-    monkeypatch.setattr(plates, "load_campaign", lambda _: campaign)
-    monkeypatch.setattr(plates, "check", lambda *_: None)
-    with pytest.raises(InputError, match="no run gives an alpha: a: no contact"):
-        plates.run_plates(here / "config.yaml", here)
+        example.fetch_logs(source, here / "raw", "https://example.org")
 
 
 def test_a_test_without_its_error(rftfit, results):
@@ -202,8 +184,6 @@ def test_a_lock_of_a_killed_run(monkeypatch, here, capsys):
     own = workflow(monkeypatch, here)
     monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
     for certain in (False, True):
-        monkeypatch.setattr(
-            "rftfit.workflow.run.left_by_the_dead", lambda _, c=certain: nullcontext(c)
-        )
-        own._clear_lock_of_the_dead()
+        monkeypatch.setattr("rftfit.workflow.run.stale_lock", lambda _, c=certain: nullcontext(c))
+        own._clear_stale_lock()
         assert bool(capsys.readouterr().out) == certain

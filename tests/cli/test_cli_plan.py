@@ -1,7 +1,5 @@
 """`rftfit plan` and `rftfit scale --pushes`: numbers, files, messages."""
 
-from __future__ import annotations
-
 import csv
 import json
 

@@ -1,7 +1,5 @@
 """`rftfit predict`: numbers against the library, sources, intervals, files, messages."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -9,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, SE, make_campaign, one_cell
+from light_campaign import LABORATORY, SE, make_campaign
 from paper_grid import BETA, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
 from result_tables import read_result
@@ -31,14 +29,12 @@ from rftfit.model.profiles import (
 )
 from rftfit.model.scaling import vertical_penetration
 
+from .conftest import MEASURED
+
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
-MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def read_forces(path):
@@ -52,16 +48,6 @@ def check(found, wanted):
         value = getattr(wanted, name)
         assert np.abs(value).max() > 0
         np.testing.assert_allclose(found[name], value, rtol=1e-9, atol=1e-9)
-
-
-@pytest.fixture
-def results(here):
-    """Results of a campaign: three published media and a sand with one cell."""
-    return make_campaign(
-        here / "results é",
-        dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
-        {medium: reference.alpha_grid(medium) for medium in MEASURED} | {"sand": one_cell(0.7)},
-    )
 
 
 def own_fit(medium):
@@ -325,7 +311,7 @@ def test_bad_files(rftfit, here, option, content, text):
 def test_nothing_in_the_sand(rftfit, here):
     said = rftfit("predict", *LEG, *POPPY, "--hip", "9")
     assert said.code == 0
-    assert "no force in any pose: the outline stays above the surface" in said.err
+    assert "no force in any pose: the body stays above the surface" in said.err
     assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
 
 

@@ -1,7 +1,5 @@
 """`rftfit predict` with files that are wrong in several places, and with one cell missing."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -10,9 +8,9 @@ from light_campaign import LABORATORY, make_campaign
 
 from rftfit import reference
 
-from .test_cli_predict import here, read_forces
+from .test_cli_predict import read_forces
 
-__all__ = ["here"]  # a fixture
+pytestmark = pytest.mark.usefixtures("here")
 
 PLATE = "x_cm,z_cm\n-1,0\n1,0\n"
 PATH = "t_s,x_cm,z_cm,angle_deg\n"

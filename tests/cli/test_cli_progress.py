@@ -1,7 +1,5 @@
 """What is made of Snakemake's events, without Snakemake."""
 
-from __future__ import annotations
-
 import json
 import time
 from typing import Any

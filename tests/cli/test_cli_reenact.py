@@ -1,7 +1,5 @@
 """`rftfit reenact`: what it writes, what it clears, what it never touches."""
 
-from __future__ import annotations
-
 import pytest
 
 from rftfit.lab.marker import MARKER

@@ -1,7 +1,5 @@
 """`rftfit run`: a tiny workflow in place of the real one, run by the real Snakemake."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

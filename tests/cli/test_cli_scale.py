@@ -1,7 +1,5 @@
 """`rftfit scale`: numbers against hand calculation, sources, files, messages."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -23,10 +21,7 @@ CHI = (1.37, 1.19, 1.27, 1.05, 1.33)  # Table S3
 M0 = (0.206, 0.169, 0.212, 0.358, 0.055, -0.124, 0.253, 0.007, 0.088)  # Table S2
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def as_json(said):

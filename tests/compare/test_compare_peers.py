@@ -1,7 +1,5 @@
 """Each run beside the others of its medium."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -70,6 +68,32 @@ def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
     rows[place] = (*rows[place][:2], *(value / 4.45 for value in rows[place][2:]))
     found = compare_runs(fits(rows), medium)
     assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+@pytest.mark.parametrize("medium", reference.MEDIA[:2])
+def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
+    """A run stands apart where it is off by more than the stated share of the largest alpha, and only there."""
+    luck = np.random.default_rng(5)
+    cells = np.repeat([row for row in published(medium) if row[0] % 60 == 0], repeats, axis=0)
+    cells[:, 2:] *= luck.normal(1, 0.05, (len(cells), 1))
+    sound = compare_runs(fits(cells), medium)
+    assert not sound["apart"].any()
+    largest = np.abs(cells[:, 2:]).max()
+    told: dict[float, list[bool]] = {0.6: [], 1.4: []}
+    for times, found_apart in told.items():
+        for place in range(0, len(cells), 3):
+            row: Any = sound.loc[place]
+            off = cells.copy()
+            # farther from the others, on the side where it is already
+            side = math.copysign(1, row["off_z_ratio"])
+            off[place, 2] = (
+                row["others_z_N_per_cm3"] + side * times * largest * row["seen_from_ratio"]
+            )
+            found = compare_runs(fits(off), medium)
+            found_apart.append(bool(found.loc[place, "apart"]))
+    assert not any(told[0.6])
+    assert all(told[1.4])
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """What `rftfit check` says of a campaign beside what its stages do with it."""
 
-from __future__ import annotations
-
 import re
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Tables of the measurement chain, built from the published ones, for the tests of figures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,7 +1,5 @@
 """A headless Chromium driven over its debugging pipe: no driver, no package, no port."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os
@@ -26,6 +24,9 @@ _FLAGS = (
     "--headless=new",
     "--no-sandbox",
     "--disable-gpu",
+    "--in-process-gpu",
+    "--disable-extensions",
+    "--disable-features=Translate,OptimizationHints,MediaRouter,DialMediaRouteProvider,BackForwardCache",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-dev-shm-usage",

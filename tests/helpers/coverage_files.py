@@ -1,16 +1,11 @@
 """Does the interval of each level contain the truth in campaigns that are written and read as files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
-import yaml
-from campaigns import PROJECT
 from coverage_levels import medium_inside, peaks_inside, quarters_inside, stress_inside, true_curve
+from paper import enact, paper_values
 
-from rftfit.campaign.config import Config
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.lab.enact import reenact
 from rftfit.model.scaling import fit_medium
 from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results
@@ -25,18 +20,11 @@ def written(folder, sizes, number, seed, draws):
     `number`: Of the campaign; media take turns.
     """
     medium = MEDIA[number % len(MEDIA)]
-    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    values = {name: part for name, part in values.items() if name not in ("robot", "errors")}
+    values = paper_values("robot", "errors")
     values["media"] = {medium: values["media"][medium]}
     values["fourier"] = {**values.get("fourier", {}), "draws": draws}
-    path, raw = folder / "config" / "config.yaml", folder / "raw" / "paper"
-    path.parent.mkdir(parents=True)
-    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
-    reenact(
-        Config.model_validate(values), raw, raw / "runs.csv", seed=seed + number,
-        disturb=[f"{name}={size}" for name, size in sizes.items()],
-    )  # fmt: skip
-    return path
+    disturb = [f"{name}={size}" for name, size in sizes.items()]
+    return enact(folder, values, seed=seed + number, disturb=disturb)
 
 
 def measured(campaign, slow_noise_N=0.0):

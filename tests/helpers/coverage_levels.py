@@ -1,7 +1,5 @@
 """Does the interval of each level, from alpha to the peak error, contain the truth."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple

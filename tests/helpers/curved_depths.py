@@ -1,7 +1,5 @@
 """Force at stated depths where stress goes as a power of depth: how often intervals hold it, and how wide they are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from coverage_levels import LEVEL, alpha_cells

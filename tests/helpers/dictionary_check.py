@@ -1,7 +1,5 @@
 """The dictionary of outputs held against files that a run has made."""
 
-from __future__ import annotations
-
 import json
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Small and read-only disks, in a mount namespace of the test's own, where the system lets one have it."""
 
-from __future__ import annotations
-
 import functools
 import shutil
 import subprocess

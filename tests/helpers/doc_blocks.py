@@ -10,8 +10,6 @@ A block of one of `LANGUAGES` is run, or checked, or says in a comment in front 
 - ``<!-- not run: REASON -->``: one of `REASONS`.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

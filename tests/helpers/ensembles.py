@@ -6,18 +6,15 @@ program's own functions: zero, slope, start-up, alpha table. Only the files betw
 The disturbances of `rftfit reenact --disturb` are those of `rftfit.lab.disturb`; sizes are given by name.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-import yaml
-from campaigns import PROJECT
+import paper
 from paper_grid import PAPER
 from scipy.signal import lfilter
 
-from rftfit.campaign.config import Config, Errors
+from rftfit.campaign.config import Errors
 from rftfit.lab.disturb import NOTHING, Sizes, beds, pink, power_law, session_cm, turned, unevenness
 from rftfit.lab.plan import Run, Segment
 from rftfit.lab.truth import rod_law
@@ -40,10 +37,9 @@ RUN_TO_RUN = 0.005
 
 def paper_config(draws):
     """Return the demonstration's config with another number of draws."""
-    text = (PROJECT / "config" / "config.yaml").read_text(encoding="utf-8")
-    config = Config.model_validate(yaml.safe_load(text))
-    fourier = config.fourier.model_copy(update={"draws": draws})
-    return config.model_copy(update={"fourier": fourier})
+    return paper.paper_config(
+        fourier=paper.paper_config().fourier.model_copy(update={"draws": draws})
+    )
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Small logs in the dialects of other programs, written from numbers: for tests, fuzzing, benchmarks."""
 
-from __future__ import annotations
-
 import csv
 import datetime as dt
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Random and mutated bytes for the readers of text, with what must hold for each of them."""
 
-from __future__ import annotations
-
 import random
 import time
 import tracemalloc

@@ -1,7 +1,5 @@
 """Runs of `rftfit run` that are killed, and what they leave."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
@@ -11,7 +9,7 @@ import sys
 import time
 from dataclasses import dataclass
 
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 from rftfit.store.files import is_rest
 

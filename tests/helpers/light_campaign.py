@@ -1,14 +1,12 @@
 """A campaign without logs, and tables of alpha as the workflow writes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
+from paper import paper_values, write_yaml
 
 from rftfit import reference
 from rftfit.campaign.load import Campaign
@@ -17,7 +15,6 @@ from rftfit.measure.flags import FLAGS, MARKS
 from rftfit.results import Results
 from rftfit.store import write_csv
 
-PROJECT = Path(__file__).resolve().parents[2]
 LABORATORY, SAND = "laboratory", "natural_sand"
 SE = 0.003
 
@@ -57,16 +54,12 @@ def one_cell(alpha_z):
     return z, np.where(np.isnan(z), np.nan, 0.0)
 
 
-def make_campaign(
-    root, roles, alpha,
-    settings = None, without_runs = (),
-):  # fmt: skip
+def make_campaign(root, roles, alpha, settings=None, without_runs=()):
     """Write configuration, run sheet and tables of alpha; its logs are missing, which is a warning.
 
     Returns the folder of results.
     """
-    config = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    config = {name: part for name, part in config.items() if name != "robot"}
+    config = paper_values("robot")
     config |= {"raw": "raw", "run_sheet": "config/runs.csv", **(settings or {})}
     config["fit"] |= {"missing_tare": "flag"}
     config["media"] = {name: {"title": name, "role": role} for name, role in roles.items()}
@@ -74,11 +67,8 @@ def make_campaign(
     for name, role in roles.items():
         if role == SAND:
             config["media"][name]["linear_to_cm"] = 2
-    (root / "config").mkdir(parents=True)
-    (root / "raw").mkdir()
-    (root / "config" / "config.yaml").write_text(
-        yaml.safe_dump(config, sort_keys=False), encoding="utf-8"
-    )
+    (root / "raw").mkdir(parents=True)
+    write_yaml(root / "config" / "config.yaml", config)
     rows = [
         f"{name},plate,{name},plate,intrusion,0,90,,{name}_f.csv,{name}_m.csv," for name in roles
     ]

@@ -1,20 +1,16 @@
 """Results whose tables are at hand instead of in files, for tests of what is made from them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 
-import yaml
+from paper import paper_config
 
 from rftfit import reference
-from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.errors import InputError
 from rftfit.measure.ledger import RowStatus
 from rftfit.results import Results
 
-CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 PLATE_CM2 = 3.81 * 2.54
 
 
@@ -39,14 +35,12 @@ class Memory(Results):
 
 def memory(tables, media=reference.MEDIA, runs=(), **settings):
     """The demonstration campaign with these media and tables, its settings changed by section."""
-    config = Config(**yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
-    config = config.model_copy(update=settings)
     every = [*runs] or [
         run(f"{medium}_{kind}", medium, kind) for medium in media for kind in ("plate", "leg")
     ]
     # results of the folder in which the tests run must not be found
     here = Path("no campaign is here")
-    return Memory(Campaign(here, here, here, config, tuple(every)), tables)
+    return Memory(Campaign(here, here, here, paper_config(**settings), tuple(every)), tables)
 
 
 def run(run_id, medium, kind="plate", direction="intrusion"):

@@ -1,7 +1,5 @@
 """Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,16 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import yaml
-from campaigns import PROJECT
 from coverage_files import measured
 from mutations import Written
 from other_labs import SECTIONS
+from paper import paper_values
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.disturb import sizes_of
-from rftfit.lab.enact import planned, run_logs
+from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import Run
 from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
@@ -52,8 +49,7 @@ def enacted(
 
     `errors`: the section; None leaves it out. `repeats`: of each plate run, with one rod run for all.
     """
-    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    del values["robot"], values["errors"]
+    values = paper_values("robot", "errors")
     values["media"] = {medium: values["media"][medium]}
     values["intruders"] = {"plate": values["intruders"]["plate"]}
     values |= {} if errors is None else {"errors": dict(errors)}
@@ -61,7 +57,10 @@ def enacted(
     values["fit"]["missing_tare"] = "refuse" if tare else "flag"
     config, sizes = Config.model_validate(values), sizes_of(disturb)
     runs = []
-    for run in planned(config, [medium], directions, protocol, tare=tare, legs=False):
+    made = prepare(
+        config, media=[medium], directions=directions, protocol=protocol, tare=tare, legs=False
+    )
+    for run in made.runs:
         shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
         more = range(2, repeats + 1) if run.kind == "plate" else ()
         runs += [shared, *(replace(shared, run_id=f"{run.run_id}_{number}",
@@ -77,8 +76,7 @@ def enacted(
 
 def stated(sizes=None):
     """Return the section `errors` of the demonstration, all 0 but what is given."""
-    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    return {**values["errors"], **(sizes or {})}
+    return {**paper_values()["errors"], **(sizes or {})}
 
 
 # --- Which rows of the sheet.

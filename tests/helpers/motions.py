@@ -1,7 +1,5 @@
 """Motions of testing machines and arms, with the strokes that are truly in them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Campaigns with mistakes in sheet, config and logs, or in a table of stress."""
 
-from __future__ import annotations
-
 import copy
 import csv
 import io
@@ -16,6 +14,7 @@ from typing import Any
 
 import yaml
 from other_labs import Case, make
+from paper import write_yaml
 from rigroom import Room
 
 from rftfit.campaign.load import REENACTED
@@ -68,10 +67,8 @@ class Written:
     def write(self, root):
         """Write it into a folder."""
         raw = root / "raw" / "paper"
-        for path in (root / "config", raw):
-            path.mkdir(parents=True)
-        text = yaml.safe_dump(self.config, sort_keys=False)
-        (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
+        raw.mkdir(parents=True)
+        write_yaml(root / "config" / "config.yaml", self.config)
         for name, content in self.logs.items():
             (raw / name).parent.mkdir(exist_ok=True, parents=True)
             (raw / name).write_bytes(content)

@@ -1,20 +1,14 @@
 """Campaigns of other labs: grids and protocols that are not the paper's, re-enacted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
+from paper import enact, paper_values
 
-from rftfit.campaign.config import Config
-from rftfit.lab.enact import reenact
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 
-PROJECT = Path(__file__).resolve().parents[2]
 GRIDS = {
     "coarse": "-30,0,30,90 x -90,-60,-30,0,30,60,90",
     "other": "-75,-40,-10,20,55,80 x -70,-45,-25,25,45,70",
@@ -77,8 +71,7 @@ CASES = [
 
 def make(folder, case):
     """Write the campaign of a case: configuration, logs and run sheet."""
-    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    del values["robot"]
+    values = paper_values("robot")
     values["media"] = {MEDIUM: {"title": "close poppy seeds", "published_as": MEDIUM}}
     values |= SECTIONS[case.protocol]
     values["fit"]["missing_tare"] = "flag"
@@ -87,14 +80,8 @@ def make(folder, case):
         values |= {log: {"text": {"delimiter": ","}} for log in ("force_log", "motion_log")}
     else:
         values["dialect"] = case.dialect
-    (folder / "config").mkdir(parents=True)
-    path = folder / "config" / "config.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
-    raw = folder / "raw" / "paper"
-    reenact(
-        Config.model_validate(values), raw, raw / "runs.csv", protocol=case.protocol,
-        directions=directions_of(GRIDS[case.grid], 2013), tare=case.tare, legs=case.legs,
-    )  # fmt: skip
+    cells = directions_of(GRIDS[case.grid], 2013)
+    enact(folder, values, protocol=case.protocol, directions=cells, tare=case.tare, legs=case.legs)
 
 
 def judge(folder, case, held):

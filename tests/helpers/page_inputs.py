@@ -1,7 +1,5 @@
 """Campaigns whose results are made from the published tables, for the tests of the report page."""
 
-from __future__ import annotations
-
 import atexit
 import json
 import math
@@ -14,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from chain_tables import MISSING, alpha_table
+from paper import paper_config
 
 from rftfit import reference
-from rftfit.campaign.config import Config, Leg
+from rftfit.campaign.config import Leg
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
@@ -54,7 +52,6 @@ from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
 from rftfit.workflow.profiles import maps
 
-CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 NASTY = "</script><script>window.hacked = 1</script><b>\"&'"
 SAND_ALPHA = 0.689
 HOLED = "glass3mm_CP"
@@ -65,14 +62,9 @@ SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", 
 OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
-def paper_config():
-    """The configuration of the demonstration campaign."""
-    return Config.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
-
-
 def bare_campaign(folder, names, *, robot=False, **changes):
     """A campaign that has media but not a row of results; `changes` are sections of its config."""
-    config = paper_config().model_copy(update=changes if robot else {"robot": None} | changes)
+    config = paper_config(**(changes if robot else {"robot": None} | changes))
     runs = tuple(
         Run(f"{medium}_1", "plate", medium, "plate", "intrusion", 0.0, 90.0, math.nan, "f.csv",
             "m.csv", "", False, None, False, "", "", row)

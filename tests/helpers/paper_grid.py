@@ -1,7 +1,5 @@
 """The paper's 7 x 13 directions: as a planned grid, as a list of cells, and tables laid out on them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rftfit import reference

@@ -1,7 +1,5 @@
 """Pushes into sand on two clocks, from a known truth, for tests of clocks and surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A campaign around each real log of `../shared/data/logs`, from what `rftfit inspect` proposes for it."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import shutil
@@ -17,6 +15,7 @@ import numpy as np
 import yaml
 from agreement import ALL, NOTHING
 from campaigns import Folder
+from paper import write_yaml
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
 PLATE_CM = 3.0
@@ -145,9 +144,7 @@ def campaign_around(log, root):
         "fit": {"missing_tare": "flag"},
         "fourier": {"draws": 200},
     }
-    folder.config.parent.mkdir()
-    text = yaml.safe_dump(config, sort_keys=False, allow_unicode=True)
-    folder.config.write_text(text, encoding="utf-8")
+    write_yaml(folder.config, config)
     row = {"run_id": RUN, "kind": "plate", "medium": MEDIUM, "intruder": "plate",
            "direction": "intrusion", "beta_deg": "0", "gamma_deg": "90", "force_log": name,
            "motion_log": name, "zero_log": zero_log, "stroke": log.stroke}  # fmt: skip

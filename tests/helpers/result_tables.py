@@ -1,7 +1,5 @@
 """Tables of results in any copy of their folder, with the types that the dictionary states."""
 
-from __future__ import annotations
-
 from rftfit.outputs.dictionary import describe
 from rftfit.results import Tables
 

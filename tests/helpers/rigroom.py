@@ -1,7 +1,5 @@
 """Small campaigns of the re-enacted lab in a folder, and the chain of stages over them."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """The compiled stepper as a function of a state, and the same in plain numpy to check it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rftfit.model import kernel, reference_kernel

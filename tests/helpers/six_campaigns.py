@@ -3,8 +3,6 @@
 python tests/helpers/six_campaigns.py FOLDER      writes them and runs their workflows
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
-from campaigns import FEW, PROJECT, Folder, make_campaign
+from campaigns import FEW, Folder, make_campaign
 from other_labs import Case, make
+from paper import PROJECT
 
 from rftfit import reference
 from rftfit.cli.main import main

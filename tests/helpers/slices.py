@@ -1,7 +1,5 @@
 """Media that nobody tuned on: 3D-RFT (Agarwal, Goldman and Kamrin 2023) of a plate in the plane of its motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from unittest import mock

@@ -1,7 +1,5 @@
 """A Slurm controller and two nodes of one core each on this machine, for as long as a test takes."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os
@@ -13,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 CONF = Path("/etc/slurm/slurm.conf")
 NODES = ("n1", "n2")
@@ -195,10 +193,6 @@ class SlurmHost:
         for process in steps:
             _kill_tree(process)
         return hit
-
-    def revive_node(self, node):
-        """Start a killed node's daemon again."""
-        self._daemon(node, "slurmd", "-D", "-c", "-N", node)
 
     def stop(self):
         """End every job and daemon, and put the machine's own configuration back."""

@@ -3,8 +3,6 @@
 python tests/helpers/text_boxes.py CAMPAIGN...      draws every figure of campaigns whose workflow has run
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from typing import Any

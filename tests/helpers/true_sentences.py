@@ -3,8 +3,6 @@
 python tests/helpers/true_sentences.py FOLDER ...     prints what campaigns say of what they do not have
 """
 
-from __future__ import annotations
-
 import html
 import re
 import sys

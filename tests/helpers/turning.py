@@ -1,7 +1,5 @@
 """Forces on a turning leg without intervals, for tests and benchmarks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rftfit.model.forces import force_draws, forces_on

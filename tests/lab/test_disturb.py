@@ -94,7 +94,7 @@ def test_what_is_changed(config, runs, name):
 
 @pytest.mark.parametrize("name", ["surface", "surface-session"])
 def test_surface_moves_the_onset_of_the_force(config, runs, name):
-    area = plate_of(config)[1].area_cm2
+    area = plate_of(config.intruders)[1].area_cm2
     drawn = []
     for medium in ("poppy_CP", "glass0.3mm_CP", "glass3mm_CP"):
         run = runs[f"{medium}_bp00_g90_in"]

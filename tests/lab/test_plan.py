@@ -105,7 +105,7 @@ def test_every_path_leaves_a_window(config, runs):
 
 
 def test_paths_stay_in_the_box(config, runs):
-    plate = plate_of(config)[1]
+    plate = plate_of(config.intruders)[1]
     for run in runs:
         if run.kind != "plate" or run.medium not in ("poppy_LP", "yuma"):
             continue

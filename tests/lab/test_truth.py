@@ -58,7 +58,7 @@ def test_forces_oppose_the_motion_where_they_must(config, runs):
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass0.3mm_CP"])
 def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
-    area = plate_of(config)[1].area_cm2
+    area = plate_of(config.intruders)[1].area_cm2
     checked = 0
     for run in runs.values():
         if run.kind != "plate" or run.medium != medium or run.direction == "horizontal":
@@ -83,7 +83,7 @@ def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
 
 
 def test_level_runs_reach_their_steady_state(config, runs):
-    area = plate_of(config)[1].area_cm2
+    area = plate_of(config.intruders)[1].area_cm2
     for run in runs.values():
         if run.kind != "plate" or run.medium != "poppy_CP" or run.direction != "horizontal":
             continue
@@ -175,7 +175,7 @@ def test_legs_and_sands(config, runs):
     run = runs["yuma_bp00_g90_in"]
     true = ideal(run, config)
     here = _in_stroke(run, config, true) & (true.motion.travel > BUILD_UP)
-    area = plate_of(config)[1].area_cm2
+    area = plate_of(config.intruders)[1].area_cm2
     np.testing.assert_allclose(
         true.granular[0][here], area * sand_stress("yuma", -true.motion.z_cm[here])
     )

@@ -1,7 +1,5 @@
 """Files of arrays: MATLAB 5 and 7.3, HDF5, NumPy; every column by its path, none read as another."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Long files are read block after block, side by side: nothing differs from reading them in one piece."""
 
-from __future__ import annotations
-
 import threading
 import time
 

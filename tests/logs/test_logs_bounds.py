@@ -1,7 +1,5 @@
 """Logs that read other files are refused by name; logs that unpack to any size before they take memory."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import struct

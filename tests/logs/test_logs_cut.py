@@ -1,7 +1,5 @@
 """Every dialect of text, cut and damaged: complete rows come back, none is invented, none is lost."""
 
-from __future__ import annotations
-
 import gc
 import io
 import re

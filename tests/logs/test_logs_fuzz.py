@@ -1,7 +1,5 @@
 """Random and mutated bytes, told to all readers of text; `make fuzz` takes longer."""
 
-from __future__ import annotations
-
 import pytest
 from foreign_logs import TEXTS
 from fuzzing import fuzz

@@ -1,7 +1,5 @@
 """Which column is probably which quantity: headers of three languages, vectors, paths, repeated names."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """LabVIEW measurement files whose channels have clocks of their own."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from foreign_logs import lvm

@@ -1,7 +1,5 @@
 """Logs that cannot be used: the code of each cause, and in the message the file and what was found."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 

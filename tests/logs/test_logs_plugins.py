@@ -1,7 +1,5 @@
 """A lab's own dialect, from a package of its own; a broken one harms nobody else."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Logs as real programs wrote them: read whole, or what is lost is counted, or refused in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from real_logs import LOGS, OTHERWISE

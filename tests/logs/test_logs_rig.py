@@ -1,7 +1,5 @@
 """The rig's reader: every data line is a row or is counted, and no row is invented."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """ROS bags: the real ones, those of ROS 2, several topics, and every way in which one can be cut."""
 
-from __future__ import annotations
-
 import builtins
 from functools import cache
 from pathlib import Path

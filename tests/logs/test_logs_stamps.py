@@ -1,7 +1,5 @@
 """Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
 
-from __future__ import annotations
-
 import datetime as dt
 import gzip
 import re

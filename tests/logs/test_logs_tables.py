@@ -1,7 +1,5 @@
 """xlsx, Parquet, described text, encodings, options, and what headers may look like."""
 
-from __future__ import annotations
-
 import random
 import re
 from importlib import import_module

@@ -1,7 +1,5 @@
 """TDMS files: the real one, written ones, and cut ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Separators of thousands: a number with both marks is read, one with a single mark is not guessed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Clocks from the force alone: the truth comes back inside its interval, or the answer is no."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From fits of runs to the cells of a medium, by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

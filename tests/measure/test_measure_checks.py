@@ -1,7 +1,5 @@
 """Checks on tables in memory: no false alarm on the published media, every wrong axis named."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Rows whose time cannot be right."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

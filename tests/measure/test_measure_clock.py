@@ -1,7 +1,5 @@
 """Two clocks brought together by the arm's starts and stops."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

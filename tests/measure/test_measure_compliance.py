@@ -1,7 +1,5 @@
 """How far the machine yields: the curve comes back, and it never extrapolates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Signs and angles over the whole plane, against vectors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Copies of a log that were filed as repeats."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -4,8 +4,6 @@ A run and its tare are simulated from the rest in air to the end of the stroke w
 autocorrelated noise each; the zero of both is taken from the air, as the program does.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter

@@ -1,7 +1,5 @@
 """Alpha of stated depths where stress is curved: who gets it, and whether its intervals hold the force."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

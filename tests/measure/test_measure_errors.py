@@ -1,7 +1,5 @@
 """Errors by name: what each adds to an interval, and what cells share."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

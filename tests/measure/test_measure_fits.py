@@ -1,7 +1,5 @@
 """One plate run, from its tared stroke to its cell: forces known exactly, no logs."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

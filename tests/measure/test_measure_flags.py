@@ -1,7 +1,5 @@
 """Flags and reasons: each code has its sentence, comes back from a table, and is said in one place."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

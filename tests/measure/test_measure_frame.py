@@ -1,7 +1,5 @@
 """Units and the sensor's frame, against a rotation written here from the definition."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Lines with a free intercept and powers of depth beside the line through zero."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

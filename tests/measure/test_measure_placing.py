@@ -1,7 +1,5 @@
 """A campaign whose clocks and surface nobody wrote down, with round plates and a machine that yields."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

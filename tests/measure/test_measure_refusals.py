@@ -1,7 +1,5 @@
 """Why a run gives no number: each code once, from logs that deserve it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The zero-intercept slope: certified values, invariances, quality figures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

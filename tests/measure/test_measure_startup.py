@@ -1,7 +1,5 @@
 """What a start-up leaves in the window: exact algebra of a force that dies away."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Strokes in motions of testing machines and arms: found as they are, or refused for the true reason."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise

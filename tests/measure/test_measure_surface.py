@@ -1,7 +1,5 @@
 """The free surface from the force: without bias, inside its interval, and never where there is none."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from pushes import make_push

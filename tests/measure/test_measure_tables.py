@@ -1,7 +1,5 @@
 """From the tables of ingest and tare to those of fits and leg curves: numbers known exactly, no logs."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

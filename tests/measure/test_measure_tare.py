@@ -1,7 +1,5 @@
 """A tare knows where it holds, and is NaN elsewhere."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Units: factors from their definitions, and no silent guess."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Variance of weighted sums of correlated errors against its exact value."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz

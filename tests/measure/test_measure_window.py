@@ -1,7 +1,5 @@
 """Limits of the fit window, computed by hand for the paper's plate and container."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The transducer's zero: what it reads in air, and how well that is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

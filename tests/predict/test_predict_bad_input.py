@@ -1,7 +1,5 @@
 """What is missing stays missing, with its reason, from the logs to the tables of the force model."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """The compiled kernel against its numpy twin, and the physics of single elements."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

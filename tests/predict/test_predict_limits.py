@@ -1,7 +1,5 @@
 """Where a prediction leaves what was measured."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Outlines: arcs, model legs, and points from a user's csv."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Free paths: velocities by differences, forces over time, bad input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from turning import sweep

@@ -1,7 +1,5 @@
 """Rotating legs: convergence, an independent integral, the paper's order of legs, its measurements."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The profile file: what goes in comes out, in three languages; what was changed is found."""
 
-from __future__ import annotations
-
 import copy
 import json
 import runpy

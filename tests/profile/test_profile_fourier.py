@@ -1,7 +1,5 @@
 """Symmetry, nine terms, both fits, selection."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

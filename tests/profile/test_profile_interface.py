@@ -1,7 +1,5 @@
 """The one interface of table, nine terms and depth-only: torus, wrap, missing cells, draws."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

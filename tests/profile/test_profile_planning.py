@@ -1,7 +1,5 @@
 """Which pushes to make next: promises that are kept, and choices better than chance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

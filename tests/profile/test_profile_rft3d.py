@@ -1,7 +1,5 @@
 """3D-RFT in the plane: numbers of an implementation by others, and the law written out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

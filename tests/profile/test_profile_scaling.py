@@ -1,7 +1,5 @@
 """Bootstrap draws, intervals of coefficients, and the scaling routine for a new medium."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from types import SimpleNamespace

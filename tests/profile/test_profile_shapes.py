@@ -1,7 +1,5 @@
 """The map of a few pushes: conditional mean and covariance, limits, symmetry, and media that do not belong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -30,7 +28,6 @@ from rftfit.reference import MEDIA
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
 COUNT = BETA.size
-MATERIAL = {"poppy_LP": ("poppy_LP", "poppy_CP"), "glass3mm_CP": MEDIA[2:]}
 
 
 def truth(medium):

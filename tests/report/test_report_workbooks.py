@@ -6,7 +6,8 @@ import chain_tables as chain
 import numpy as np
 import pytest
 from openpyxl import load_workbook  # type: ignore[import-untyped]
-from page_inputs import bare_campaign, paper_config, write
+from page_inputs import bare_campaign, write
+from paper import paper_config
 
 import rftfit
 from rftfit import reference

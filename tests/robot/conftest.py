@@ -1,7 +1,5 @@
 """The robot and the media that its tests share."""
 
-from __future__ import annotations
-
 import pytest
 
 from rftfit import reference

@@ -1,7 +1,5 @@
 """`rftfit check` of a campaign's robot: its file, its sheet and its tracks, all problems at once."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

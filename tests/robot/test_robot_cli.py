@@ -1,7 +1,5 @@
 """``rftfit simulate`` and ``rftfit sweep`` as a user meets them."""
 
-from __future__ import annotations
-
 import io
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """The robot's file: the default one, and everything that can be wrong with one."""
 
-from __future__ import annotations
-
 import pytest
 
 from rftfit.campaign.problems import CampaignError

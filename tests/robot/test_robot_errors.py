@@ -1,7 +1,5 @@
 """Measured speeds, errors, optima and what the paper says of them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figures of the robot: what is drawn is what the tables say."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """What makes the generic profile's reversed legs too fast: the lift of a belly that slides level."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from ingredients import compared, ingredients, summary

@@ -1,7 +1,5 @@
 """Intervals of speed and best curvature: draws of alpha through the robot."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

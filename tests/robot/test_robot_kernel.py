@@ -1,7 +1,5 @@
 """The compiled stepper against its numpy twin."""
 
-from __future__ import annotations
-
 import ast
 import math
 from pathlib import Path

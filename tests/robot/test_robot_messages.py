@@ -1,7 +1,5 @@
 """What is said of the robot's sheet, tracks and speeds."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

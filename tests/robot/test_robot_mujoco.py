@@ -4,8 +4,6 @@ Only the outline of a leg and the force on an outline in a pose are shared with 
 hinges, places and velocities of all bodies and the steps in time are MuJoCo's, in SI.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

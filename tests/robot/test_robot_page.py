@@ -1,7 +1,5 @@
 """The robot on the report page: its tables, numbers for the script, and pictures of the running robot."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A robot cut into elements, and when a run counts as steady: numbers by hand."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

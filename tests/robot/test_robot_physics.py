@@ -1,7 +1,5 @@
 """Balances of momentum and energy, statics, symmetry, and the order of the methods."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs: how they begin, end, and are judged."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The robot's stages: tracks to speeds, a sweep that can be interrupted, tables."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

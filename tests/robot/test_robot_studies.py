@@ -1,7 +1,5 @@
 """What the paper does not say: how it is varied, and that the calibration stands in the file."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The sweep, its tables, and the best curvature."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Marker tracks and their sheet: read, judged, and every row accounted for."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

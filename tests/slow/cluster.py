@@ -18,7 +18,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
-from campaigns import PROJECT, Folder, make_campaign
+from campaigns import Folder, make_campaign
+from paper import PROJECT
 from slurmhost import CannotRun, SlurmHost, prepare
 
 MEDIA = ("poppy_LP", "yuma")

@@ -102,17 +102,12 @@ PROFILES = {
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("friction", [None, 0.3])
 def test_compiled_and_plain_agree(profile, law, friction):
-    cases = [
-        (Mesh.sphere(2, 12), SINKING),
-        (Mesh.cylinder(6.25, 6, 24), slipping()),
-        (LEG, leg_at(35)),
-    ]
-    for mesh, motion in cases:
-        found = mesh_forces(PROFILES[profile], mesh, motion, law, friction)[:, :6]
-        plain = faces.mesh_forces(PROFILES[profile], mesh, motion, law, friction)
-        np.testing.assert_allclose(
-            found, plain, rtol=0, atol=1e-12 * abs(plain).max(initial=1, where=np.isfinite(plain))
-        )
+    wheel = Mesh.cylinder(6.25, 6, 24)
+    for body in ((Mesh.sphere(2, 12), SINKING), (wheel, slipping()), (LEG, leg_at(35))):
+        found = mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
+        plain = faces.mesh_forces(PROFILES[profile], *body, law, friction)
+        largest = abs(plain).max(initial=1, where=np.isfinite(plain))
+        np.testing.assert_allclose(found, plain, rtol=0, atol=1e-12 * largest)
 
 
 @pytest.mark.parametrize("leg", ["c_leg", "flat_leg", "reversed_c_leg"])
@@ -168,36 +163,15 @@ def test_the_law_is_continuous_at_level_faces_and_vertical_motion(tilt, turn, ot
 
 
 @PROPERTY
-@given(
-    turn=angle,
-    tilt=st.floats(0, np.pi),
-    way=angle,
-    lean=st.floats(0, np.pi),
-    friction=st.sampled_from([None, 0.5]),
-)
-def test_turning_all_about_the_vertical_turns_the_stress(turn, tilt, way, lean, friction):
+@given(turn=angle, law=st.sampled_from(LAWS), friction=st.sampled_from([None, 0.5]))
+def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
     about_z = Rotation.from_rotvec([0, 0, turn])
-    n, v = vector(tilt, 0.0), vector(lean, way)
-    for law in LAWS:
-        found = face_alpha(POPPY, about_z.apply(n), about_z.apply(v), law, friction)
-        np.testing.assert_allclose(
-            found, about_z.apply(face_alpha(POPPY, n, v, law, friction)), atol=1e-9
-        )
-
-
-@PROPERTY
-@given(turn=angle)
-def test_rotation_of_mesh_motion_and_frame(turn):
-    about_z, wheel, motion = (
-        Rotation.from_rotvec([0, 0, turn]),
-        Mesh.cylinder(6.25, 6, 24),
-        slipping(),
-    )
-    position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
-    turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
-    found, first = (mesh_forces(POPPY, wheel, one)[0] for one in (turned, motion))
-    expected = np.concatenate([about_z.apply(first[:6].reshape(2, 3)).ravel(), first[6:]])
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    for mesh, motion in ((Mesh.cylinder(6.25, 6, 24), slipping()), (Mesh.sphere(2, 8), SINKING)):
+        position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
+        turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
+        found, first = (mesh_forces(POPPY, mesh, one, law, friction)[0] for one in (turned, motion))
+        expected = about_z.apply(first[:6].reshape(2, 3)).ravel()
+        np.testing.assert_allclose(found, [*expected, first[6]], atol=1e-9)
 
 
 def test_missing_numbers_say_why():
@@ -222,8 +196,10 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     alpha = rft3d.law(plate, motion)
     plane = rftfit.TableProfile.of_nodes(beta, gamma, (alpha[..., 2], alpha[..., 0]))
     truth = face_alpha(UNIT, normal, velocity, "3d-rft")
-    off = (face_alpha(plane, normal, velocity) - truth) / np.hypot(
-        alpha[..., 2], alpha[..., 0]
-    ).max()
-    assert np.sqrt((off**2).mean()) == pytest.approx(CLOSURE, abs=0.001)
-    assert np.linalg.norm(off, axis=-1).max() < 0.24
+    off = face_alpha(plane, normal, velocity) - truth
+    off /= np.hypot(alpha[..., 2], alpha[..., 0]).max()
+    down = (normal[:, 2] < 0) & (velocity[:, 2] < 0)
+    level = normal[:, 2] < -np.cos(np.radians(30)) * np.linalg.norm(normal, axis=-1)
+    for chosen, rms, worst in ((down | True, CLOSURE, 0.23), (down, 0.061, 0.23), (down & level, 0.028, 0.15)):  # fmt: skip
+        assert np.sqrt((off[chosen] ** 2).mean()) == pytest.approx(rms, abs=0.001)
+        assert np.linalg.norm(off[chosen], axis=-1).max() == pytest.approx(worst, abs=0.006)

@@ -66,24 +66,13 @@ def test_files(tmp_path):
     found = Mesh.read(file, unit="mm")
     assert found.name == "ball"
     assert found.faces.shape == BALL.faces.shape
-    np.testing.assert_allclose(
-        mesh_forces(POPPY, found, MOTION), mesh_forces(POPPY, BALL, MOTION), rtol=1e-5
-    )
-    with pytest.raises(InputError, match="4000 cm long"):
-        Mesh.read(file, unit="m")
-    with pytest.raises(InputError, match="unit"):
-        Mesh.read(file, unit="micron")
-    with pytest.raises(InputError, match="no such file"):
-        Mesh.read(tmp_path / "none.stl", unit="mm")
-    file.write_text("solid nothing")
-    with pytest.raises(InputError, match="no mesh"):
-        Mesh.read(file, unit="mm")
-
-
-def test_without_trimesh(tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
-    with pytest.raises(InputError, match=r"rftfit\[mesh\]"):
-        Mesh.read(stl(tmp_path, BALL), unit="mm")
+    same = mesh_forces(POPPY, BALL, MOTION)
+    np.testing.assert_allclose(mesh_forces(POPPY, found, MOTION), same, rtol=1e-5)
+    (tmp_path / "empty.stl").write_text("solid nothing")
+    for name, unit, words in (("ball.stl", "m", "4000 cm long"), ("ball.stl", "micron", "unit"),
+                              ("none.stl", "mm", "no such file"), ("empty.stl", "mm", "no mesh")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            Mesh.read(tmp_path / name, unit)
 
 
 def test_refined_is_the_same_body():
@@ -92,9 +81,8 @@ def test_refined_is_the_same_body():
     assert np.linalg.norm(edges, axis=-1).max() <= 0.3
     np.testing.assert_allclose(finer.area_cm2, BALL.area_cm2)
     deep = Motion3D([0, 0, -9], [0, 0, -1])
-    np.testing.assert_allclose(
-        mesh_forces(POPPY, finer, deep)[:, :3], mesh_forces(POPPY, BALL, deep)[:, :3], atol=1e-9
-    )
+    found, same = (mesh_forces(POPPY, one, deep)[:, :3] for one in (finer, BALL))
+    np.testing.assert_allclose(found, same, atol=1e-9)
 
 
 def test_wrong_motions():
@@ -118,35 +106,19 @@ def test_a_path_is_differentiated():
     np.testing.assert_allclose(path.frames[:, 3:9], np.tile([1, 2, 3, 0, np.pi / 2, 0], (11, 1)))
 
 
-def noisy(seed, count, sd=0.03):
-    """Draws around poppy, cell by cell, all of one truth's prior."""
-    random = np.random.default_rng(seed)
-    z, x = POPPY.cells[2:]
-    return [
-        (one + sd * random.standard_normal((count, one.size))).reshape(count, 7, 13)
-        for one in (z, x)
-    ]
-
-
 def test_intervals_are_quantiles_of_the_draws():
-    wheel, angle = Mesh.cylinder(6.25, 6, 24), np.radians(15)
-    motion = Motion3D([0, 0, 3.25], [np.cos(angle), np.sin(angle), 0], [0, 0.16, 0])
-    z, x = noisy(0, 1000)
+    random = np.random.default_rng(0)
+    z, x = ((one + 0.03 * random.standard_normal((1000, one.size))).reshape(-1, 7, 13) for one in POPPY.cells[2:])  # fmt: skip
     profile = rftfit.TableProfile(z.mean(0), x.mean(0), spread=rftfit.TableProfile(z, x))
-    table = rftfit.predict(profile, wheel, motion)
-    truths_z, truths_x = noisy(1, 60)
-    truth = [
-        mesh_forces(rftfit.TableProfile(*one), wheel, motion)[0]
-        for one in zip(truths_z, truths_x, strict=True)
+    table = rftfit.predict(profile, BALL, MOTION, confidence=0.9)
+    each = [
+        mesh_forces(rftfit.TableProfile(*one), BALL, MOTION)[0] for one in zip(z, x, strict=True)
     ]
-    ends = {0: "force_x_{}_N", 1: "force_y_{}_N", 2: "force_z_{}_N", 4: "moment_y_{}_N_cm"}
-    inside = [
-        table[name.format("lo")][0] <= one[k] <= table[name.format("hi")][0]
-        for one in truth
-        for k, name in ends.items()
-    ]
-    assert 0.88 <= np.mean(inside) <= 0.99
-    load = mesh_forces(profile, wheel, motion)[0, 6]
+    lo, hi = np.quantile(each, (0.05, 0.95), axis=0)
+    for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
+        found = [table[name.format(end)][0] for end in ("lo", "hi")]
+        np.testing.assert_allclose(found, [lo[k], hi[k]], rtol=0.01)
+    load = mesh_forces(profile, BALL, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
     np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
 

@@ -234,22 +234,15 @@ MOTION = f"poppy_LP/{RUN}_motion.csv"
 ROD = f"{RUN}_rod"
 
 
-@pytest.mark.parametrize(
-    ("cells", "logs", "code"),
-    [
-        ({}, {FORCE: f"poppy_LP/{OTHER}_force.csv"}, "clocks-disagree"),
-        ({RUN: {"force_log": MOTION, "motion_log": FORCE}}, {}, "wrong-kind"),
-        (
-            {RUN: {"direction": "extraction"}, ROD: {"direction": "extraction"}},
-            {},
-            "other-direction",
-        ),
-        ({LEVEL: {"depth_cm": "7.62"}, f"{LEVEL}_rod": {"depth_cm": "7.62"}}, {}, "other-depth"),
-        ({}, {FORCE: "", MOTION: ""}, "missing"),
-        ({RUN: {"tare_run": ""}}, {}, "tare-missing tare-not-named"),
-        ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
-    ],
-)
+@pytest.mark.parametrize(("cells", "logs", "code"), [
+    ({}, {FORCE: f"poppy_LP/{OTHER}_force.csv"}, "clocks-disagree"),
+    ({RUN: {"force_log": MOTION, "motion_log": FORCE}}, {}, "wrong-kind"),
+    ({RUN: {"direction": "extraction"}, ROD: {"direction": "extraction"}}, {}, "other-direction"),
+    ({LEVEL: {"depth_cm": "7.62"}, f"{LEVEL}_rod": {"depth_cm": "7.62"}}, {}, "other-depth"),
+    ({}, {FORCE: "", MOTION: ""}, "missing"),
+    ({RUN: {"tare_run": ""}}, {}, "tare-missing tare-not-named"),
+    ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
+])  # fmt: skip
 def test_sheet_and_logs_that_do_not_belong_together(room, cells, logs, code):
     run = LEVEL if LEVEL in cells else RUN
     room.add(run, OTHER)

@@ -6,8 +6,6 @@ scaling, leg prediction and the robot. `benchmarks/intervals.py` is the same wit
 media and all ways that beds may differ, `make reliability` under all disturbances.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot

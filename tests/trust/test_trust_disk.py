@@ -3,8 +3,6 @@
 `make fulldisk` and `make samebytes` do the same with the real workflow.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -3,8 +3,6 @@
 `make disturbed` has all of them, with more campaigns of all media.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

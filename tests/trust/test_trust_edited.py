@@ -1,7 +1,5 @@
 """Code that is edited while a run works, through the real workflow: it stops, and nothing false is recorded."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -9,7 +7,8 @@ import sys
 import time
 
 import pytest
-from campaigns import PROJECT, make_campaign
+from campaigns import make_campaign
+from paper import PROJECT
 
 pytestmark = pytest.mark.slow
 

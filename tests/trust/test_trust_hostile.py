@@ -1,7 +1,5 @@
 """Hostile and broken input: harmless, and said so."""
 
-from __future__ import annotations
-
 import csv
 import html
 import io

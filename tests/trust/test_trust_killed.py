@@ -3,8 +3,6 @@
 `make killed` does the same to the real workflow, at random moments.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -13,11 +11,12 @@ import sys
 import time
 
 import pytest
-from campaigns import PROJECT, make_campaign
+from campaigns import make_campaign
+from paper import PROJECT
 
 from rftfit.store import atomic_path, write_text
 from rftfit.store.files import _cleared, clear_rests, is_rest
-from rftfit.workflow.processes import VARIABLE, end_with_parent, left_by_the_dead
+from rftfit.workflow.processes import VARIABLE, end_with_parent, stale_lock
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 
@@ -44,12 +43,12 @@ subprocess.Popen([sys.executable, "-c", sys.argv[1]], env={{**os.environ, "{VARI
 sys.stdin.read()
 """
 WORKFLOW = """
-from rftfit.workflow.processes import hold
+from rftfit.workflow.processes import hold_lock
 from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent
 end_with_parent(end_group)
 shell.prefix(SHELL_PREFIX)
 onstart:
-    hold(Path(".snakemake"))
+    hold_lock(Path(".snakemake"))
 rule all:
     input: "results/first.txt", "results/second.txt"
 rule first:
@@ -161,13 +160,13 @@ def locked(tmp_path):
     """A folder that a process has locked and noted, which has died since."""
     (tmp_path / "locks").mkdir()
     (tmp_path / "locks" / "0.output.lock").write_text("results/alpha.csv\n")
-    script = "import pathlib, sys; from rftfit.workflow.processes import hold; hold(pathlib.Path(sys.argv[1]))"
+    script = "import pathlib, sys; from rftfit.workflow.processes import hold_lock; hold_lock(pathlib.Path(sys.argv[1]))"
     subprocess.run([sys.executable, "-c", script, tmp_path], check=True)
     return tmp_path
 
 
 def is_certain(folder):
-    with left_by_the_dead(folder) as certain:
+    with stale_lock(folder) as certain:
         return certain
 
 
@@ -176,7 +175,7 @@ def test_only_what_is_certain_is_taken_for_the_dead_ones(locked):
     note, lock = locked / "rftfit" / "holder", locked / "locks" / "0.output.lock"
     text = note.read_text(encoding="utf-8")
     assert is_certain(locked)
-    with left_by_the_dead(locked) as first, left_by_the_dead(locked) as second:
+    with stale_lock(locked) as first, stale_lock(locked) as second:
         assert (first, second) == (True, False)
     # another computer, or the same one started anew
     for other in ("elsewhere\n" + text.partition("\n")[2], text.partition("\n")[0] + "\n1-2\n", ""):
@@ -195,7 +194,7 @@ def test_only_what_is_certain_is_taken_for_the_dead_ones(locked):
 
 def test_the_lock_of_a_living_process_is_left(locked):
     script = (
-        "import pathlib, sys; from rftfit.workflow.processes import hold; hold(pathlib.Path(sys.argv[1]));"
+        "import pathlib, sys; from rftfit.workflow.processes import hold_lock; hold_lock(pathlib.Path(sys.argv[1]));"
         "print('holds', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(
@@ -208,16 +207,13 @@ def test_the_lock_of_a_living_process_is_left(locked):
 
 def test_every_rule_is_one_program():
     """The prefix of the shell puts it in the shell's place: no second command could follow."""
-    texts = [
-        path.read_text(encoding="utf-8") for path in sorted((PROJECT / "workflow").rglob("*.smk"))
-    ]
-    rules = sum(len(re.findall(r"^rule ", text, re.MULTILINE)) for text in texts)
-    shells = [block for text in texts for block in re.findall(r"\n +shell:\n +(.*)\n", text)]
-    assert shells == ["STAGE"] * rules
-    assert rules >= 19
-    snakefile = (PROJECT / "workflow" / "rules" / "common.smk").read_text(encoding="utf-8")
-    (stage,) = re.findall(r"^STAGE = \((.*?)^\)", snakefile, re.MULTILINE | re.DOTALL)
-    command = "".join(re.findall(r'"([^"\n]*)"', stage))
+    texts = [path.read_text(encoding="utf-8") for path in (PROJECT / "workflow").rglob("*.smk")]
+    shared = sum(len(re.findall(r"^use rule stage as ", text, re.MULTILINE)) for text in texts)
+    own = [name for text in texts for name in re.findall(r"^rule (\w+)", text, re.MULTILINE)]
+    assert own == ["stage"]
+    assert shared >= 19
+    (block,) = (text for one in texts for text in re.findall(r"\n +shell:\n((?: +.+\n)+)", one))
+    command = "".join(re.findall(r'"([^"\n]*)"', block))
     assert command.startswith("python -P -m rftfit ")
     assert command.endswith(" 2> {log:q}")
     assert not set("|;&<`$") & set(command)

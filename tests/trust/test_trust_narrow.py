@@ -3,8 +3,6 @@
 `make reliability ARGS="--kinds narrow"` is the same with the whole list of mistakes in two media.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

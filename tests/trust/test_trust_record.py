@@ -1,7 +1,5 @@
 """The parts behind provenance and verify: digests of files, imports, the graph, text in csv."""
 
-from __future__ import annotations
-
 import ast
 import csv
 import os

@@ -1,7 +1,5 @@
 """What records say beside files and states: a campaign of three jobs, one made from the other."""
 
-from __future__ import annotations
-
 import json
 from types import SimpleNamespace
 from typing import Any

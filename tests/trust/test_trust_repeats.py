@@ -1,7 +1,5 @@
 """The run-to-run spread: found from repeats or stated, and where it goes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

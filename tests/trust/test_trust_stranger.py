@@ -1,7 +1,5 @@
 """A stranger's campaign: nothing that lies in its folder is executed, whatever command reads it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -9,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from campaigns import PROJECT
+from paper import PROJECT
 
 from rftfit.store.environment import child_environment
 

@@ -1,7 +1,5 @@
 """What the peaks of legs rest on: errors by their share of the variance, and flagged cells."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Factors on predicted leg forces: found back, and judged honestly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

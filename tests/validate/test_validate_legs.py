@@ -1,15 +1,13 @@
 """Measured against predicted legs: errors by hand, intervals by simulation, the paper's statements."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from campaigns import PROJECT
 from light_campaign import alpha_frame, one_cell, results_of
+from paper import PROJECT
 from turning import sweep
 
 from rftfit.campaign.config import Config, Leg

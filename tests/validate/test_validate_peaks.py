@@ -1,7 +1,5 @@
 """Peaks of measured curves: exact parabolas, and scatter that is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rows of the penetration tests of a natural sand: two regimes, zeta of each, and every reason."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What of the paper stands beside a campaign: as much as the campaign has of the paper's media."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -26,6 +24,7 @@ from rftfit.compare.published import (
     discrepancies,
 )
 from rftfit.measure.alpha import column
+from rftfit.measure.flags import Remark
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import MEDIA, load
@@ -48,6 +47,22 @@ def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path):
         items = compare_penetration(part, published)
         assert any(one.item.startswith("chi, mean") for one in items) == there
         assert any(one.item.startswith(f"{known[0]}: chi") for one in items)
+
+
+def test_a_doubt_about_a_medium_stands_in_every_row_that_has_its_numbers(tmp_path, monkeypatch):
+    """Also in rows that do not name it, as the mean of chi; not in the rows of other media."""
+    own = page_results(tmp_path)
+    tests = as_printed(own, "penetration.csv")
+    write(own, "penetration.csv", tests[tests["medium"].isin(MEDIA)])
+    sound = validate(Results(own.campaign)).set_index("item")["why"]
+    results = Results(own.campaign)
+    monkeypatch.setattr(results, "marks", {MEDIA[0]: (Remark("no-tare"),)})
+    doubted = validate(results).set_index("item")["why"]
+    changed = set(doubted.index[doubted != sound[doubted.index]])
+    assert all(doubted[name].endswith(f"; {sound[name]}") for name in changed)
+    assert {f"{MEDIA[0]}: chi", "chi, mean over the media"} <= changed
+    assert not [name for name in changed if name.startswith(tuple(MEDIA[1:]))]
+    assert not changed & {one.item for one in discrepancies()}
 
 
 def test_evidence_follows_from_the_campaign(tmp_path):

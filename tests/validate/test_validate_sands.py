@@ -1,7 +1,5 @@
 """End of the linear regime of a penetration test."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

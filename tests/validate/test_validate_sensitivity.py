@@ -1,7 +1,5 @@
 """What the shape of a leg does to its predicted peaks."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

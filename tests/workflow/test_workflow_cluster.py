@@ -6,7 +6,8 @@ import re
 
 import pytest
 import yaml
-from campaigns import FEW, PROJECT, make_campaign
+from campaigns import FEW, make_campaign
+from paper import PROJECT
 
 from rftfit.workflow.stages import RULES
 
@@ -29,8 +30,8 @@ def folder(tmp_path_factory):
 
 def test_every_rule_has_a_place(profile, folder):
     rules = set(folder.snakemake("--list-rules").stdout.split())
-    assert rules == {*RULES, "all"}
-    assert rules - {"all"} == set(profile["groups"])
+    assert rules == {*RULES, "stage", "all"}
+    assert {*RULES} == set(profile["groups"])
     assert set(profile["set-resources"]) <= rules
     assert set(profile["groups"].values()) == set(profile["group-components"])
 

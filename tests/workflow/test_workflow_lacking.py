@@ -9,8 +9,9 @@ import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
 
-from rftfit.cli.example import EXAMPLES, fetch_logs, lay_out, own_files
-from rftfit.measure.flags import flagged_with, remark
+from rftfit.cli.example import fetch_logs, lay_out
+from rftfit.measure.flags import flagged_with
+from rftfit.store.environment import shipped
 
 pytestmark = pytest.mark.slow
 
@@ -132,24 +133,40 @@ def test_the_sand_example_runs(tmp_path):
     """Nine penetrations without a tare, as `rftfit example` lays them out."""
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
-    folder, source = Folder(tmp_path), own_files("cmu-sand")
+    folder, source = Folder(tmp_path), shipped("examples/cmu-sand")
     lay_out(source, folder.root)
-    fetch_logs(EXAMPLES["cmu-sand"], source, folder.root / "raw", str(SAND_LOGS))
+    fetch_logs(source, folder.root / "raw", str(SAND_LOGS))
     assert "no tare in any of 9 runs" in folder.rftfit("check").stdout
     page = run(folder)
-    done = folder.rftfit("run")
-    assert done.returncode == 0, done.stderr
-    assert "Nothing to do" in done.stdout
-    assert "Of 9 runs, 9 used and 0 dropped" in done.stdout
+    again = folder.rftfit("example", "cmu-sand", ".")
+    assert again.returncode == 0, again.stderr
+    for words in ("All 18 logs are there", "Nothing to do", "Of 9 runs, 9 used and 0 dropped"):
+        assert words in again.stdout
     counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
     ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
     assert {name: ledger[name] for name in counted} == counted
+    assert ledger["force-displacement_1.bag"] == 3004
     assert len(ledger) == 2 * len(counted) == 18
-    fits = folder.table("fits/sand.csv")
-    assert len(fits) == 9
-    assert fits[ALPHA].notna().all(axis=None)
+    alpha = []
+    for medium in ("sand_60mm", "sand_80mm", "sand_100mm"):
+        runs, fits = (folder.table(f"{name}/{medium}.csv") for name in ("runs", "fits"))
+        # five hours behind, as Pittsburgh is in January, and the rest of a tenth of a second
+        assert (runs["clock_hours"] == -5).all()
+        apart = (runs["clock_rest_s"] - 0.045) / runs["clock_se_s"]
+        assert (apart.abs() < 3.5).all()
+        assert (runs["clock_se_s"] < 0.1).all()
+        assert (runs["clock_explained"] > 0.999).all()
+        # what the people who recorded it typed in by hand lies between -8.55 and -9.68 mm
+        assert runs["surface_z_mm"].between(-10.2, -8.9).all()
+        assert (runs["surface_se_mm"] < 0.5).all()
+        assert len(fits) == 3
+        assert fits[ALPHA].notna().all(axis=None)
+        assert (fits["exponent_z"] > 1).all()
+        alpha.append(folder.table(f"alpha/{medium}.csv").loc[0, "alpha_z_N_per_cm3"])
+        assert (abs(fits[ALPHA[0]] / alpha[-1] - 1) < 0.1).all()
+    assert alpha == pytest.approx([0.853, 1.204, 1.731], abs=1e-3)
+    zeta = folder.table("penetration.csv").set_index("medium")["zeta"]
+    assert zeta.tolist() == pytest.approx([0.758, 1.070, 1.539], abs=1e-3)
     assert "None: all 9 runs were used." in page
     assert "No force on rod and mount alone was recorded, so none was subtracted." in page
-    assert "no Fourier series was fitted" in page
-    tare = folder.root / "results" / "figures" / "tare_sand.svg"
-    assert str(remark("no-tare")) in tare.read_text(encoding="utf-8")
+    assert "published five media" in page

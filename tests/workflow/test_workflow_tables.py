@@ -293,11 +293,12 @@ def test_a_run_reads_its_table_once(tmp_path):
     patch.parent.mkdir()
     patch.write_text(_COUNTS.format(str(tmp_path / "reads")), encoding="utf-8")
     paths = os.pathsep.join([str(patch.parent), *sys.path])
+    wanted = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1"], cwd=tmp_path / "c",
+        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *wanted], cwd=tmp_path / "c",
         env=os.environ | {"PYTHONPATH": paths}, check=True,
     )  # fmt: skip
-    assert (tmp_path / "c" / "results" / "report.html").is_file()
+    assert all((tmp_path / "c" / name).is_file() for name in wanted)
     assert len((tmp_path / "reads").read_text().splitlines()) == 1
 
 

@@ -1,6 +1,5 @@
-# The campaign, the command of every rule, and lists of files.
+# The campaign, and lists of files.
 import re
-from shlex import quote
 
 from rftfit.robot import PROFILES
 from rftfit.workflow.state import read_states
@@ -16,11 +15,6 @@ FIGURES = STATES.figures
 
 # A job's state: a file that is written anew only when code, settings, rows or logs change.
 state_of = STATES.input_of
-
-STAGE = (
-    f"python -P -m rftfit {{input.state:q}} --config {quote(CONFIG)} --threads {{threads}}"
-    " --reads {input:q} --writes {output:q} 2> {log:q}"
-)
 
 
 def one_of(names):
@@ -39,7 +33,9 @@ def of_figure(folder):
 
     def inputs(wildcards):
         figure, medium = FIGURES[f"{folder}/{wildcards[0]}"]
-        return STATES.filled(("checks/{media}.csv", *figure.reads), medium)
+        paths = [f"results/{one}" for one in ("checks/{media}.csv", *figure.reads)]
+        names = {"media": MEDIA, "laboratory": LABORATORY, "sands": SANDS}
+        return [file for path in paths for file in expand(path, medium=medium, **names)]
 
     return inputs
 

@@ -1,7 +1,19 @@
 # From logs to alpha. Logs are no inputs for Snakemake: their content is watched, by `state`.
+from shlex import quote
 
 
-rule ingest:
+rule stage:
+    # What all rules of the stages share; no job of its own.
+    log:
+        "results/logs/stage.log",
+    conda:
+        "../envs/rftfit.yaml"
+    shell:
+        f"python -P -m rftfit {{input.state:q}} --config {quote(CONFIG)} --threads {{threads}}"
+        " --reads {input:q} --writes {output:q} 2> {log:q}"
+
+
+use rule stage as ingest with:
     # Read force and motion logs: clocks, frame, zero, phases.
     input:
         state=state_of("ingest"),
@@ -11,13 +23,9 @@ rule ingest:
         ledger="results/ledger/ingest/{medium}.csv",
     log:
         "results/logs/ingest/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule tare:
+use rule stage as tare with:
     # Subtract rod-only runs at equal depth, legs turned in air at equal theta.
     input:
         traces="results/traces/{medium}.parquet",
@@ -29,13 +37,9 @@ rule tare:
         ledger="results/ledger/tare/{medium}.csv",
     log:
         "results/logs/tare/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule slopes:
+use rule stage as slopes with:
     # Fit zero-intercept slopes of stress against depth.
     input:
         runs="results/runs/{medium}.csv",
@@ -48,13 +52,9 @@ rule slopes:
         ledger="results/ledger/slopes/{medium}.csv",
     log:
         "results/logs/slopes/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule checks:
+use rule stage as checks with:
     # Put the runs of each direction together, alpha(beta, gamma), and check whether it can be believed.
     input:
         runs="results/runs/{medium}.csv",
@@ -70,13 +70,9 @@ rule checks:
         peers="results/peers/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule legs:
+use rule stage as legs with:
     # Average the force on turning legs over theta.
     input:
         runs="results/runs/{medium}.csv",
@@ -88,13 +84,9 @@ rule legs:
         ledger="results/ledger/legs/{medium}.csv",
     log:
         "results/logs/legs/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule ledger:
+use rule stage as ledger with:
     # Account for every row of every log.
     input:
         runs=expand("results/runs/{medium}.csv", medium=MEDIA),
@@ -109,7 +101,3 @@ rule ledger:
         "results/ledger.csv",
     log:
         "results/logs/ledger.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE

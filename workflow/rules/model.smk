@@ -5,7 +5,7 @@ ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS]
 LEGS = expand("results/legs/{medium}.csv", medium=MEDIA)
 
 
-rule symmetry:
+use rule stage as symmetry with:
     # Extend alpha to all intrusion angles by symmetry.
     input:
         alpha=ALPHA,
@@ -14,13 +14,9 @@ rule symmetry:
         "results/alpha_extended.csv",
     log:
         "results/logs/symmetry.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule maps:
+use rule stage as maps with:
     # Complete alpha in every direction by the shape that known media share.
     input:
         checks=CHECKS,
@@ -30,13 +26,9 @@ rule maps:
         "results/maps/{medium}.csv",
     log:
         "results/logs/maps/{medium}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule fourier:
+use rule stage as fourier with:
     # Fit the nine Fourier terms.
     input:
         checks=CHECKS,
@@ -47,13 +39,9 @@ rule fourier:
         terms="results/fourier/terms.csv",
     log:
         "results/logs/fourier.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule scaling:
+use rule stage as scaling with:
     # Scale media onto one another: zeta, chi, generic M0.
     input:
         checks=CHECKS,
@@ -65,13 +53,9 @@ rule scaling:
         penetration="results/penetration.csv",
     log:
         "results/logs/scaling.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule legs_predicted:
+use rule stage as legs_predicted with:
     # Predict forces on legs and compare with the measured ones.
     input:
         checks=CHECKS,
@@ -86,13 +70,9 @@ rule legs_predicted:
         "results/logs/legs_predicted.log",
     # many figures wait for it
     priority: 2
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule natural_sands:
+use rule stage as natural_sands with:
     # Scale natural sands from one penetration test.
     input:
         checks=CHECKS,
@@ -110,13 +90,9 @@ rule natural_sands:
         correction="results/sand_correction.csv",
     log:
         "results/logs/natural_sands.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule validate:
+use rule stage as validate with:
     # Put the paper's numbers beside ours: the reproduction table.
     input:
         checks=CHECKS,
@@ -135,7 +111,3 @@ rule validate:
         "results/reproduction.csv",
     log:
         "results/logs/validate.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE

@@ -1,15 +1,14 @@
 # What people look at, and the record of what it was made from.
-MEASURE = [rules.ingest, rules.tare, rules.slopes, rules.checks, rules.legs]
-MODEL = [rules.symmetry, rules.maps, rules.fourier, rules.scaling]
-TRIAL = [rules.legs_predicted, rules.natural_sands, rules.validate, rules.ledger]
-WALK = [
-    *(rules.robot_measured, rules.robot_runs, rules.robot_intervals),
-    *(rules.robot_speeds, rules.robot_motion),
+from rftfit.workflow.stages import STAGES
+
+TABLES = [
+    getattr(rules, name)
+    for name, one in STAGES.items()
+    if one.room != "page" and not one.on_demand and (ROBOT or not one.robot)
 ]
-TABLES = [*MEASURE, *MODEL, *TRIAL, *(WALK if ROBOT else [])]
 
 
-rule figure:
+use rule stage as figure with:
     # Draw a figure.
     input:
         tables=of_figure("figures"),
@@ -18,13 +17,9 @@ rule figure:
         multiext("results/figures/{figure}", ".png", ".pdf", ".svg", ".webp"),
     log:
         "results/logs/figure/{figure}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule quality:
+use rule stage as quality with:
     # Draw the quality sheets: every plate run of a medium.
     input:
         tables=of_figure("quality"),
@@ -35,13 +30,9 @@ rule quality:
         "results/logs/quality/{medium}.log",
     # it takes longer than any other figure
     priority: 1
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule workbooks:
+use rule stage as workbooks with:
     # Write the workbooks in the layouts of Tables S5 and S2.
     input:
         checks=CHECKS,
@@ -54,13 +45,9 @@ rule workbooks:
         coefficients="results/coefficients.xlsx",
     log:
         "results/logs/workbooks.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule page:
+use rule stage as page with:
     # Write the report page: all tables, and a preview of each figure.
     input:
         made_by(*TABLES, rules.figure, endings=[".csv", ".json", ".webp"]),
@@ -71,13 +58,9 @@ rule page:
         findings="results/findings.csv",
     log:
         "results/logs/page.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule provenance:
+use rule stage as provenance with:
     # Record what every result was made from.
     input:
         made_by(*TABLES, rules.figure, rules.workbooks, rules.page),
@@ -87,10 +70,5 @@ rule provenance:
         provenance="results/provenance.json",
         manifest="results/manifest.sha256",
         run_sheet="results/run_sheet.csv",
-        crate="results/ro-crate-metadata.json",
     log:
         "results/logs/provenance.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE

@@ -1,7 +1,7 @@
 # The legged robot on the measured and modelled media; robot_full: the paper's whole sweep, `rftfit sweep`.
 
 
-rule robot_measured:
+use rule stage as robot_measured with:
     # Turn marker tracks into mean speeds.
     input:
         state=state_of("robot_measured"),
@@ -12,13 +12,9 @@ rule robot_measured:
         ledger="results/ledger/robot.csv",
     log:
         "results/logs/robot_measured.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_runs:
+use rule stage as robot_runs with:
     # Run the robot over curvature and stride frequency, on one profile of its medium.
     input:
         checks=CHECKS,
@@ -30,13 +26,9 @@ rule robot_runs:
     log:
         "results/logs/robot_runs/{runs}.log",
     priority: 3
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_intervals:
+use rule stage as robot_intervals with:
     # Run the robot on draws of alpha: half widths of speeds and best curvature.
     input:
         checks=CHECKS,
@@ -48,13 +40,9 @@ rule robot_intervals:
     log:
         "results/logs/robot_intervals.log",
     priority: 4
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_speeds:
+use rule stage as robot_speeds with:
     # Join the runs of all profiles, find the best curvature, compare with what was measured.
     input:
         checks=CHECKS,
@@ -68,13 +56,9 @@ rule robot_speeds:
         errors="results/robot/errors.csv",
     log:
         "results/logs/robot_speeds.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_motion:
+use rule stage as robot_motion with:
     # Keep the motion and forces of some runs, for figures and page.
     input:
         alpha=ALPHA,
@@ -85,13 +69,9 @@ rule robot_motion:
         frames="results/robot/frames.json",
     log:
         "results/logs/robot_motion.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_full_runs:
+use rule stage as robot_full_runs with:
     # The same over all curvatures, frequencies and starting phases of the paper.
     input:
         checks=CHECKS,
@@ -102,13 +82,9 @@ rule robot_full_runs:
         "results/robot_full/{runs}.csv",
     log:
         "results/logs/robot_full_runs/{runs}.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE
 
 
-rule robot_full_speeds:
+use rule stage as robot_full_speeds with:
     # Join the runs of the whole sweep.
     input:
         checks=CHECKS,
@@ -122,7 +98,3 @@ rule robot_full_speeds:
         errors="results/robot_full/errors.csv",
     log:
         "results/logs/robot_full_speeds.log",
-    conda:
-        "../envs/rftfit.yaml"
-    shell:
-        STAGE

@@ -865,17 +865,6 @@ class RobotRuns(Model):
     robot and medium are the paper's, else nothing is compared"""
 
 
-class Publication(Model):
-    """Who makes the results known; stands in ``results/ro-crate-metadata.json``."""
-
-    date: str = Field(default="", pattern=r"^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$")
-    """day of publication as yyyy-mm-dd, in quotes; no date of a computer enters any result"""
-    license: str = Field(default="", pattern=r"^(https?://\S+)?$")
-    """address of the licence of the results"""
-    authors: tuple[str, ...] = Field(default=(), strict=False)
-    """names of those who measured and evaluated"""
-
-
 class Config(Model):
     """The whole of ``config/config.yaml``."""
 
@@ -930,8 +919,6 @@ class Config(Model):
     """alpha in every direction from the pushes that there are"""
     figures: Figures = Figures()
     """what the figures show"""
-    publication: Publication = Publication()
-    """who makes the results known, and when"""
     robot: RobotRuns | None = None
     """a legged robot on one of the media; default: no robot"""
 

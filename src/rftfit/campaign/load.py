@@ -13,7 +13,7 @@ from typing import Any
 import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
-from rftfit.campaign.config import PLATE_SHAPES, Config
+from rftfit.campaign.config import PLATE_SHAPES, Config, Medium, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, folded, inside
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed
 from rftfit.campaign.reading import ModelFile, read_model
@@ -152,11 +152,12 @@ def load_campaign(config_path: Path) -> Campaign:
 
 
 def check_campaign(
-    config_path: Path, table: TableRead | None = None
+    config_path: Path, table: TableRead | None = None, *, good_rows: bool = False
 ) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    `table`: What is in the campaign's table, where it was read before. Returns None for the campaign when there is any error, and all problems: of the configuration in
+    `table`: What is in the campaign's table, where it was read before. `good_rows`: Errors of rows leave out
+    these rows, and those of runs that name them as tare. Returns None for the campaign when there is any other error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
     """
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
@@ -176,8 +177,8 @@ def check_campaign(
     logs = Folder(root / raw) if raw else None
     was |= digests_of_files(root, [sheet] if sheet and not table else [])
     if file.model is not None and logs is not None:
-        _check_rigid_contact(file, file.model, logs)
-        _check_calibration(file, file.model, logs)
+        _check_rigid_contact(file, file.model.rigid_contact, file.model.clock.method, logs)
+        _check_calibration(file, file.model.force_log.calibration, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
     pushes: list[Push] = []
@@ -188,13 +189,29 @@ def check_campaign(
         runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
     if file.model is not None:
         if logs is not None:
-            _check_robot(file, file.model, within, logs, runs)
-        of_sheet += _only_straight_down(file.model, sheet, runs)
+            _check_robot(file, file.model.robot, within, logs, runs)
+        of_sheet += _only_straight_down(file.model.media, sheet, runs)
+    if good_rows:
+        runs, lost = _with_tare(sheet, runs)
+        of_sheet += lost
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
-    if file.model is None or any(problem.severity == "error" for problem in problems):
+    counts = file.problems if good_rows else problems
+    if file.model is None or any(problem.severity == "error" for problem in counts):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
     return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, was), problems
+
+
+def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
+    """Runs whose tare is a run too, or that name none, and a problem for each of the others."""
+    names = {run.run_id for run in runs} | {""}
+    allowed = "a run whose own row has no error"
+    lost = [
+        Problem("sheet.tare-row", Place(sheet, run.row, "tare_run"), run.tare_run, allowed)
+        for run in runs
+        if run.tare_run not in names
+    ]
+    return [run for run in runs if run.tare_run in names], lost
 
 
 def _no_campaign(root: Path) -> str:
@@ -210,10 +227,10 @@ def _no_campaign(root: Path) -> str:
     )
 
 
-def _only_straight_down(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:
+def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]) -> list[Problem]:
     """Point out media from which no profile can come, and the role in which one push gives one."""
     found = []
-    for name, medium in config.media.items():
+    for name, medium in media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
         place = Place(f"{sheet}, medium {name}")
         if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
@@ -299,26 +316,26 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
     return "in-results", text
 
 
-def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:
+def _check_rigid_contact(
+    file: ModelFile[Config], contact: RigidContact | None, clock: str, logs: Folder
+) -> None:
     """Check the two logs of the push against something rigid as those of a run are."""
-    contact = config.rigid_contact
     if contact is None:
         return
     paths = [
         _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
         for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
     ]
-    method, here = config.clock.method, ("rigid_contact", "motion_log")
+    here = ("rigid_contact", "motion_log")
     if paths[0] and paths[0] == paths[1]:
-        if method != "same_clock":
-            file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(method))
+        if clock != "same_clock":
+            file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
     elif paths[0] and folded(paths[0]) == folded(paths[1]):
         allowed = f"a file of its own; force_log names it as {paths[0]}: not every disk tells the "
         file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
 
 
-def _check_calibration(file: ModelFile[Config], config: Config, logs: Folder) -> None:
-    named = config.force_log.calibration
+def _check_calibration(file: ModelFile[Config], named: str | None, logs: Folder) -> None:
     if named is None:
         return
     here = ("force_log", "calibration")
@@ -330,10 +347,9 @@ def _check_calibration(file: ModelFile[Config], config: Config, logs: Folder) ->
 
 
 def _check_robot(
-    file: ModelFile[Config], config: Config, root: Folder, logs: Folder, runs: list[Run]
+    file: ModelFile[Config], robot: RobotRuns | None, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
     """Look for the files that the robot's section names."""
-    robot = config.robot
     # a campaign without runs on its medium (a part of a re-enactment) has no robot either
     if robot is None or not any(run.medium == robot.medium for run in runs):
         return

@@ -75,7 +75,7 @@ _BAD_CELLS = {
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
-Others = Literal["refused", "told", "left"]
+Others = Literal["refused", "warned", "ignored"]
 Line = tuple[int, list[str]]
 """Number of a row, and its cells."""
 
@@ -217,7 +217,7 @@ class DraftRow:
     def check_file(self, column: Column, folder: Folder, lost: str, above: str = "") -> None:
         """Look for the file that a cell names, in a folder or in its part `above`.
 
-        `lost`: What becomes of the row where the file is missing; empty: nothing worth a warning.
+        `lost`: What happens to the row where the file is missing; empty: nothing worth a warning.
         """
         name = self.text[column.name]
         if not name:
@@ -278,7 +278,7 @@ def _drafts(
             draft.text[column.name] = ""
             bad = table.bad.get((number, at)) if table.bad and at is not None else None
             _read_cell(draft, column, named, bad, scale)
-        if schema.others != "left":
+        if schema.others != "ignored":
             _check_beyond(draft, header, cells)
         drafts.append(draft)
     return drafts
@@ -598,11 +598,11 @@ def _find_columns(
         header = next(filter(None, table.header))
         raise schema.refusal("header-below", allowed, header, table.header_row)
     missing = [column for column in schema.columns if column.name not in found]
-    for name in () if schema.others == "left" else unknown:
+    for name in () if schema.others == "ignored" else unknown:
         # first among those that are not there yet, so that two misspellings get two answers
         nearest = did_you_mean(name, [column.name for column in missing])
         nearest = nearest or did_you_mean(name, names)
-        if schema.others == "told":
+        if schema.others == "warned":
             text = f"this column is not read; those that are: {', '.join(names)}"
             note(name, "unknown-column", None, text, nearest, "warning")
         else:

@@ -40,8 +40,6 @@ _UNITS = (
 )
 _PATTERNS = {
     "^[+-]F[123]$": "one of +F1, -F1, +F2, -F2, +F3, -F3 (in quotes)",
-    "^([0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01]))?$": "a date as yyyy-mm-dd (in quotes)",
-    r"^(https?://\S+)?$": "an address beginning with https:// or http://",
     "^[A-Za-z0-9][A-Za-z0-9._-]*$": "letters A-Z a-z, digits, and . _ -, at most 64",
 }
 _TYPES = {

@@ -66,7 +66,7 @@ ALPHA = Schema(
     (*_ANGLES, *_alpha("z"), *_alpha("x"),
      Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
      *_OF_RUN),
-    others="told",
+    others="warned",
 )  # fmt: skip
 STRESS = Schema(
     "stress-table",
@@ -76,7 +76,7 @@ STRESS = Schema(
      *(Column(f"stress_{c}_N_per_cm2", "number", "force of the medium over the plate's area",
               unit="N/cm^2", also=(f"stress_{c}",)) for c in "zx"),
      _RUN_ID, *_OF_RUN),
-    others="told",
+    others="warned",
 )  # fmt: skip
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
@@ -299,14 +299,14 @@ class _Checked:
                 first = np.flatnonzero(np.diff(rows[order], prepend=-1))
         columns = {name: values[order] for name, values in columns.items()}
         words = {name: [*texts[name]] for name in texts}
-        told: list[Problem] = []
+        notes: list[Problem] = []
         pushes = []
         for start, stop in pairwise([*first.tolist(), columns["row"].size]):
             own = {name: values[start:stop] for name, values in columns.items()}
             said = {name: words[name][own[name][0]] for name in words if name != "medium"}
-            pushes.append(_push(own, said, known[own["medium"][0]], self.schema, told, file))
-        for code in dict.fromkeys(one.code for one in told):
-            first_of, *others = (one for one in told if one.code == code)
+            pushes.append(_push(own, said, known[own["medium"][0]], self.schema, notes, file))
+        for code in dict.fromkeys(one.code for one in notes):
+            first_of, *others = (one for one in notes if one.code == code)
             more = f"; this is the first of {1 + len(others)} runs" if others else ""
             self.problems.append(replace(first_of, allowed=first_of.allowed + more))
         return pushes

@@ -23,6 +23,7 @@ from rftfit.cli.run import run
 from rftfit.cli.scale import scale
 from rftfit.cli.simulate import simulate, sweep
 from rftfit.cli.verify import verify
+from rftfit.cli.watch import watch
 from rftfit.version import __version__
 
 # one paragraph per code: the help joins the lines of a paragraph
@@ -47,6 +48,7 @@ _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
     (check, "check --config config/config.yaml"),
     (inspect_log, "inspect raw/paper/air/air_c_leg_force.csv --plot log.png"),
     (reenact, "reenact --media poppy_LP --fault gap --fault saturated"),
+    (watch, "watch --json --target legs"),
     (run, ("run --cores 2\n\n"
            "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall")),
     (verify, "verify results/coefficients.csv"),

@@ -84,10 +84,10 @@ def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     names = ("medium", "check", "verdict", "found")
     say(table(list(names), [[str(row[name]) for name in names] for row in rows]))
     say()
-    told = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
-    for row in told:
+    failing = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
+    for row in failing:
         say(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
-    say("\n" if told else "No check fails.\n")
+    say("\n" if failing else "No check fails.\n")
 
 
 def summary(campaign: Campaign) -> str:

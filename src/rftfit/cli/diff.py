@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, say, table
+from rftfit.cli.output import count, json_text, say, say_some, table
 
 _MOST = 10
 
@@ -67,8 +67,5 @@ def diff(
         say(f"{'What' if sure else 'By their records, what'} they were made from {said}")
     else:
         say("What they were made from is not in their records; a whole `rftfit run` writes it.")
-    lines = [str(one) for one in changes] if all_ else lines_of(changes)
-    for line in lines[:most]:
-        say(f"  {line}")
-    if len(lines) > most:
-        say(f"  and {len(lines) - most} more (--all lists them)")
+    lines = map(str, changes) if all_ else lines_of(changes)
+    say_some([f"  {line}" for line in lines], most)

@@ -1,56 +1,28 @@
-"""``rftfit example``: a real campaign, from its logs to forces on legs."""
+"""``rftfit example``: a campaign of recorded logs, downloaded and run."""
 
 from __future__ import annotations
 
 import shutil
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
-import numpy as np
 import typer
 
-import rftfit
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import count, megabytes, say, table
+from rftfit.cli.output import count, megabytes, say
+from rftfit.cli.run import run
 from rftfit.errors import InputError, OutputError
-from rftfit.store import atomic_path, write_bytes, write_text
+from rftfit.store import atomic_path, write_bytes
 from rftfit.store.digests import read_sums, sha256_of
 from rftfit.store.environment import shipped
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import pandas as pd
-
-    from rftfit.workflow.plates import Plates
-
 SUMS = "logs.sha256"
-_PLATE_OF_THE_PAPER_CM = 3.8
-
-
-@dataclass(frozen=True)
-class Example:
-    """One example: a pinned folder on the web with its logs, and who recorded them, with the licence."""
-
-    title: str
-    address: str
-    credit: str
-
-
 EXAMPLES = {
-    "cmu-sand": Example(
-        "nine penetrations of circular plates into sand",
-        "https://raw.githubusercontent.com/robomechanics/3d-terramechanics/"
-        "55a6e92b35cb7a94530e47311fd7c4767fafb835/raw-data-processing/f-d-large-box/",
-        "Catherine Pavlov and Aaron Johnson, Carnegie Mellon University, MIT licence",
-    )
+    "cmu-sand": "https://raw.githubusercontent.com/robomechanics/3d-terramechanics/"
+    "55a6e92b35cb7a94530e47311fd7c4767fafb835/raw-data-processing/f-d-large-box/"
 }
-
-
-def own_files(name: str) -> Path:
-    """Folder of an example: its configuration, run sheet and the sums of its logs."""
-    return shipped(f"examples/{name}")
+"""Address of the logs by the name of the example; its config says who recorded them."""
 
 
 def lay_out(source: Path, folder: Path) -> None:
@@ -61,10 +33,10 @@ def lay_out(source: Path, folder: Path) -> None:
             write_bytes(target, file.read_bytes())
 
 
-def fetch_logs(example: Example, source: Path, raw: Path, origin: str | None) -> None:
+def fetch_logs(source: Path, raw: Path, origin: str) -> None:
     """Bring the logs that are not there yet into the raw folder, each checked against its sha256.
 
-    `origin`: A folder, or the address of a mirror; the public repository if not given.
+    `origin`: A folder or an address.
     """
     sums = read_sums(source / SUMS)
     lacking = {name: digest for name, digest in sums.items() if not _is_right(raw / name, digest)}
@@ -83,17 +55,12 @@ def fetch_logs(example: Example, source: Path, raw: Path, origin: str | None) ->
         raise OutputError(
             f"{raw}: cannot be made: {error.strerror}; allow writing there or name another folder"
         ) from error
-    if origin is not None and "://" not in origin:
-        _copy(Path(origin), raw, lacking)
+    if "://" in origin:
+        _download(f"{origin.rstrip('/')}/", raw, lacking)
     else:
-        address = example.address if origin is None else origin.rstrip("/") + "/"
-        _download(address, raw, lacking)
-    size = sum((raw / name).stat().st_size for name in lacking)
-    say(
-        f"{count(len(lacking), 'log')}, {megabytes(size)}, from {origin or example.address}, "
-        "checked against their sha256."
-    )
-    say(f"Recorded by {example.credit}.")
+        _copy(Path(origin), raw, lacking)
+    size = megabytes(sum((raw / name).stat().st_size for name in lacking))
+    say(f"{count(len(lacking), 'log')}, {size}, from {origin}, checked against their sha256.")
 
 
 def _is_right(path: Path, digest: str) -> bool:
@@ -137,143 +104,6 @@ def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
             ) from error
 
 
-def summary(found: Plates, folder: str) -> str:
-    """Say what the plates come to, in words that follow from the numbers."""
-    level = f"{100 * found.config.fit.confidence:g} %"
-    closing = (
-        f"Tables and figures: {folder}/\n"
-        "(clocks: how clocks and surface were found; stress: every run beside its fit)."
-    )
-    return "\n\n".join(
-        [
-            _runs_text(found.runs),
-            _plates_text(found, level),
-            _verdict(found, level),
-            _legs_text(found, level),
-            closing,
-        ]
-    )
-
-
-def _runs_text(runs: pd.DataFrame) -> str:
-    rows = []
-    run: Any
-    for run in runs.itertuples():
-        hours = round(run.clock_s / 3600) if np.isfinite(run.clock_s) else 0
-        rest = run.clock_s - 3600 * hours
-        rows.append(
-            [
-                run.name,
-                f"{hours:+d} h {rest:+.3f} s",
-                f"{run.clock_se_s:.3f}",
-                f"{run.surface_mm:.2f}",
-                f"{run.surface_se_mm:.2f}",
-                f"{run.alpha:.3f}",
-                f"{run.alpha_se:.3f}",
-                run.reason,
-            ]
-        )
-    header = ["run", "motion - force clock", "+-", "surface (mm)", "+-", "alpha_z", "+-", ""]
-    return (
-        "Clocks and surface, found from the logs; alpha_z(0, 90 deg) in N/cm^3; +- standard errors\n\n"
-        + table(header, rows)
-    )
-
-
-def _plates_text(found: Plates, level: str) -> str:
-    rows = [
-        [
-            name,
-            f"{found.sizes_cm[name]:g}",
-            str(result.runs),
-            f"{result.alpha.value:.3f}",
-            f"{result.alpha.lo:.3f} to {result.alpha.hi:.3f}",
-            f"{100 * result.largest_deviation:.1f} %",
-            f"{found.scaled[name].zeta:.3f}",
-            f"{found.scaled[name].zeta_lo:.3f} to {found.scaled[name].zeta_hi:.3f}",
-        ]
-        for name, result in found.combined.items()
-    ]
-    header = ["plate", "cm", "runs", "alpha_z", level, "farthest run", "zeta", level]
-    fit = found.config.fit
-    window = f"{fit.submergence_cm or 0:g} to {fit.max_depth_cm or np.nan:g} cm"
-    bare = ", no tare subtracted" if fit.missing_tare == "flag" else ""
-    return (
-        f"alpha_z(0, 90 deg) over depths of {window}{bare}; run-to-run spread: {found.spread};\n"
-        "zeta by the scaling routine from the published five media, method lsq (interval for one further medium)\n\n"
-        + table(header, rows)
-    )
-
-
-def _verdict(found: Plates, level: str) -> str:
-    combined, with_size = found.combined, found.with_size
-    rows = [
-        [name, f"{r.exponent.value:.2f}", f"{r.exponent.lo:.2f} to {r.exponent.hi:.2f}"]
-        for name, r in combined.items()
-    ]
-    bent = [name for name, r in combined.items() if r.exponent.lo > 1]
-    straight = [name for name, r in combined.items() if r.exponent.holds(1)]
-    if len(bent) == len(combined):
-        linear = "Not linear: with every plate stress grows faster than in proportion to depth."
-    elif bent:
-        linear = f"Not linear with {', '.join(bent)}; undecided with the others."
-    elif len(straight) == len(combined):
-        linear = "No departure from proportion to depth beyond the scatter of the runs."
-    else:
-        linear = "Stress grows more slowly than in proportion to depth with some plate."
-    if with_size.holds(0):
-        size = "No dependence on the size of the plate beyond the scatter of the runs."
-    else:
-        more = "more" if with_size.value > 0 else "less"
-        size = (
-            f"And it depends on the plate: the larger, the {more} stress at equal depth, "
-            "alpha ~ size^m\n"
-            f"with m = {with_size.value:.2f} ({with_size.lo:.2f} to {with_size.hi:.2f}). Resistive "
-            "force theory has n = 1 and m = 0."
-        )
-    return (
-        f"Is stress proportional to depth? stress ~ depth^n within the window, {level} from the scatter "
-        f"of the runs\n\n{table(['plate', 'n', level], rows)}\n\n{linear}\n{size}"
-    )
-
-
-def _legs_text(found: Plates, level: str) -> str:
-    from rftfit.model.prediction import find_peaks
-
-    sizes = found.sizes_cm
-    nearest = min(sizes, key=lambda name: abs(sizes[name] - _PLATE_OF_THE_PAPER_CM))
-    rows = []
-    profile, confidence = found.scaled[nearest].profile, found.config.fit.confidence
-    for leg in dict.fromkeys(found.forces["leg"]):
-        outline = rftfit.model_leg(leg)
-        peaks = {one.name: one for one in find_peaks(profile, outline, None, confidence)}
-        cells = []
-        for name in ("lift", "thrust"):
-            peak = peaks.get(name)
-            cells += (
-                ["-", "-"]
-                if peak is None
-                else [f"{peak.value:.1f}", f"{peak.lo:.1f} to {peak.hi:.1f}"]
-            )
-        rows.append([str(leg), *cells])
-    alpha = found.combined[nearest].alpha.value
-    ratios = ", ".join(
-        f"{result.alpha.value / alpha:.2f} times with {name}"
-        for name, result in found.combined.items()
-        if name != nearest
-    )
-    text = (
-        f"Forces on the model legs in this sand (N), from {nearest}, nearest in size to the plate that "
-        f"resistive\nforce theory was measured with ({count(len(rows), 'leg')}, hip at 2 cm)\n\n"
-        + table(["leg", "peak lift", level, "peak thrust", level], rows)
-    )
-    if ratios:
-        text += f"\nThe same prediction is {ratios}."
-    if deepest := found.config.fit.max_depth_cm:
-        text += f"\nThe plates tell of the sand down to {deepest:g} cm; the tip of a leg goes to 5.6 cm."
-    return text
-
-
 def example(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Which example: cmu-sand.")],
     folder: Annotated[
@@ -289,20 +119,14 @@ def example(
         ),
     ] = None,
 ) -> None:
-    """Run a campaign of real logs: download them, find clocks and surface, fit, scale, predict.
+    """Download a campaign of recorded logs and run it, as `rftfit run` does.
 
     cmu-sand: nine penetrations of circular plates of three sizes into sand, force in ROS bags and
-    motion in text files on another clock (23 MB).
+    motion in text files on another clock (23 MB), recorded by Catherine Pavlov and Aaron Johnson,
+    Carnegie Mellon University (MIT licence).
     """
-    from rftfit.workflow.plates import run_plates
-
-    chosen = EXAMPLES[choose("example", name, tuple(EXAMPLES))]
-    target = Path(name) if folder is None else folder
-    say(f"{chosen.title.capitalize()}, in {target}")
-    source = own_files(name)
-    lay_out(source, target)
-    fetch_logs(chosen, source, target / "raw", origin)
-    results = target / "results"
-    text = summary(run_plates(target / "config" / "config.yaml", results), results.name)
-    write_text(results / "summary.txt", text + "\n")
-    say(f"\n{text}")
+    address = EXAMPLES[choose("example", name, tuple(EXAMPLES))]
+    source, folder = shipped(f"examples/{name}"), folder or Path(name)
+    lay_out(source, folder)
+    fetch_logs(source, folder / "raw", origin or address)
+    run(config=folder / "config" / "config.yaml")

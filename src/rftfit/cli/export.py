@@ -68,24 +68,23 @@ def export(
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
     if pushes is not None:
-        source, told = _of_pushes(pushes)
+        source, facts = _of_pushes(pushes)
     elif results is not None:
-        source, told = _of_campaign(results, str(medium), profile)
+        source, facts = _of_campaign(results, str(medium), profile)
     else:
-        source, told = _published(str(medium), profile)
-    told |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
-    rftfit.write_profile(output, source, **told)
+        source, facts = _published(str(medium), profile)
+    facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
+    rftfit.write_profile(output, source, **facts)
     say(_summary(output))
-    if marks := told.get("marks"):
+    if marks := facts.get("marks"):
         warn(f"warning: {medium} is {marks}")
 
 
 def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
-    from rftfit.cli.scale import pushes_of_table
     from rftfit.store.digests import sha256_of
 
     try:
-        found = rftfit.estimate_map(pushes_of_table(path), name=path.stem)
+        found = rftfit.estimate_map(options.Pushes(path).read()[1], name=path.stem)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
     return found, {"made_from": {path.name: sha256_of(path)}}
@@ -103,7 +102,7 @@ def _of_campaign(
     campaign = rftfit.open(folder)
     one = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
     names = [f"{FOLDER}/alpha/{name}.csv", SUMS, RECORD]
-    told = {
+    facts = {
         "name": name,
         "title": campaign.campaign.titles[name],
         "marks": say(campaign.marks.get(name, ())),
@@ -115,7 +114,7 @@ def _of_campaign(
         },
     }
     is_map = kind == "map" or (kind is None and name not in campaign.laboratory)
-    return (one.map() if is_map else one.profile()), told  # type: ignore[return-value]
+    return (one.map() if is_map else one.profile()), facts  # type: ignore[return-value]
 
 
 def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
@@ -123,11 +122,11 @@ def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[st
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
-    told = {"name": name, "window": PAPER_WINDOW}
+    facts = {"name": name, "window": PAPER_WINDOW}
     if kind != "map":
-        return rftfit.published_medium(name), told  # type: ignore[return-value]
+        return rftfit.published_medium(name), facts  # type: ignore[return-value]
     rows = rftfit.published_table("table_s5")
-    return rftfit.estimate_map(rows[rows["medium"] == name], name=name), told
+    return rftfit.estimate_map(rows[rows["medium"] == name], name=name), facts
 
 
 def _summary(path: Path) -> str:

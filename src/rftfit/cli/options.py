@@ -2,10 +2,28 @@
 
 from __future__ import annotations
 
+import inspect
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
+
+import rftfit
+from rftfit.campaign.problems import choose
+from rftfit.cli.output import warn
+from rftfit.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.model.motion import Motion
+    from rftfit.model.outlines import Outline
+    from rftfit.model.profiles import Profile
+    from rftfit.model.scaling import Reference
 
 
 def number_of(text: str) -> float:
@@ -43,10 +61,6 @@ Overwrite = Annotated[
 ]
 Level = Annotated[float, number("LEVEL", "Level of the intervals.")]
 
-LegName = Annotated[str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")]
-
-# what is known of a medium
-
 MediumName = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
@@ -54,22 +68,297 @@ MediumName = Annotated[
 ResultsFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
 ]
-ProfileKind = Annotated[
-    str | None,
-    typer.Option(
-        help="table (default: alpha as measured), map (estimated in all directions), fourier, generic "
-        "or depth_only; with --alpha always generic."
-    ),
-]
+ErrorOfTest = Annotated[float | None, number("N/cm^3", "Standard error of alpha; default 0.")]
 MethodName = Annotated[
     str | None,
     typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
 ]
-AlphaOfTest = Annotated[
-    float | None,
-    number("N/cm^3", "A medium known by one vertical penetration test: as for rftfit scale."),
-]
-ErrorOfTest = Annotated[float | None, number("N/cm^3", "Standard error of alpha; default 0.")]
-ProfileFile = Annotated[
-    Path | None, file("A medium that was handed on: as rftfit export writes it.")
-]
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for each field of those of its parameters that are dataclasses."""
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: one for name, one in hints.items() if is_dataclass(one)}
+    parameters: list[inspect.Parameter] = []
+    for name, given in inspect.signature(command).parameters.items():
+        if name not in groups:
+            parameters.append(given.replace(kind=given.KEYWORD_ONLY, annotation=hints[name]))
+            continue
+        own = get_type_hints(groups[name], include_extras=True)
+        parameters += [
+            inspect.Parameter(one.name, given.KEYWORD_ONLY, default=one.default, annotation=own[one.name])
+            for one in fields(groups[name])
+        ]  # fmt: skip
+
+    @wraps(command)
+    def run(**words: Any) -> None:
+        for name, group in groups.items():
+            words[name] = group(**{one.name: words.pop(one.name) for one in fields(group)})
+        command(**words)
+
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
+
+
+def check_confidence(confidence: float) -> None:
+    """Refuse a level that cannot be."""
+    if not 0.5 < confidence < 1:
+        raise InputError(
+            f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1, such as 0.95"
+        )
+
+
+_PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
+
+
+def check_test(alpha: float | None, se: float) -> None:
+    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems."""
+    if alpha is not None and not (math.isfinite(alpha) and alpha > 0):
+        raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
+    if not (math.isfinite(se) and se >= 0):
+        raise InputError(f"--se: found {se:g}; allowed: 0 or a positive number, in N/cm^3")
+    lowest, highest = _PLAUSIBLE_N_PER_CM3
+    if alpha is not None and not lowest <= alpha <= highest:
+        warn(
+            f"warning: {alpha:g} N/cm^3 is outside {lowest:g} to {highest:g} N/cm^3, where dry "
+            "granular media lie; is it in another unit? 1 N/cm^3 = 1000 kN/m^3 = 1e6 N/m^3"
+        )
+
+
+def reference_in(folder: Path | None, method: str | None) -> Reference:
+    """Reference media: the published five, or those of a campaign, which must be its own."""
+    if folder is None:
+        from rftfit.model.fourier import METHODS
+        from rftfit.model.scaling import published
+
+        return published(choose("--method", method or METHODS[0], METHODS))
+    reference = rftfit.open(folder).reference(method)
+    if reference.printed:
+        raise InputError(
+            f"{folder}: the scatter of chi needs at least two laboratory media with a usable grid; "
+            "without --results the published five are used"
+        )
+    name = reference.name.replace("this campaign", folder.as_posix())
+    return replace(reference, name=name)
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What is known of a medium: published, of a campaign, one penetration test, or a file."""
+
+    medium: MediumName = None
+    profile: Annotated[
+        str | None,
+        typer.Option(
+            help="table (default: alpha as measured), map (estimated in all directions), fourier, generic "
+            "or depth_only; with --alpha always generic."
+        ),
+    ] = None
+    results: ResultsFolder = None
+    method: MethodName = None
+    alpha: Annotated[
+        float | None,
+        number("N/cm^3", "A medium known by one vertical penetration test: as for rftfit scale."),
+    ] = None
+    profile_file: Annotated[
+        Path | None, file("A medium that was handed on: as rftfit export writes it.")
+    ] = None
+
+    def check(self, se: float | None = None) -> None:
+        """Refuse words that do not go together; `se`: error of the test."""
+        from rftfit.model.profiles import KINDS
+
+        given = {
+            "--medium": self.medium,
+            "--alpha": self.alpha,
+            "--profile-file": self.profile_file,
+        }
+        named = [option for option, value in given.items() if value is not None]
+        if len(named) != 1:
+            raise InputError(
+                f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or "
+                "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test) and "
+                "--profile-file FILE (written by rftfit export)"
+            )
+        others = {"--profile": self.profile, "--results": self.results, "--method": self.method}
+        found = [name for name, value in others.items() if value is not None]
+        if self.profile_file is not None and found:
+            raise InputError(f"found {found[0]} with --profile-file; allowed: that file alone")
+        if self.profile is not None:
+            allowed = KINDS if self.alpha is None else ("generic",)
+            more = "" if self.alpha is None else "one penetration test gives no other profile"
+            choose("--profile", self.profile, allowed, more)
+        if se is not None and self.alpha is None:
+            raise InputError("--se is the standard error of --alpha, so it needs --alpha")
+        if self.method is not None and self.results is None and self.alpha is None:
+            raise InputError(
+                "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
+                "have those of Table S2"
+            )
+        if (
+            self.method is not None
+            and self.alpha is None
+            and self.profile not in ("fourier", "generic")
+        ):
+            raise InputError(
+                "--method chooses among nine-term fits, so it needs --profile fourier or generic"
+            )
+
+    def find(self, se: float = 0.0) -> Profile:
+        """The profile, in words that `check` has seen."""
+        from rftfit.reference import MEDIA
+
+        check_test(self.alpha, se)
+        if self.profile_file is not None:
+            return rftfit.read_profile(self.profile_file)
+        if self.alpha is not None:
+            reference = reference_in(self.results, self.method)
+            return rftfit.scale(self.alpha, se, reference).profile
+        assert self.medium is not None
+        if self.results is None:
+            more = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
+            name = choose("--medium", self.medium, MEDIA, more)
+            return rftfit.published_medium(name, self.profile or "table")
+        campaign = rftfit.open(self.results)
+        choose("--medium", self.medium, campaign.media, f"in {self.results}")
+        return campaign[self.medium].profile(self.profile or "table", self.method)
+
+
+_MOST_ELEMENTS = 10_000
+_WIDTH_CM = 2.54
+_MOST_CM = 1000.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A leg or any outline in the plane, and how it moves."""
+
+    leg: Annotated[
+        str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
+    ] = None
+    curvature: Annotated[
+        float | None,
+        number(
+            "R/r",
+            "Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
+        ),
+    ] = None
+    outline: Annotated[
+        Path | None,
+        file("Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0)."),
+    ] = None
+    width: Annotated[
+        float | None,
+        number("cm", "Width across the plane; 2.54 with --curvature, needed with --outline."),
+    ] = None
+    hip: Annotated[
+        float | None,
+        number("cm", "Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2."),
+    ] = None
+    path: Annotated[
+        Path | None,
+        file(
+            "Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg; a mesh along t_s, x_cm, "
+            "y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg."
+        ),
+    ] = None
+    elements: Annotated[
+        int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
+    ] = 30
+
+    @property
+    def named(self) -> list[str]:
+        """Options that name an outline."""
+        given = {"--leg": self.leg, "--curvature": self.curvature, "--outline": self.outline}
+        return [option for option, value in given.items() if value is not None]
+
+    def make_outline(self) -> Outline:
+        """The outline: a model leg, one of a curvature R/r, or a csv of points."""
+        from rftfit.model.outlines import CURVATURES, arc, model_leg, read_outline
+
+        if len(self.named) != 1:
+            raise InputError(
+                f"found {' and '.join(self.named) or 'no outline'}; allowed: one of --leg "
+                f"({', '.join(CURVATURES)}), --curvature R/r, --outline FILE with --width"
+            )
+        if not 1 <= self.elements <= _MOST_ELEMENTS:
+            raise InputError(f"--elements: found {self.elements}; allowed: 1 to {_MOST_ELEMENTS}")
+        if self.width is not None and not 0 < self.width <= _MOST_CM:
+            raise InputError(
+                f"--width: found {self.width:g}; allowed: above 0, up to {_MOST_CM:g} cm"
+            )
+        if self.leg is not None:
+            choose("--leg", self.leg, tuple(CURVATURES))
+            if self.width is not None:
+                raise InputError(
+                    f"--width: the model legs are {_WIDTH_CM:g} cm wide; allowed with --curvature "
+                    f"(c_leg is --curvature {CURVATURES['c_leg']:g}) and --outline"
+                )
+            return model_leg(self.leg, self.elements)
+        if self.curvature is not None:
+            if not -1 <= self.curvature <= 1:
+                raise InputError(
+                    f"--curvature: found {self.curvature:g}; allowed: R/r from -1 (reversed c-leg) over 0 "
+                    "(flat) to 1 (c-leg)"
+                )
+            name = f"leg of curvature R/r = {self.curvature:g}"
+            width = self.width or _WIDTH_CM
+            return arc(self.curvature, width_cm=width, elements=self.elements, name=name)
+        assert self.outline is not None
+        if self.width is None:
+            raise InputError(
+                "--outline needs --width, in cm: how wide the body is across the plane"
+            )
+        return read_outline(self.outline, self.width, self.elements)
+
+    def make_motion(self) -> Motion:
+        """The motion: a rotation about an axle, or a free path."""
+        from rftfit.model.motion import HIP_HEIGHT_CM, read_path
+
+        if self.path is None:
+            height = HIP_HEIGHT_CM if self.hip is None else self.hip
+            if not abs(height) <= _MOST_CM:
+                raise InputError(
+                    f"--hip: found {height:g}; allowed: -{_MOST_CM:g} to {_MOST_CM:g} cm"
+                )
+            return rftfit.rotation(None, height)
+        if self.hip is not None:
+            raise InputError(
+                "--hip is for a rotation; with --path the height is in the file's z_cm"
+            )
+        return read_path(self.path)
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """Pushes that were made: a table, those behind a profile file, or both."""
+
+    pushes: Annotated[
+        Path | None,
+        file(
+            "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
+            "alpha_x_N_per_cm3, se_z, se_x."
+        ),
+    ] = None
+    profile_file: Annotated[
+        Path | None,
+        file("The pushes behind a profile of rftfit export, alone or with those of --pushes."),
+    ] = None
+
+    def __bool__(self) -> bool:
+        return self.pushes is not None or self.profile_file is not None
+
+    @property
+    def files(self) -> tuple[Path | None, ...]:
+        """Both files, as far as they are given."""
+        return self.pushes, self.profile_file
+
+    def read(self) -> tuple[str, pd.DataFrame]:
+        """Names of the files, and the pushes; what is doubtful in them is printed."""
+        from rftfit.model.answers import read_pushes
+
+        name, pushes, warnings = read_pushes(*self.files)
+        for one in warnings:
+            warn(f"warning: {one}")
+        return name, pushes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rftfit.errors import InputError, OutputError
+from rftfit.store.text import table as table  # noqa: PLC0414 - shown here
 from rftfit.version import __version__
 
 if TYPE_CHECKING:
@@ -24,24 +25,17 @@ def say(text: str = "") -> None:
     typer.echo(text)
 
 
+def say_some(lines: Sequence[str], most: int, more: str = "more") -> None:
+    """Write the first lines of many."""
+    for line in lines[:most]:
+        say(line)
+    if len(lines) > most:
+        say(f"and {len(lines) - most} {more} (--all lists them)")
+
+
 def warn(text: str) -> None:
     """Write a line to standard error."""
     typer.echo(text, err=True)
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Align cells in columns as wide as their content, to the right where all are numbers."""
-    columns = list(zip(header, *rows, strict=True))
-    widths = [max(len(cell) for cell in column) for column in columns]
-    right = [bool(rows) and all(_is_number(cell) for cell in column[1:]) for column in columns]
-    lines = []
-    for row in (header, *rows):
-        cells = [
-            cell.rjust(width) if to_right else cell.ljust(width)
-            for cell, width, to_right in zip(row, widths, right, strict=True)
-        ]
-        lines.append((indent + "  ".join(cells)).rstrip())
-    return "\n".join(lines)
 
 
 def comments(mark: str, notes: Iterable[str]) -> str:
@@ -50,9 +44,9 @@ def comments(mark: str, notes: Iterable[str]) -> str:
     return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
-def json_text(content: Any) -> str:
+def json_text(content: Any, indent: int | None = 2) -> str:
     """Write JSON; a number that is not known is null, a path its text."""
-    return json.dumps(_known(content), indent=2, allow_nan=False)
+    return json.dumps(_known(content), indent=indent, allow_nan=False)
 
 
 def _known(content: Any) -> Any:
@@ -73,14 +67,6 @@ def count(number: int, noun: str) -> str:
 def megabytes(size: int) -> str:
     """Write a number of bytes as kB or MB."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "0")
-    except ValueError:
-        return False
-    return True
 
 
 # --- A file that a command is asked to write: never over one of somebody else's.

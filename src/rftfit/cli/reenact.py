@@ -76,6 +76,20 @@ def reenact(
         bool, typer.Option("--no-tare", help="Without runs of rod and mount alone or legs in air.")
     ] = False,
     no_legs: Annotated[bool, typer.Option("--no-legs", help="Without legs.")] = False,
+    live: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write run by run, as a rig does, into this folder, which gets a copy of the config: for rftfit watch.",
+        ),
+    ] = None,
+    pace: Annotated[
+        float, typer.Option(min=0, metavar="SECONDS", help="From run to run with --live.")
+    ] = 5.0,
+    bad: Annotated[
+        float,
+        typer.Option(min=0, max=1, metavar="SHARE", help="Share of bad plate runs with --live."),
+    ] = 0.1,
 ) -> None:
     """Write the logs that the paper's lab would have recorded, and their run sheet.
 
@@ -95,6 +109,8 @@ def reenact(
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
 
+    if live is not None:
+        config = _copied(config, live)
     places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
@@ -106,7 +122,7 @@ def reenact(
             "which is what a re-enactment writes"
         )
     # a misspelled word must not cost the logs that are there: everything is checked before
-    if not media_of(places.config, media or None):
+    if not media_of(places.config.media, media or None):
         raise InputError(
             "config, key media: no medium here names published measurements to re-enact "
             "(published_as), so nothing was written; the demonstration campaign's config does"
@@ -127,6 +143,10 @@ def reenact(
     clear(earlier)
     if earlier:
         say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
+    if live is not None:
+        for text in campaign.live(places.raw, places.sheet, pace, bad):
+            say(text)
+        return
     runs = count(sum(run.cycles for run in campaign.runs), "run")
     say(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
     began = time.perf_counter()
@@ -141,6 +161,17 @@ def reenact(
         say(f"  disturbed: {described(campaign.sizes)}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
+
+
+def _copied(config: Path, live: Path) -> Path:
+    """Config of a folder, copied there where it has none."""
+    from rftfit.campaign.files import read_text
+    from rftfit.store import write_text
+
+    own = live / "config" / "config.yaml"
+    if not own.is_file():
+        write_text(own, read_text(config, config.as_posix(), "config", 1_000_000))
+    return own
 
 
 def _lacks_tracks(places: Campaign) -> bool:

@@ -12,8 +12,6 @@ import typer
 import rftfit
 from rftfit.cli import options
 from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
-from rftfit.cli.predict import check_choice, make_profile
-from rftfit.cli.scale import check_test
 from rftfit.errors import InputError, OutputError
 
 if TYPE_CHECKING:
@@ -125,19 +123,13 @@ def run_as_json(
     return json_text(names | condition | found | {"last_two_strides": ranges(tail), "files": files})
 
 
+@options.grouped
 def simulate(
     frequency: Annotated[float, options.number("Hz", "Stride frequency.")],
     curvature: Annotated[
         float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
-    medium: options.MediumName = None,
-    profile: options.ProfileKind = None,
-    results: options.ResultsFolder = None,
-    method: Annotated[
-        str | None, typer.Option(help="Fit in those results: lsq (default) or dft-index.")
-    ] = None,
-    alpha: options.AlphaOfTest = None,
-    profile_file: options.ProfileFile = None,
+    known: options.Medium,
     robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
@@ -160,10 +152,9 @@ def simulate(
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.motion import SAMPLES, tail_of
 
-    check_choice(medium, profile, results, method, alpha, None, profile_file)
-    check_test(alpha, 0.0, 0.95)
+    known.check()
     body = paper_robot() if robot is None else read_robot(robot)
-    source = make_profile(medium, profile, results, method, alpha, file=profile_file)
+    source = known.find()
     check_folder(output, force)
     try:
         run = rftfit.simulate(

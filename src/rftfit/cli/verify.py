@@ -10,7 +10,7 @@ import typer
 from rftfit.campaign.problems import did_you_mean, listed
 from rftfit.cli import options
 from rftfit.cli.exit_codes import NOT_AS_RECORDED
-from rftfit.cli.output import count, json_text, say
+from rftfit.cli.output import count, json_text, say, say_some
 from rftfit.cli.run import others_line
 from rftfit.errors import InputError
 
@@ -73,9 +73,9 @@ def verify(
             say("\n".join(_chain(now, name, stale, most)))
             say()
         lines = map(str, changes) if all_ else lines_of(changes)
-        _say_some([f"Changed: {line}." for line in lines], most, "more changes")
+        say_some([f"Changed: {line}." for line in lines], most, "more changes")
         if findings or differ:
-            _say_some(why, most, "more")
+            say_some(why, most, "more")
             say(
                 f"{len(differ)} of {count(len(wanted), 'result')} not as recorded; `rftfit run` makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
@@ -88,13 +88,6 @@ def verify(
             say(line)
     if differ or not known:
         raise typer.Exit(NOT_AS_RECORDED)
-
-
-def _say_some(lines: list[str], most: int, more: str) -> None:
-    for line in lines[:most]:
-        say(line)
-    if len(lines) > most:
-        say(f"and {len(lines) - most} {more} (--all lists them)")
 
 
 def _stale(now: Recorded) -> dict[str, list[Finding]]:

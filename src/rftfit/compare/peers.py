@@ -20,7 +20,7 @@ from rftfit.model.shapes import published_shapes
 COLUMNS = [
     "medium", "run_id", "beta_deg", "gamma_deg", "n_others", "beside",
     *(f"{name}_{c}_N_per_cm3" for c in "zx" for name in ("alpha", "others")),
-    "off_z_ratio", "off_x_ratio", "times_spread", "apart", "known_z_ratio", "known_x_ratio",
+    "off_z_ratio", "off_x_ratio", "times_spread", "apart", "seen_from_ratio", "known_z_ratio", "known_x_ratio",
 ]  # fmt: skip
 REPEATS, MAP = "repeats", "map"
 """What a run is compared with: runs of its direction, or the map of all others."""
@@ -44,8 +44,9 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
 
     `off_z_ratio`, `off_x_ratio`: difference from the others, relative to the largest alpha of the medium.
     `known_z_ratio`, `known_x_ratio`: the least that all published media feel in this direction, relative to
-    their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger difference in units of the spread of such differences. `apart`: whether that
-    is more than chance explains.
+    their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger
+    difference in units of the spread of such differences. `apart`: whether that is more than chance
+    explains; a difference below `seen_from_ratio`, relative to the largest alpha, never is.
     """
     names = [column(c) for c in "zx"]
     known = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
@@ -53,25 +54,25 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         return pd.DataFrame(columns=COLUMNS)
     alpha = known[names].to_numpy(float).T
     groups = directions_of(known)
-    others, times, apart = _beside_repeats(alpha, groups)
+    others, times, apart, seen = _beside_repeats(alpha, groups)
     single = np.array([(groups == own).sum() < 3 for own in groups])
     if single.any():
-        said, of_map, far = (part[..., single] for part in _beside_map(known, alpha))
-        others[:, single], times[single], apart[single] = said, of_map, far
-    largest = float(np.nanmax(np.abs(alpha)))
+        said, of_map, far, least = (part[..., single] for part in _beside_map(known, alpha))
+        others[:, single], times[single], apart[single], seen[single] = said, of_map, far, least
     # of a medium without any force nothing is relative
-    off = (alpha - others) / (largest or math.nan)
+    largest = float(np.nanmax(np.abs(alpha))) or math.nan
+    off = (alpha - others) / largest
     rows = {
         "medium": medium, "run_id": known["run_id"], "beta_deg": known["beta_deg"],
         "gamma_deg": known["gamma_deg"], "n_others": [(groups == own).sum() - 1 for own in groups],
         "beside": np.where(single, MAP, REPEATS), "off_z_ratio": off[0], "off_x_ratio": off[1],
-        "times_spread": times, "apart": apart,
+        "times_spread": times, "apart": apart, "seen_from_ratio": seen / largest,
     }  # fmt: skip
-    least = _least(
+    felt_by_all = _least(
         *(np.radians(known[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     )
     for place, c in enumerate("zx"):
-        rows |= {f"known_{c}_ratio": least[place]}
+        rows |= {f"known_{c}_ratio": felt_by_all[place]}
         rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others[place]}
     return pd.DataFrame(rows)[COLUMNS]
 
@@ -112,8 +113,8 @@ def directions_of(runs: pd.DataFrame) -> FloatArray:
 
 def _beside_repeats(
     alpha: FloatArray, groups: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Median of the other runs of a direction; how far each run is from it; whether that is far."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Median of the other runs of a direction; how far each run is from it; whether that is far; what is seen."""
     others = np.full(alpha.shape, math.nan)
     members = [
         here for own in np.unique(groups) if (here := np.flatnonzero(groups == own)).size > 2
@@ -134,36 +135,41 @@ def _beside_repeats(
         far[first] = any(
             times[first] > clear and off[first] > least for clear, least in _REPEATS_APART
         )
-    return others, times, far
+    seen = level * min(max(clear * unit, least) for clear, least in _REPEATS_APART)
+    return others, times, far, seen
 
 
-def _beside_map(runs: pd.DataFrame, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What a map of all other runs says of each; the difference from it; whether that is far."""
+def _beside_map(
+    runs: pd.DataFrame, alpha: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """What a map of all other runs says of each; the difference from it; whether that is far; what is seen."""
     beta, gamma = (np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)
 
-    def beside(given: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def beside(given: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         said, error = _left_out(beta, gamma, np.where(given, alpha, math.nan), alpha, se)
-        return said, np.nan_to_num(np.abs(alpha - said) / error)
+        return said, np.nan_to_num(np.abs(alpha - said) / error), error
 
-    said, times = beside(~far)
+    said, times, error = beside(~far)
     while True:
         farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
         rest = ~far & (np.arange(beta.size) != farthest)
         if rest.sum() < max(_FEWEST, 2 * far.sum()):
             break
         # a run that is wrong pulls the map at its neighbours: how far is far is told without it
-        without, apart = beside(rest)
+        without, apart, its_error = beside(rest)
         unit = max(float(np.quantile(apart[:, rest], _TAIL)), 0.1)
         off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
         if apart[:, farthest].max() < _TIMES_MAP * unit or off < _LEAST_MAP * largest:
-            return said, times.max(axis=0) / unit, far
+            seen = np.fmax(_LEAST_MAP * largest, np.fmax(*error) * _TIMES_MAP * unit)
+            return said, times.max(axis=0) / unit, far, seen
         far[farthest] = True
-        said, times = without, apart
+        said, times, error = without, apart, its_error
     # too few runs, or too many that are far, to say how far is far
-    return said, np.full(beta.size, math.nan), np.zeros(beta.size, dtype=bool)
+    unknown = np.full(beta.size, math.nan)
+    return said, unknown, np.zeros(beta.size, dtype=bool), unknown
 
 
 def _left_out(

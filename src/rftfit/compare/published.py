@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -45,7 +45,8 @@ class Item(NamedTuple):
 
     `item`: what is compared, with its unit; `where`: table, figure or text of the paper; `paper`: as
     printed; `lo`, `hi`: our 95 % interval, NaN if there is none; `tolerance`, `tolerance_reason`: see
-    `Tolerance`, NaN where nothing is judged by a number; `verdict`, `evidence`: of `VERDICTS`, `EVIDENCE`.
+    `Tolerance`, NaN where nothing is judged by a number; `verdict`, `evidence`: of `VERDICTS`, `EVIDENCE`;
+    `media`: whose numbers are in it.
     """
 
     item: str
@@ -59,9 +60,17 @@ class Item(NamedTuple):
     verdict: str
     evidence: str
     why: str
+    media: tuple[str, ...] = ()
 
 
-ITEM_COLUMNS = list(Item._fields)
+ITEM_COLUMNS = list(Item._fields[:-1])
+"""Of the table; whose doubts a row carries (`media`) is in its reason."""
+
+
+def about(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
+    """Say whose numbers are in some items."""
+    names = tuple(dict.fromkeys(map(str, media)))
+    return [item._replace(media=names) for item in items]
 
 
 def compare(
@@ -96,11 +105,13 @@ def stated(
 
 
 def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: str) -> list[Item]:
-    """Put beside ours what the paper says of every medium; `met`: where it holds here."""
+    """Put beside ours what the paper says of every medium; `met`: by medium, where it holds here."""
     if not len(met):
         return []
     found = int(met.sum())
-    return [stated(item, where, len(met), found, found == len(met), evidence, why, _COUNT)]
+    return about(
+        met.index, [stated(item, where, len(met), found, found == len(met), evidence, why, _COUNT)]
+    )
 
 
 def _listed(values: pd.Series[float], form: str = "+.0f", unit: str = " %") -> str:
@@ -181,13 +192,13 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         share = 100 * float(np.mean(known <= REPEATABILITY)) if known.size else np.nan
         worst = float(known.max()) if known.size else np.nan
         lacking = off.size - known.size
-        items += [
+        items += about([medium], [
             compare(f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {known.size} measured",
                     "Table S5", 100.0, share, _WITHIN_REPEATABILITY, FROM_LOGS,
                     note=f"{lacking} of {off.size} not measured" if lacking else ""),
             compare(f"{medium}: largest difference of alpha, N/cm^3", "Table S5", 0.0, worst,
                     _WORST_ALPHA, FROM_LOGS),
-        ]  # fmt: skip
+        ])  # fmt: skip
         down, up = (cell_at(table, 0, gamma) for gamma in (90, -90))
         if down is not None and up is not None:
             up_and_down[medium] = float(down[column("z")]), abs(float(up[column("z")]))
@@ -215,18 +226,16 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
         part = ours[ours["medium"] == medium].set_index("coefficient")
         unit = "" if medium == "generic" else ", N/cm^3"
         tolerance = _GENERIC if medium == "generic" else _COEFFICIENT
-        for term in TERMS:
-            row = part.loc[term]
-            if printed[term] == 0:
-                items.append(_printed_zero(medium, term, row))
-                continue
-            items.append(
-                compare(f"{medium}: {term}{unit}", "Table S2", printed[term],
-                        float(row["value_N_per_cm3"]), tolerance, FROM_LOGS,
-                        (float(row["lo"]), float(row["hi"])), _RECIPE)
-            )  # fmt: skip
+        own = [
+            compare(f"{medium}: {term}{unit}", "Table S2", printed[term],
+                    float(row["value_N_per_cm3"]), tolerance, FROM_LOGS,
+                    (float(row["lo"]), float(row["hi"])), _RECIPE)
+            if printed[term] != 0 else _printed_zero(medium, term, row)
+            for term, row in ((term, part.loc[term]) for term in TERMS)
+        ]  # fmt: skip
         if medium != "generic":
-            items.append(_zeta(medium, printed, part))
+            own.append(_zeta(medium, printed, part))
+        items += about(ours["medium"] if medium == GENERIC else [medium], own)
     return items + _uneven_steps(values)
 
 
@@ -239,8 +248,11 @@ def _uneven_steps(values: pd.DataFrame) -> list[Item]:
         return []
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
     item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
-    return [stated(item, "supplement, Fourier transform", "small errors", float(change.abs().max()),
-                   INCONSISTENT, TEXT, _listed(change))]  # fmt: skip
+    why = _listed(change)
+    return about(known["medium"], [
+        stated(item, "supplement, Fourier transform", "small errors", float(change.abs().max()),
+               INCONSISTENT, TEXT, why)
+    ])  # fmt: skip
 
 
 def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
@@ -290,12 +302,12 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
             continue
         for stem, unit, label, tolerance in quantities:
             ends = (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"]))
-            items.append(
+            items += about([row["medium"]], [
                 compare(f"{row['medium']}: {label}", "Table S3", float(printed[key, stem + unit]),
                         float(row[stem + unit]), tolerance, FROM_LOGS, ends)
-            )  # fmt: skip
+            ])  # fmt: skip
     if set(MEDIA) <= set(published.values()):
-        items += _mean_chi(table, printed)
+        items += about(ours["medium"], _mean_chi(table, printed))
     return items
 
 
@@ -378,12 +390,12 @@ def _within(table: pd.DataFrame) -> list[Item]:
     every = table["peak_error_percent"].abs()
     share = 100 * float((every <= 33).mean())
     why = f"{counts}; worst {_named(table.iloc[int(every.argmax())])}"
-    return [
+    return about(table["medium"], [
         *items,
         stated("all legs and media: peaks of lift and thrust within 33 % (measured table), %",
                "text, Fig. 3", 100, share, share == 100, MEASURED,
                f"{why}; it hangs on the legs' shape: leg_sensitivity.csv", _SHARE),
-    ]  # fmt: skip
+    ])  # fmt: skip
 
 
 def _named(row: pd.Series[float]) -> str:
@@ -418,19 +430,19 @@ def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
 def _depth_only(lift: pd.DataFrame) -> list[Item]:
     worst = lift.iloc[int(np.argmax(lift["peak_error_percent"].to_numpy(float)))]
     ends = float(worst["peak_error_lo_percent"]), float(worst["peak_error_hi_percent"])
-    items = [
+    items = about([worst["medium"]], [
         compare("depth-only: largest overprediction of peak lift, %", "text", 1400,
                 float(worst["peak_error_percent"]), _ROUNDED, MEASURED, ends, _named(worst))
-    ]  # fmt: skip
+    ])  # fmt: skip
     peaks = _peaks(lift, "predicted", (C_LEG, REVERSED))
     if len(peaks):
         off = 100 * (peaks[REVERSED] / peaks[C_LEG] - 1)
         most = float(off.iloc[int(off.abs().argmax())])
-        items.append(
+        items += about(peaks.index, [
             stated("depth-only: reversed c-leg's predicted peak lift against the c-leg's, farthest, %",
                    "text, Fig. S2", "similar", most, abs(most) <= _SIMILAR.value, MEASURED,
                    _listed(off), _SIMILAR)
-        )  # fmt: skip
+        ])  # fmt: skip
     return items
 
 
@@ -451,11 +463,11 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
         return []
     off = c_leg.set_index(c_leg["medium"] + " F_" + c_leg["component"])["peak_error_percent"]
     most = float(off.abs().max())
-    return [
+    return about(c_leg["medium"], [
         stated("scaled generic: largest error of the c-leg's peaks in laboratory media, %",
                "text, Fig. S8", 20, most, most <= 20 + _AT_MOST.value, MEASURED, _listed(off),
                _AT_MOST)
-    ]  # fmt: skip
+    ])  # fmt: skip
 
 
 def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
@@ -463,12 +475,12 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     if lift.empty or scaled.empty:
         return []
     ratio = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]
-    items = [
+    items = about(ratio.index, [
         stated("natural sands: zeta over alpha_z(0, 90 deg)", "text, scaling routine", TEXTS_ZETA,
                float(ratio.mean()), INCONSISTENT, TEXT,
                "the model curves of Fig. S12 have 0.87; ours is one over the mean chi of the fit that "
                "M0 is from: docs/theory/scaling.md")
-    ]  # fmt: skip
+    ])  # fmt: skip
     c_leg = lift[lift["leg"] == C_LEG].set_index("medium")["peak_error_percent"].astype(float)
     if len(c_leg):
         # a force is proportional to zeta
@@ -478,10 +490,10 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
             f"zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
             f"zeta = {ratio.mean():.3g} alpha_z, ours: {_listed(c_leg)}"
         )
-        items.append(
+        items += about(c_leg.index, [
             compare("natural sands: c-leg's peak lift overpredicted by the scaled generic profile, farthest, %",
                     "text, Fig. S12", 35, farthest, _FIGURE_S12, MEASURED, note=note)
-        )  # fmt: skip
+        ])  # fmt: skip
     far = lift.assign(far=lift["peak_error_percent"].abs())
     far = far.pivot_table(index="medium", columns="leg", values="far")
     far = far.reindex(columns=[C_LEG, FLAT, REVERSED]).dropna()
@@ -502,14 +514,14 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
         sieved = f"{medium}_sieved"
         if sieved in alpha.index and medium in alpha.index:
             drop = 100 * (1 - float(alpha[sieved] / alpha[medium]))
-            items.append(
+            items += about([medium, sieved], [
                 compare(f"{medium}: drop of alpha_z(0, 90 deg) by sieving, %", "text, Fig. S11", 14,
                         drop, _DIGIT, FROM_LOGS)
-            )  # fmt: skip
+            ])  # fmt: skip
         if sieved in peaks.index and C_LEG in peaks.columns:
             by_leg = 100 * (1 - peaks.loc[sieved] / peaks.loc[medium])
-            items.append(
+            items += about([medium, sieved], [
                 compare(f"{medium}: drop of measured c-leg peak lift by sieving, %",
                         "text, Fig. S12", 14, float(by_leg[C_LEG]), _DIGIT, FROM_LOGS, note=_listed(by_leg, ".0f"))
-            )  # fmt: skip
+            ])  # fmt: skip
     return items

@@ -1,10 +1,9 @@
-"""Natural sands: the linear regime, corrections on trial, plates of several sizes."""
+"""Natural sands: the linear regime, corrections on trial."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -13,15 +12,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.compare.legs import bed_spread
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.errors import (
-    Part,
-    Spread,
-    SurfaceError,
-    bed_of_mean,
-    errors_of,
-    half_width,
-    spread_of_beds,
-)
+from rftfit.measure.errors import Part, SurfaceError, errors_of, half_width
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import (
     REASON,
@@ -33,7 +24,7 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.samples import split_runs
-from rftfit.measure.slopes import GIVEN_DOF, combine_dof, student_quantile, zero_intercept
+from rftfit.measure.slopes import GIVEN_DOF, student_quantile, zero_intercept
 from rftfit.model.scaling import scale_new_medium
 
 SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",
@@ -218,98 +209,3 @@ def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -
     squares = [((factor[:, None] * ours - true) ** 2).ravel()
                for (true, ours), factor in zip(legs, factors, strict=True)]  # fmt: skip
     return float(np.sqrt(np.mean(np.concatenate(squares))))
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number with its standard error and interval."""
-
-    value: float
-    se: float
-    lo: float
-    hi: float
-
-    def holds(self, number: float) -> bool:
-        """Tell whether the interval holds a number."""
-        return self.lo <= number <= self.hi
-
-
-@dataclass(frozen=True)
-class PlateResult:
-    """What the repeated runs with one plate say together.
-
-    `alpha`: alpha_z(0, 90 deg), N/cm^3, for one further bed prepared alike: run-to-run spread included.
-    `largest_deviation`: of a run from the mean, relative. `exponent`: n of stress ~ depth^n within the
-    window, from the scatter between runs.
-    """
-
-    alpha: Estimate
-    runs: int
-    largest_deviation: float
-    exponent: Estimate
-
-
-def depth_exponent(depth: FloatArray, stress: FloatArray) -> float:
-    """Exponent n of stress = k depth^n, least squares of logarithms; NaN below eight positive samples."""
-    good = (depth > 0) & (stress > 0)
-    if np.count_nonzero(good) < 8:
-        return math.nan
-    x, y = np.log(depth[good]), np.log(stress[good])
-    x = x - x.mean()
-    return float(x @ y / (x @ x))
-
-
-def by_plate(
-    alphas: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]],
-    exponents: Mapping[str, FloatArray],
-    confidence: float,
-) -> tuple[dict[str, PlateResult], Spread]:
-    """Combine the runs of each plate; the spread from run to run is pooled over the plates.
-
-    `alphas`: By plate: alpha, standard error (N/cm^3) and degrees of freedom of its runs.
-    `exponents`: By plate: `depth_exponent` of its runs.
-    """
-    (spread,) = spread_of_beds([[(alpha, se) for alpha, se, _ in alphas.values()]])
-    results = {}
-    for name, (alpha, se, dof) in alphas.items():
-        n, mean = alpha.size, float(alpha.mean())
-        own = (se / n) ** 2
-        noise = Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof)))
-        noise, bed, _ = bed_of_mean(alpha, np.full(n, 1 / n), noise, spread)
-        half = half_width([noise, bed], confidence)
-        results[name] = PlateResult(
-            Estimate(mean, math.hypot(noise.sd, bed.sd), mean - half, mean + half),
-            n,
-            float(np.abs(alpha / mean - 1).max()),
-            _of_scatter(exponents[name], confidence),
-        )
-    return results, spread
-
-
-def size_exponent(size_cm: Sequence[float], alpha: Sequence[float], confidence: float) -> Estimate:
-    """Exponent m of alpha ~ size^m over all runs; 0 where stress does not depend on the size.
-
-    NaN throughout with fewer than three runs or one size only.
-    """
-    x, y = np.log(np.asarray(size_cm, float)), np.log(np.asarray(alpha, float))
-    if x.size < 3 or np.ptp(x) == 0:
-        return Estimate(*[math.nan] * 4)
-    x, y = x - x.mean(), y - y.mean()
-    slope = float(x @ y / (x @ x))
-    residual = y - slope * x
-    se = math.sqrt(float(residual @ residual) / (x.size - 2) / float(x @ x))
-    return _estimate(slope, se, x.size - 2, confidence)
-
-
-def _of_scatter(values: FloatArray, confidence: float) -> Estimate:
-    good = values[np.isfinite(values)]
-    if good.size < 2:
-        mean = float(good.mean()) if good.size else math.nan
-        return Estimate(mean, math.nan, math.nan, math.nan)
-    se = float(good.std(ddof=1)) / math.sqrt(good.size)
-    return _estimate(float(good.mean()), se, good.size - 1, confidence)
-
-
-def _estimate(value: float, se: float, dof: float, confidence: float) -> Estimate:
-    half = float(student_quantile(confidence, dof)) * se
-    return Estimate(value, se, value - half, value + half)

@@ -1,4 +1,4 @@
-"""Stress against depth: of single runs, of all media at a few angles, of plates of several sizes."""
+"""Stress against depth: of single runs, of all media at a few angles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.config import Config
     from rftfit.campaign.load import Campaign
-    from rftfit.conventions import FloatArray
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
@@ -332,57 +331,3 @@ def _finish(axes: Axes, lost: list[str], some: bool) -> None:
     axes.set_xlim(0, max(axes.get_xlim()[1], 1.0))
     style.ticks(axes.xaxis, 5, integer=True)
     style.ticks(axes.yaxis, 4, steps=[1, 2, 2.5, 5, 10])
-
-
-# Plates of several sizes
-
-
-_COLOURS = tuple(
-    style.OKABE_ITO[name] for name in ("blue", "vermillion", "bluish green", "reddish purple")
-)
-_PANEL_CM, _GAP_CM, _PLATES_TOP_CM = 4.9, 0.5, 0.9
-
-
-@style.styled()
-def draw_plates(
-    stress: Mapping[str, tuple[FloatArray, FloatArray]],
-    runs: Mapping[str, Sequence[str]],
-    alphas: Mapping[str, tuple[float, float, float]],
-    sizes: Mapping[str, float],
-) -> Figure:
-    """Draw the stress of repeated penetrations within its window, one panel a plate, with its alpha.
-
-    `stress`: by run, depth (cm) and stress (N/cm^2). `runs`: of each plate. `alphas`: by plate, with the ends of the 95 %
-    interval, N/cm^3. `sizes`: of the plates, cm.
-    """
-    width = _LEFT_CM + len(runs) * (_PANEL_CM + _GAP_CM) + 0.3
-    height = _PLATES_TOP_CM + _PANEL_CM + 2.6
-    page = style.new_figure(width, height)
-    names = {name for own in runs.values() for name in own}
-    tallest = max(float(stress[name][1].max()) for name in names)
-    deepest = max(float(stress[name][0].max()) for name in names)
-    for place, (plate, own) in enumerate(runs.items()):
-        left = _LEFT_CM + place * (_PANEL_CM + _GAP_CM)
-        axes = style.axes_cm(page, left, _PLATES_TOP_CM, _PANEL_CM, _PANEL_CM)
-        for index, name in enumerate(own):
-            colour = _COLOURS[index % len(_COLOURS)]
-            axes.plot(*stress[name], ".", markersize=2.5, color=colour, label=name)
-        alpha, lo, hi = alphas[plate]
-        depth = np.array([0.0, deepest])
-        axes.plot(depth, alpha * depth, color="black", linewidth=0.9, label="fit through zero")
-        axes.fill_between(depth, lo * depth, hi * depth, color="0.85", linewidth=0)
-        axes.set_xlim(0, deepest * 1.03)
-        axes.set_ylim(0, tallest * 1.08)
-        axes.set_title(f"{sizes[plate]:g} cm plate", fontsize=9)
-        axes.set_xlabel("depth (cm)")
-        if place:
-            axes.tick_params(labelleft=False)
-        else:
-            axes.set_ylabel(f"vertical stress ({style.PER_CM2})")
-        axes.legend(fontsize=6.5, loc="upper left", frameon=False)
-    text = (
-        "Grey: 95 % interval of alpha. Good: runs of one plate on top of each other; proportional to "
-        "depth:\nalong the line; independent of the plate: the same line in each panel."
-    )
-    page.text(0.02, 0.25 / height, text, fontsize=7.5, va="bottom")
-    return page

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.lab.dialects import WRITERS, dialect_of
@@ -49,25 +52,77 @@ class Reenactment:
         write_marker(raw, files, self.made_by, complete=False)
         n_bytes = []
         for run in self.runs:
-            faults = tuple(fault.name for fault in self.faults if fault.changed == run.run_id)
-            written = run_logs(
-                run, config, self.seed, faults, self.spread, self.protocol, self.sizes
-            )
-            for name, content in written.items():
+            for name, content in self.logs(run).items():
                 if content is None:
                     remove(raw / name)
                     continue
                 write_bytes(raw / name, content)
                 n_bytes.append(len(content))
         # last, so that a sheet never names logs that were not written
-        tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
         texts = {raw / name: text for name, text in tracks.items()}
-        texts[sheet] = sheet_text(self.runs, tares, described(self.sizes))
+        texts[sheet] = self.sheet(self.runs)
         for path, text in texts.items():
             write_text(path, text)
             n_bytes.append(len(text.encode()))
         write_marker(raw, files, self.made_by, complete=True)
         return n_bytes
+
+    def logs(self, run: Run, *more: str) -> dict[str, bytes | None]:
+        """Logs of a run as `run_logs` makes them, with its faults and some `more`."""
+        faults = (*(fault.name for fault in self.faults if fault.changed == run.run_id), *more)
+        return run_logs(run, self.config, self.seed, faults, self.spread, self.protocol, self.sizes)
+
+    def sheet(self, runs: Iterable[Run]) -> str:
+        """Text of the run sheet with some runs."""
+        tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
+        return sheet_text(runs, tares, described(self.sizes))
+
+    def live(self, raw: Path, sheet: Path, pace_s: float, bad_share: float) -> Iterator[str]:
+        """Write the campaign run by run, as a rig does: its row, then its logs, which grow and are still.
+
+        A share of the plate runs is bad. Yields what was recorded, in words.
+        """
+        random, raw = np.random.default_rng(self.seed), raw.resolve()
+        tares = {run.tare_run for run in self.runs}
+        # a tare before the first run that names it
+        order = sorted(
+            self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in ("plate", "leg"))
+        )
+        robot = self.config.robot
+        tracks = track_files(self.config, self.seed) if robot and robot.medium in self.media else {}
+        names = {
+            name for run in order for name in (run.force_log, run.motion_log, run.zero_log)
+        } - {""}
+        files = [*(raw / name for name in (*names, *tracks)), sheet]
+        write_marker(raw, files, self.made_by, complete=False)
+        for name, text in tracks.items():
+            write_text(raw / name, text)
+        for place, run in enumerate(order, start=1):
+            bad = run.run_id not in tares and random.random() < bad_share
+            fault = (str(random.choice(_LIVE_FAULTS)),) if bad and run.kind == "plate" else ()
+            write_text(sheet, self.sheet(order[:place]))
+            logs = {
+                raw / name: content for name, content in self.logs(run, *fault).items() if content
+            }
+            for path in logs:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            for part in range(_PARTS):
+                for path, content in logs.items():
+                    with path.open("wb" if part == 0 else "ab") as file:
+                        file.write(
+                            content[
+                                part * len(content) // _PARTS : (part + 1) * len(content) // _PARTS
+                            ]
+                        )
+                time.sleep(pace_s / 2 / _PARTS)
+            yield f"{run.run_id} recorded" + (f", with the fault {fault[0]}" if fault else "")
+            time.sleep(pace_s / 2)
+        write_marker(raw, files, self.made_by, complete=True)
+
+
+_LIVE_FAULTS = ("saturated", "gap", "nan_cells", "truncated", "never_touches")
+_PARTS = 5
+"""A log that is recorded grows in so many parts."""
 
 
 def prepare(
@@ -93,14 +148,20 @@ def prepare(
     alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
     `disturb`: As on the command line.
     """
-    chosen, sizes = media_of(config, media), sizes_of(disturb)
-    runs = planned(config, media, directions, protocol, tare=tare, legs=legs)
+    chosen, sizes = media_of(config.media, media), sizes_of(disturb)
+    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
+    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
+    if not tare:
+        runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
+    check_protocol(protocol, config, runs)
+    suffix = WRITERS[dialect := dialect_of(config)].suffix
+    runs = [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     facts = {
         "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
         "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
         "protocol": "" if protocol == PAPER else protocol,
-        "dialect": "" if (dialect := dialect_of(config)) == "rig" else dialect,
+        "dialect": "" if dialect == "rig" else dialect,
         "tare": "" if tare else "none", "legs": "" if legs else "none",
         "run-to-run spread": f"{spread:g} N/cm^3" if spread else "", "disturbed": described(sizes),
     }  # fmt: skip
@@ -114,25 +175,6 @@ def prepare(
 def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]:
     """Prepare and write a re-enactment: `options` of `prepare`."""
     return prepare(config, **options).write(raw, sheet)
-
-
-def planned(
-    config: Config,
-    media: Sequence[str] | None,
-    directions: Sequence[tuple[float, float]] | None,
-    protocol: str,
-    *,
-    tare: bool,
-    legs: bool,
-) -> list[Run]:
-    """Runs with their files; what the config would not read is refused."""
-    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
-    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
-    if not tare:
-        runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
-    check_protocol(protocol, config, runs)
-    suffix = WRITERS[dialect_of(config)].suffix
-    return [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
 
 
 def run_logs(
@@ -154,7 +196,7 @@ def run_logs(
     if run.cycles > 1:
         recording = in_one_log([one for one, _ in recorded])
     if faults:
-        recording = damage_recording(faults, recording, config)
+        recording = damage_recording(faults, recording, config.transducer)
     unit, length = config.transducer.force_unit, config.arm.position_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rftfit.campaign.load import REENACTED
+from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError
 from rftfit.reference import CITATION
 from rftfit.store import write_text
@@ -55,7 +56,7 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     if not marker.is_file():
         if there:
             raise InputError(
-                f"{raw}: {_listed(there, raw)} not from a re-enactment (no {MARKER} says so), so "
+                f"{raw}: {_are(there, raw)} not from a re-enactment (no {MARKER} says so), so "
                 "nothing was written. Original logs are never overwritten: name another folder as "
                 "`raw` and another `run_sheet` in the config, or move these files away"
             )
@@ -64,7 +65,7 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     foreign = {path for path in there if not _is_ours(path, sizes)}
     if foreign:
         raise InputError(
-            f"{raw}: {_listed(foreign, raw)} not as the re-enactment wrote them (see {MARKER}), so "
+            f"{raw}: {_are(foreign, raw)} not as the re-enactment wrote them (see {MARKER}), so "
             "nothing was written; move these files away, then re-enact again"
         )
     # the sheet first: while it is there, so are all the logs that it names
@@ -147,8 +148,7 @@ def _only_a_header(sheet: Path) -> bool:
     return sum(1 for line in lines if line.strip()) <= 1
 
 
-def _listed(paths: set[Path], raw: Path) -> str:
+def _are(paths: set[Path], raw: Path) -> str:
+    """Write the names of files with their verb."""
     names = sorted(Path(os.path.relpath(path, raw)).as_posix() for path in paths)
-    rest = len(names) - _MOST_SHOWN
-    shown = ", ".join(names[:_MOST_SHOWN]) + (f" and {rest} more files" if rest > 0 else "")
-    return f"{shown} {'is' if len(names) == 1 else 'are'}"
+    return f"{listed(names, _MOST_SHOWN)} {'is' if len(names) == 1 else 'are'}"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from rftfit import reference
-from rftfit.campaign.config import AnyPlate, Config, Leg, Plate
+from rftfit.campaign.config import AnyPlate, Config, Intruder, Leg, Medium, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 
@@ -88,34 +88,34 @@ class Run:
         return f"{self.folder}/{self.run_id}_zero{self.suffix}" if self.own_zero else ""
 
 
-def plate_of(config: Config) -> tuple[str, Plate]:
+def plate_of(intruders: Mapping[str, Intruder]) -> tuple[str, Plate]:
     """Return the name and the size of the campaign's plate (the first of the config)."""
-    for name, intruder in config.intruders.items():
+    for name, intruder in intruders.items():
         if isinstance(intruder, Plate):
             return name, intruder
     raise InputError("config: intruders has no entry of shape plate, so there is nothing to push")
 
 
-def legs_of(config: Config) -> dict[str, str]:
+def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
     """Return the config's legs whose forces are published (R/r = 1, 0, -1), with their published names."""
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
-        for name, leg in config.legs.items()
+        for name, leg in legs.items()
         if leg.curvature_times_R in LEG_OF_CURVATURE
     }
 
 
-def media_of(config: Config, media: Sequence[str] | None = None) -> list[str]:
+def media_of(media: Mapping[str, Medium], asked: Sequence[str] | None = None) -> list[str]:
     """Return the media to re-enact, in the order of the config; by default all that are published."""
     known = [
         name
-        for name, medium in config.media.items()
+        for name, medium in media.items()
         if medium.published_as
         in (reference.MEDIA if medium.role == "laboratory" else reference.SANDS)
     ]
-    for name in media or ():
+    for name in asked or ():
         choose("medium with published measurements", name, known)
-    return [name for name in known if media is None or name in media]
+    return [name for name in known if asked is None or name in asked]
 
 
 def _signed(beta: float) -> str:
@@ -199,7 +199,7 @@ def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
 def _laboratory(
     config: Config, medium: str, published: str, directions: Sequence[tuple[float, float]]
 ) -> Iterator[Run]:
-    plate, _ = plate_of(config)
+    plate, _ = plate_of(config.intruders)
     first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
     for beta, gamma in directions:
         # a pull back along a path is filed as its mirror image
@@ -220,12 +220,12 @@ def _of_medium(
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     if natural:
-        plate, _ = plate_of(config)
+        plate, _ = plate_of(config.intruders)
         push = Run("", "plate", medium, published, plate, "intrusion", 0.0, 90.0, natural=True)
         yield from _with_rod(replace(push, note="re-enacted from Fig. S11"))
     else:
         yield from _laboratory(config, medium, published, directions)
-    for name, leg in legs_of(config).items():
+    for name, leg in legs_of(config.legs).items():
         yield Run(
             f"{medium}_{name}", "leg", medium, published, name, "rotation", leg=leg,
             tare_run=f"{AIR}_{name}", tare_shared=True, natural=natural,
@@ -243,7 +243,7 @@ def plan_runs(
     A run is the same whatever other media are asked for. `directions`: cells (beta, gamma) of the
     plates in a laboratory medium, deg; by default those of the config's grid, or else of the paper.
     """
-    chosen = media_of(config, media)
+    chosen = media_of(config.media, media)
     if directions is None:
         # -90 and 90 degrees are one plate
         planned = [(90.0 if beta == -90 else beta, gamma) for beta, gamma in config.grid.planned]
@@ -254,7 +254,7 @@ def plan_runs(
         groups.append(
             [
                 Run(f"{AIR}_{name}", "leg_air", "", "", name, "rotation", leg=leg, note=in_air)
-                for name, leg in legs_of(config).items()
+                for name, leg in legs_of(config.legs).items()
             ]
         )
     # one day of work a medium: the clock depends on the place in it, not on the other media
@@ -325,14 +325,14 @@ def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
 
 def window(run: Run, config: Config) -> tuple[float, float]:
     """Depths between which the plate of a sloping run is wholly submerged and clear of the bottom."""
-    _, half_z = half_extents(plate_of(config)[1], run.beta_deg or 0.0)
+    _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
     _, (_, z_end) = _stroke(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
 
 
 def _stroke(run: Run, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
     """Upper and lower end of the path, or right and left end of a horizontal one."""
-    box, (_, plate) = config.container, plate_of(config)
+    box, (_, plate) = config.container, plate_of(config.intruders)
     diagonal = math.hypot(plate.length_cm, plate.thickness_cm) / 2
     # whole millimetres, and the same path for every beta
     half_span = math.floor(10 * (box.length_cm / 2 - CLEARANCE_CM - diagonal)) / 10

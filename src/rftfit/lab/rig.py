@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab import disturb
@@ -85,16 +85,9 @@ class Recording:
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
         """Take rows of the force log and of the motion log, by place or by mask."""
-        of_motion = (
-            "motion_time_s",
-            "x_mm",
-            "z_mm",
-            "angle_deg",
-            "motion_stroke",
-            "motion_ahead_s",
-        )
+        of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
         return Recording(
-            **{n: v[motion if n in of_motion else force] for n, v in vars(self).items()}
+            **{n: v[force if n in of_force else motion] for n, v in vars(self).items()}
         )
 
 
@@ -174,13 +167,13 @@ def ideal(
 
 
 def to_channels(
-    force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, config: Config
+    force_x: FloatArray, force_y: FloatArray, force_z: FloatArray, transducer: Transducer
 ) -> FloatArray:
     """Turn a force in the lab frame into the channels F1, F2, F3, shape (n, 3).
 
     The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` (s: of the mount).
     """
-    turn = math.radians(config.transducer.turn_deg)
+    turn = math.radians(transducer.turn_deg)
     mount = {
         "x": force_x * math.cos(turn) - force_z * math.sin(turn),
         "y": force_y,
@@ -188,7 +181,7 @@ def to_channels(
     }
     channels = np.empty((force_x.size, 3))
     for axis, along in mount.items():
-        name: str = getattr(config.transducer.axes, axis)
+        name: str = getattr(transducer.axes, axis)
         channels[:, int(name[2]) - 1] = -along if name[0] == "-" else along
     return channels
 
@@ -199,6 +192,25 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
     white = random.normal(0, deviation * math.sqrt(1 - _CORRELATION**2), (count + 39, 3))
     columns = [np.convolve(white[:, axis], memory, mode="valid") for axis in range(3)]
     return np.column_stack(columns)
+
+
+def _channels(
+    true: Ideal, drawn: Nuisance, sensor: Transducer, path_cm: FloatArray,
+    sizes: disturb.Sizes, stream: disturb.Stream,
+) -> FloatArray:  # fmt: skip
+    """Readings of F1, F2, F3, shape (n, 3), N: the forces as disturbed, drift, bias and noise, in steps of the sensor."""
+    count = path_cm.size
+    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
+    uneven = disturb.unevenness(sizes, stream, path_cm)
+    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
+    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
+    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
+    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor) + drawn.bias_N
+    channels += _noise(stream(1), count, sensor.precision_N)
+    if sizes.get("pink"):
+        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
+    limit = np.array(sensor.range_N)
+    return np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
 
 def record(
@@ -222,22 +234,9 @@ def record(
     true = ideal(run, config, parts, drawn.force_phase_s, bed)
     motion = true.motion
     stream = _streams(seed, run, cycle)
-    count = motion.elapsed_s.size
-    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
-    uneven = disturb.unevenness(
-        sizes, stream, disturb.path_cm(motion, config.intruders[run.intruder])
-    )
-    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
-    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
-    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
-    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, config) + drawn.bias_N
-    channels += _noise(stream(1), count, config.transducer.precision_N)
-    if sizes.get("pink"):
-        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
-    limit = np.array(config.transducer.range_N)
-    channels = np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
-
-    # the motion log: same run, other clock; e is s since the start on the force log's clock
+    path_cm = disturb.path_cm(motion, config.intruders[run.intruder])
+    channels = _channels(true, drawn, config.transducer, path_cm, sizes, stream)
+    # the motion log: same run, other clock
     rate = 1 + _DRIFT_PPM * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
@@ -248,7 +247,7 @@ def record(
     # a leg rests in air at both ends, a plate where it is above the surface
     air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
     return Recording(
-        force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(count) / FORCE_HZ,
+        force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
         channels_N=channels,
         stroke=stroke[motion.segment],
@@ -342,7 +341,9 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
     return found
 
 
-def damage_recording(names: Sequence[str], recording: Recording, config: Config) -> Recording:
+def damage_recording(
+    names: Sequence[str], recording: Recording, transducer: Transducer
+) -> Recording:
     """Apply those faults of a run that change what was recorded."""
     first, last = np.flatnonzero(recording.stroke)[[0, -1]]
     middle = int(first + last) // 2
@@ -350,10 +351,10 @@ def damage_recording(names: Sequence[str], recording: Recording, config: Config)
     rows = np.arange(len(channels))
     block = slice(middle, middle + _ROWS)
     if "saturated" in names:
-        column = int(config.transducer.axes.z[2]) - 1
+        column = int(transducer.axes.z[2]) - 1
         stuck = slice(middle - 50, middle + 50)
-        sign = -1 if config.transducer.axes.z[0] == "-" else 1
-        channels[stuck, column] = sign * config.transducer.range_N[column]
+        sign = -1 if transducer.axes.z[0] == "-" else 1
+        channels[stuck, column] = sign * transducer.range_N[column]
     if "nan_cells" in names:
         channels[block][::2] = np.nan
     if "time_reversed" in names:

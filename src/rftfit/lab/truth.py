@@ -140,7 +140,7 @@ def near_walls(
     config: Config, x_cm: FloatArray, depth_cm: FloatArray, beta_deg: float
 ) -> FloatArray:
     """Factor by which walls and bottom within 6 cm of the plate, centred there, raise the force."""
-    half_x, half_z = half_extents(plate_of(config)[1], beta_deg)
+    half_x, half_z = half_extents(plate_of(config.intruders)[1], beta_deg)
     factor = np.ones_like(depth_cm)
     for clearance in (
         config.container.depth_cm - depth_cm - half_z,
@@ -152,7 +152,7 @@ def near_walls(
 
 def plate_law(run: Run, config: Config, bed: Bed) -> Law:
     """Force on the plate of a laboratory run: alpha of Table S5 times depth times area."""
-    plate: Plate = plate_of(config)[1]
+    plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
 
@@ -231,7 +231,7 @@ def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
 
 def sand_law(run: Run, config: Config) -> Law:
     """Force on the level plate of a penetration test: Fig. S11 times area."""
-    plate = plate_of(config)[1]
+    plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
 
     def law(_part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.columns import COLUMNS
 from rftfit.lab.plan import FloatArray, Run
 from rftfit.lab.rig import Recording
 
@@ -16,11 +17,7 @@ _FORCE_UNITS = {"N": (1.0, 5), "mN": (1e-3, 2), "kN": (1e3, 8), "lbf": (4.448221
 _LENGTH_UNITS = {"mm": (1.0, 2), "cm": (10.0, 3), "m": (1000.0, 5), "in": (25.4, 4)}
 """Size in newtons or millimetres, and decimals that are written."""
 
-SHEET_COLUMNS = (
-    "run_id", "kind", "medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm",
-    "force_log", "motion_log", "tare_run", "tare_shared", "surface_z_mm", "excluded", "reason", "note",
-    "zero_log", "stroke",
-)  # fmt: skip
+SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 
 
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:

@@ -156,7 +156,12 @@ def check_repeats(measured: Measured) -> Check:
         remark("apart", run_id=str(row["run_id"]), beside=row["beside"], times=row["times_spread"])
         for row in apart.to_dict("records")
     ]
-    return judged("repeats", apart.empty, found, "no run apart", sentence, flags)
+    seen = known["seen_from_ratio"]
+    allowed = (
+        f"no run apart; a run off by less than {seen.median():.0%} of the largest alpha "
+        f"(median; at most {seen.max():.0%}) is not seen"
+    )
+    return judged("repeats", apart.empty, found, allowed, sentence, flags)
 
 
 def _beside_others(row: dict[Any, Any]) -> str:

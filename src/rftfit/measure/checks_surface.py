@@ -32,8 +32,8 @@ _SIGMAS = 3.0
 _SURFACE_CM, _LAG_S = 0.05, 0.03
 """Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
 _CURVED = 0.05
-_STEP_CM, _STEP = 0.22, 5.5
-"""A stretch of the sheet with another surface: least difference, in standard errors of the best of all stretches."""
+_STEP_CM, _STEP = 0.22, 5.3
+"""A half of the sheet with another surface: least difference, and in standard errors of the best of all stretches."""
 
 
 def check_surface(measured: Measured) -> Check:
@@ -53,6 +53,8 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
     opposite sign in pulls, is a lag. A step along the sheet, or two heaps, are two surfaces or two lags.
     """
+    from scipy.special import ndtr, stdtrit
+
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
     why = ""
     if measured.medium.role != "laboratory":
@@ -83,8 +85,11 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         np.hypot(run_cm, _SURFACE_CM * np.median(alpha[pushes]) / alpha),
         pushes,
     )
-    (off, late), covariance, _ = starts.fit(shared=np.where(pushes, 1, shared))
-    covariance = covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
+    shared = np.where(pushes, 1, shared)
+    (off, late), covariance, _ = starts.fit(shared=shared)
+    # few runs hardly tell their own scatter: Student's t at the same level
+    wider = stdtrit(max((1 / shared).sum() - 2, 1), ndtr(SURE)) / SURE
+    covariance = wider**2 * covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
     mean = np.array([1.0, float(sine[pushes].mean())])
     down, down_se = off + mean[1] * late, math.sqrt(mean @ covariance @ mean)
     off_se, late_se = np.sqrt(np.diag(covariance))
@@ -181,7 +186,9 @@ def _two_levels(
     for _ in range(2):
         stretch = stretch_apart(down.paths, down.start, sigma)
         found, covariance, sigma = down.fit(stretch)
-    if stretch.any() and abs(found[-1]) > clear * _STEP * math.sqrt(covariance[-1, -1]):
+    if stretch.any() and abs(found[-1]) > clear * _clear_step(stretch) * math.sqrt(
+        covariance[-1, -1]
+    ):
         # a pull is as the push before it
         other = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
     elif heaps is None:
@@ -211,6 +218,14 @@ def _two_levels(
             f"The force log is {abs(gap):.2g} s {way} {count}: look at the clocks of these runs."
         )
     return words, flags_on(names, f"{kind}-differs", gap=gap)
+
+
+def _clear_step(stretch: Mask) -> float:
+    """Standard errors from which a stretch stands apart: there are more short stretches than long ones.
+
+    The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001), counted from one half.
+    """
+    return _STEP + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
 def linearity(pushes: pd.DataFrame) -> Check:

@@ -344,10 +344,11 @@ def fit_medium(
     tared: pd.DataFrame,
     tares: pd.DataFrame,
     linear_to_cm: Mapping[str, float] | None = None,
+    only: Collection[str] | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-    `linear_to_cm`, by run: end of the linear regime, if not the stated one. Returns a row per plate run of
+    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. Returns a row per plate run of
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
     fitted or not; the rows of the strokes handed on.
     """
@@ -360,6 +361,8 @@ def fit_medium(
     no_tare = {row["run_id"]: reason_of(row) for row in tares.to_dict("records")}
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
     n_plates = len({run.intruder for run in runs})
+    if only is not None:
+        runs = [run for run in runs if run.run_id in only]
     rows = []
     why = columns["why"].copy()
     for run in runs:

@@ -17,7 +17,7 @@ from rftfit.measure.samples import Samples, join_runs, strokes
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
                   "tare_x_N", "why")  # fmt: skip
-_TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "force_rms_N",
+TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "force_rms_N",
                  "tare_rms_N", *REASON]  # fmt: skip
 
 
@@ -109,7 +109,7 @@ def tare_medium(
         sizes = _sizes(parts[name]) if name in parts else (np.nan, np.nan)
         words = reason_cells(reason)
         rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, *words))
-    return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=_TARE_COLUMNS), ledger
+    return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=TARE_COLUMNS), ledger
 
 
 def _sizes(part: dict[str, np.ndarray]) -> tuple[float, float]:

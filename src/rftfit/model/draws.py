@@ -201,3 +201,9 @@ def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArr
     tail = (1 - confidence) / 2
     lo, hi = np.quantile(draws, [tail, 1 - tail], axis=0)
     return lo, hi
+
+
+def end_names(quantity: str) -> tuple[str, str]:
+    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``."""
+    what, unit = quantity.rsplit("_N", maxsplit=1)
+    return f"{what}_lo_N{unit}", f"{what}_hi_N{unit}"

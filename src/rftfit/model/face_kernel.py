@@ -159,15 +159,12 @@ def face_forces(
             vz = f[5] + f[6] * ay - f[7] * ax
             weight = 1.0
             if delta > 0:
-                ux, uy, uz = (
-                    shifts[i, 0] + passed * vx,
-                    shifts[i, 1] + passed * vy,
-                    shifts[i, 2] + passed * vz,
-                )
+                u = shifts[i]
+                ux, uy, uz = u[0] + passed * vx, u[1] + passed * vy, u[2] + passed * vz
                 length = math.sqrt(ux * ux + uy * uy + uz * uz)
                 if length > delta:
                     ux, uy, uz = ux * delta / length, uy * delta / length, uz * delta / length
-                shifts[i, 0], shifts[i, 1], shifts[i, 2] = ux, uy, uz
+                u[0], u[1], u[2] = ux, uy, uz
                 vx, vy, vz = ux + tau * vx, uy + tau * vy, uz + tau * vz
                 weight = min(1.0, math.sqrt(vx * vx + vy * vy + vz * vz) / delta)
             nx = f[9] * t[12] + f[10] * t[13] + f[11] * t[14]

@@ -15,7 +15,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
 from rftfit.model import rft3d
-from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import NEGLIGIBLE, Profile, TableProfile
 
 LAWS = ("measured", "3d-rft")
@@ -35,12 +35,9 @@ def as_table(profile: Profile) -> TableProfile:
 
 
 def face_alpha(
-    profile: Profile,
-    normal: FloatArray,
-    velocity: FloatArray,
-    law: str = "measured",
+    profile: Profile, normal: FloatArray, velocity: FloatArray, law: str = "measured",
     friction: float | None = None,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
 
     `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
@@ -72,9 +69,8 @@ def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> Flo
     in_plane = np.hypot(along_e, down)
     across = profile.alpha(0 * beta, 0 * beta)[1]  # a plate that is drawn along itself
     part_aside = (velocity[..., :2] * aside).sum(axis=-1)
-    facing = _join(
-        _times(in_plane * alpha_x, e) - _times(across * part_aside, aside), in_plane * alpha_z
-    )
+    level = _times(in_plane * alpha_x, e) - _times(across * part_aside, aside)
+    facing = _join(level, in_plane * alpha_z)
 
     gamma = np.arctan2(down, -speed)
     (z1, x1), (z2, x2) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
@@ -82,10 +78,8 @@ def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> Flo
     ahead, sideways = (x1 + x2) / 2 + (x1 - x2) / 2 * cos_p, (x1 - x2) / 2 * sin_p
     harmonic = _join(_times(ahead, r) + _times(sideways, t), (z1 + z2) / 2 + (z1 - z2) / 2 * cos_p)
     upright = (tilt**2)[..., None]
-    return np.asarray(
-        np.where(upright < NEGLIGIBLE, 0.0, upright * facing)
-        + np.where(1 - upright < NEGLIGIBLE, 0.0, (1 - upright) * harmonic)
-    )
+    parts = (upright, facing), (1 - upright, harmonic)
+    return np.asarray(sum(np.where(share < NEGLIGIBLE, 0.0, share * part) for share, part in parts))
 
 
 def _split(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -123,30 +117,31 @@ def wet_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     return wet, np.where((count == 1)[..., None], centre, rest)
 
 
+def moving_faces(
+    mesh: Mesh, frame: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The faces that count in a pose: number, depth times wet area (cm^3), area vector, velocity, arm (cm)."""
+    position, velocity, rate = frame[:9].reshape(3, 3)
+    corners = mesh.triangles @ frame[9:].reshape(3, 3).T
+    areas = area_vectors(corners)
+    share, centre = wet_parts(corners + position)
+    arm = centre - position
+    moves = velocity + np.cross(rate, arm)
+    outward = (areas * moves).sum(axis=-1)
+    if mesh.sheet:
+        areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
+    counts = np.flatnonzero((share > 0) & (outward > 0))
+    load = -centre[:, 2] * share * np.linalg.norm(areas, axis=-1)
+    return counts, load[counts], areas[counts], moves[counts], arm[counts]
+
+
 def mesh_forces(
-    profile: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    law: str = "measured",
-    friction: float | None = None,
-) -> FloatArray:
+    profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
+) -> FloatArray:  # fmt: skip
     """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
     poses = []
     for frame in motion.frames:
-        position, velocity, rate = frame[:9].reshape(3, 3)
-        turned = frame[9:].reshape(3, 3)
-        arms = mesh.triangles @ turned.T
-        areas = area_vectors(arms)
-        size = np.linalg.norm(areas, axis=-1)
-        share, centre = wet_parts(arms + position)
-        arm = centre - position
-        moves = velocity + np.cross(rate, arm)
-        outward = (areas * moves).sum(axis=-1)
-        if mesh.sheet:
-            areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
-        counts = (share > 0) & (outward > 0)
-        load = -centre[:, 2] * share * size
-        stress = face_alpha(profile, areas[counts], moves[counts], law, friction)
-        force = _times(load[counts], stress)
-        poses.append(np.concatenate([force, np.cross(arm[counts], force)], axis=-1).sum(axis=-2))
+        _, load, normal, moves, arm = moving_faces(mesh, frame)
+        force = _times(load, face_alpha(profile, normal, moves, law, friction))
+        poses.append(np.concatenate([force, np.cross(arm, force)], axis=-1).sum(axis=-2))
     return np.stack(poses, axis=-2)

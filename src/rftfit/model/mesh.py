@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import warnings
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike, NDArray
 
 from rftfit.campaign.problems import choose
+from rftfit.campaign.rows import Column
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.model.motion import SCHEMA, read_times
 from rftfit.model.outlines import Outline
 
-IntArray = npt.NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 UNITS_CM = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 FORMATS = (".stl", ".obj", ".ply")
 SIZES_CM = (0.2, 100.0)
 """Least and greatest length of a body from a file: outside of them its unit is probably another."""
+
+PATH = replace(SCHEMA, columns=(
+    SCHEMA.columns[0],
+    *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
+    *(Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation") for axis in "xyz"),
+))  # fmt: skip
 
 _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
@@ -57,11 +66,7 @@ class Mesh:
     """
 
     def __init__(
-        self,
-        vertices_cm: npt.ArrayLike,
-        faces: npt.ArrayLike,
-        name: str = "mesh",
-        sheet: bool = False,
+        self, vertices_cm: ArrayLike, faces: ArrayLike, name: str = "mesh", sheet: bool = False
     ) -> None:
         vertices, corners = np.array(vertices_cm, dtype=float), np.array(faces, dtype=np.int64)
         for what, one in (("vertices", vertices), ("faces", corners)):
@@ -318,14 +323,11 @@ def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    links = coo_array(
-        (np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())),
-        (len(vertices),) * 2,
-    )
+    ends = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    links = coo_array((np.ones(faces.size), ends), (len(vertices), len(vertices)))
     part = connected_components(links)[1][faces[:, 0]]
-    corners = vertices[faces] - vertices.mean(axis=0)
-    volumes = np.bincount(part, np.linalg.det(corners) / 6)
-    volumes = volumes[np.unique(part)]
+    signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
+    volumes = np.bincount(part, signed)[np.unique(part)]
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
         raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
     if (volumes < 0).any() and (volumes > 0).any():
@@ -353,6 +355,8 @@ class Motion3D:
     ----------
     frames : numpy.ndarray, shape (p, 18)
         Position, velocity, rate, and rotation row by row.
+    columns : dict of str to numpy.ndarray, shape (p,)
+        ``x_cm, y_cm, z_cm``; of a path ``t_s`` before and ``turn_x_deg, turn_y_deg, turn_z_deg`` after them.
 
     Raises
     ------
@@ -366,13 +370,9 @@ class Motion3D:
     """
 
     def __init__(
-        self,
-        position_cm: npt.ArrayLike,
-        velocity_cm_per_s: npt.ArrayLike,
-        rate_rad_per_s: npt.ArrayLike | None = None,
-        rotation: Any = None,
-        name: str = "poses in space",
-    ) -> None:
+        self, position_cm: ArrayLike, velocity_cm_per_s: ArrayLike, rate_rad_per_s: ArrayLike | None = None,
+        rotation: Any = None, name: str = "poses in space",
+    ) -> None:  # fmt: skip
         matrices = getattr(rotation, "as_matrix", lambda: rotation)()
         parts = {
             "position_cm": (position_cm, 3),
@@ -391,6 +391,7 @@ class Motion3D:
         poses = max(map(len, arrays))
         self.frames = np.hstack([np.broadcast_to(one, (poses, one.shape[1])) for one in arrays])
         self.name = name
+        self.columns = {f"{axis}_cm": self.frames[:, k] for k, axis in enumerate("xyz")}
         turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
         square = turned @ turned.swapaxes(1, 2)
         if not (np.allclose(square, np.eye(3), atol=1e-6) and (np.linalg.det(turned) > 0).all()):
@@ -398,12 +399,8 @@ class Motion3D:
 
     @classmethod
     def path(
-        cls,
-        time_s: npt.ArrayLike,
-        position_cm: npt.ArrayLike,
-        turn_deg: npt.ArrayLike,
-        name: str = "a path in space",
-    ) -> Motion3D:
+        cls, time_s: ArrayLike, position_cm: ArrayLike, turn_deg: ArrayLike, name: str = "a path in space"
+    ) -> Motion3D:  # fmt: skip
         """Move along a path; velocities and rates are differences between neighbouring times.
 
         Parameters
@@ -430,9 +427,33 @@ class Motion3D:
         time = np.asarray(time_s, dtype=float)
         if time.size < 2 or not (np.diff(time) > 0).all():
             raise ValueError("a path needs at least two times, and time must increase")
-        position = np.asarray(position_cm, dtype=float)
-        turned = Rotation.from_rotvec(np.radians(np.asarray(turn_deg, dtype=float)))
+        position, turn = (np.asarray(part, dtype=float) for part in (position_cm, turn_deg))
+        turned = Rotation.from_rotvec(np.radians(turn))
         steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)
         angle = np.concatenate([np.zeros((1, 3)), steps])
         velocity, rate = (np.gradient(one, time, axis=0) for one in (position, angle))
-        return cls(position, velocity, rate, turned.as_matrix(), name)
+        motion = cls(position, velocity, rate, turned.as_matrix(), name)
+        numbers = (time, *position.T, *turn.T)
+        motion.columns = dict(zip([one.name for one in PATH.columns], numbers, strict=True))
+        return motion
+
+    @classmethod
+    def read(cls, file: str | Path) -> Motion3D:
+        """Read a path from a table with ``t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg``.
+
+        Parameters
+        ----------
+        file : str or Path
+            csv, tsv or xlsx; the columns are those of `path`.
+
+        Returns
+        -------
+        Motion3D
+
+        Raises
+        ------
+        CampaignError
+            With every cell that is wrong, and every time that does not increase.
+        """
+        time, *numbers = read_times(Path(file), PATH)
+        return cls.path(time, np.transpose(numbers[:3]), np.transpose(numbers[3:]), f"along {file}")

@@ -8,20 +8,13 @@ import pandas as pd
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.model import rft3d
-from rftfit.model.draws import interval
+from rftfit.model.draws import end_names, interval
 from rftfit.model.faces import LAWS, as_table
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import FourierProfile, Pack, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium
 
-QUANTITIES = (
-    "force_x_N",
-    "force_y_N",
-    "force_z_N",
-    "moment_x_N_cm",
-    "moment_y_N_cm",
-    "moment_z_N_cm",
-)
+IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))
 
 CLOSURE = 0.044
 """Error of the measured law on a face that leaves its plane, rms of a component over the largest alpha, where
@@ -52,12 +45,8 @@ def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
 
 
 def mesh_forces(
-    profile: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    law: str = "measured",
-    friction: float | None = None,
-) -> FloatArray:
+    profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
+) -> FloatArray:  # fmt: skip
     """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7)."""
     return _forces(law_of(profile, law), describe(mesh), motion, friction)
 
@@ -76,23 +65,14 @@ def _forces(
 
 
 def mesh_draws(
-    draws: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    law: str = "measured",
-    friction: float | None = None,
+    draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
     """`mesh_forces` for each of a stack of draws, without the last column: (draws, p, 6)."""
-    stack = as_table(draws)
-    values_z, values_x = (
-        one.reshape(-1, *one.shape[-2:]) for one in (stack.alpha_z, stack.alpha_x)
-    )
-    faces = describe(mesh)
-    result = []
-    for alpha in zip(values_z, values_x, strict=True):
-        one = TableProfile.of_nodes(stack.beta, stack.gamma, alpha)
-        result.append(_forces(law_of(one, law), faces, motion, friction)[:, :6])
-    return np.stack(result)
+    stack, faces = as_table(draws), describe(mesh)
+    alpha = np.stack([stack.alpha_z, stack.alpha_x])
+    alpha = alpha.reshape(2, -1, *alpha.shape[-2:]).swapaxes(0, 1)
+    each = (TableProfile.of_nodes(stack.beta, stack.gamma, (z, x)) for z, x in alpha)
+    return np.stack([_forces(law_of(one, law), faces, motion, friction)[:, :6] for one in each])
 
 
 def predict_mesh(
@@ -109,20 +89,14 @@ def predict_mesh(
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
         each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
         ends = medium.with_interval(unit, each)[1:]
-    columns = {f"{axis}_cm": motion.frames[:, k] for k, axis in enumerate("xyz")}
-    for k, name in enumerate(QUANTITIES):
+    columns = dict(motion.columns)
+    for k, name in enumerate(IN_SPACE):
         columns[name] = best[:, k]
         if ends is not None:
-            what, unit_of = name.split("_N")
-            columns |= {
-                f"{what}_{end}_N{unit_of}": ends[side][:, k]
-                for side, end in enumerate(("lo", "hi"))
-            }
+            columns |= {end: ends[side][:, k] for side, end in enumerate(end_names(name))}
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-    columns["closure_N"] = (
-        CLOSURE * largest * best[:, 6] if law == "measured" else np.full(len(best), np.nan)
-    )
+    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best[:, 6]
     unknown = np.isnan(best[:, :6]).any(axis=1)
     why = profile.reason or "a position, rotation or velocity is missing"
     return pd.DataFrame(columns | {"reason": np.where(unknown, why, "")})

@@ -111,7 +111,7 @@ SCHEMA = Schema(
         Column("angle_deg", meaning="angle from z toward x"),
     ),
     comments=True,
-    others="left",
+    others="ignored",
     most_rows=2_000_000,
 )
 _MOST_SHOWN = 20
@@ -159,7 +159,12 @@ def path(
 
 def read_path(file: Path) -> Motion:
     """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``."""
-    rows, problems = read_rows(file, SCHEMA)
+    return replace(path(*read_times(file, SCHEMA)), name=f"along {file}")
+
+
+def read_times(file: Path, schema: Schema) -> FloatArray:
+    """Read a table whose first column is an increasing time, at least two rows: shape (columns, rows)."""
+    rows, problems = read_rows(file, schema)
     if not problems and len(rows) < 2:
         text = f"{len(rows)} row; a velocity needs at least two"
         problems = [Problem("path.too-short", Place(str(file), rows[0].row), None, text)]
@@ -172,5 +177,4 @@ def read_path(file: Path) -> Motion:
             problems.append(Problem(code, place, f"{time:.10g}", text))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
-    columns = np.array([[row.number[c.name] for c in SCHEMA.columns] for row in rows]).T
-    return replace(path(*columns), name=f"along {file}")
+    return np.array([[row.number[c.name] for c in schema.columns] for row in rows]).T

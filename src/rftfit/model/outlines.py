@@ -256,7 +256,7 @@ SCHEMA = Schema(
     (Column("x_cm", meaning="x of a point"), Column("z_cm", meaning="z of a point, upward")),
     rows="points",
     comments=True,
-    others="left",
+    others="ignored",
 )
 MAX_POINTS = 5000
 _MOST_SHOWN = 20

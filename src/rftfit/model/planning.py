@@ -194,6 +194,21 @@ class Plan:
         return pd.DataFrame(rows, columns=names)
 
 
+def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
+    """What the run sheet says of the runs of a push: direction, angles and, of a horizontal one, depths."""
+    beta, gamma = step.directions[0]
+    ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
+    if gamma == 0:
+        ways = [("horizontal", f"{depth:g}") for depth in depths_cm[: step.runs]]
+        ways += [("horizontal", "")] * (step.runs - len(ways))
+    elif len(step.directions) > 1:
+        ways = [("intrusion", ""), ("extraction", "")]
+    return [
+        {"direction": way, "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}", "depth_cm": depth}
+        for way, depth in ways
+    ]
+
+
 def plan(
     target: Target | Outline | Sequence[Outline] | str = "map",
     known: Map | None = None,
@@ -316,3 +331,35 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
         found.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
     return found
+
+
+def reachable(
+    known: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
+) -> tuple[tuple[float, float], ...]:
+    """Directions of a map (degrees) with these angles of plate and path; where none is named, with any."""
+    angles = (np.degrees(part).round(4) for part in (known.beta, known.gamma))
+    return tuple(
+        (float(beta), float(gamma))
+        for beta, gamma in zip(*angles, strict=True)
+        if all(
+            not len(wanted) or np.abs(np.asarray(wanted) - one).min() < 0.5
+            for one, wanted in ((beta, beta_deg), (gamma, gamma_deg))
+        )
+    )
+
+
+SHEET_COLUMNS = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log"
+)
+_DEPTHS_CM = (2.54, 5.08, 7.62)
+
+
+def run_sheet_rows(plan: Plan) -> str:
+    """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    lines = [SHEET_COLUMNS]
+    for number, step in enumerate(plan.steps[1:], start=1):
+        rows = push_rows(step, _DEPTHS_CM)
+        for part, row in enumerate(rows, start=1):
+            name = f"plan{number:02d}" + (f"_{part}" if len(rows) > 1 else "")
+            lines.append(f"{name},plate,,,{','.join(row.values())},,")
+    return "\n".join(lines) + "\n"

@@ -11,10 +11,11 @@ import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
-from rftfit.model.draws import interval
+from rftfit.model.draws import end_names, interval
+from rftfit.model.faces import moving_faces
 from rftfit.model.forces import Forces, force_draws, forces_on
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import predict_mesh
+from rftfit.model.mesh_prediction import IN_SPACE, predict_mesh
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import Outline
 from rftfit.model.profiles import FourierProfile, Profile
@@ -27,12 +28,6 @@ Ends = dict[str, tuple["FloatArray", "FloatArray"]]
 """Lower and upper end of an interval of each quantity, by pose."""
 
 _MOST_AT_ONCE = 2_000_000
-
-
-def end_names(quantity: str) -> tuple[str, str]:
-    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``."""
-    what, unit = quantity.rsplit("_N", maxsplit=1)
-    return f"{what}_lo_N{unit}", f"{what}_hi_N{unit}"
 
 
 def predict(
@@ -156,16 +151,17 @@ _NOTICED = 0.1
 
 
 def beyond_measured(
-    profile: Profile, outline: Outline, motion: Motion | None = None, config: Config | None = None
-) -> list[str]:
+    profile: Profile, outline: Outline | Mesh, motion: Motion | Motion3D | None = None,
+    config: Config | None = None,
+) -> list[str]:  # fmt: skip
     """Where a prediction leaves what was measured, or what the model is for.
 
     Parameters
     ----------
     profile : Profile
         Its `window` says over which depths alpha was measured.
-    outline : Outline
-    motion : Motion, optional
+    outline : Outline or Mesh
+    motion : Motion or Motion3D, optional
         Default: the rotation of the paper's trials.
     config : Config, optional
         Its container, in whose middle the motion is taken to be, and `fit.wall_clearance_cm`.
@@ -184,13 +180,10 @@ def beyond_measured(
     >>> rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), leg)
     []
     """
-    poses = (rotation() if motion is None else motion).poses
-    elements = place(outline.body, outline.width_cm, poses)
-    load, centre = submerged(elements, outline.solid)
+    load, depth, speed, *level = _pieces(outline, rotation() if motion is None else motion)
     total = float(np.nansum(load))
     if not total > 0:
         return []
-    depth, speed = -centre[..., 1], np.hypot(elements[..., 6], elements[..., 7])
     found = []
     shallowest, deepest = profile.window
     if (deeper := depth[load > 0].max()) > deepest:
@@ -213,16 +206,35 @@ def beyond_measured(
         )
     if config is not None:
         box, clear = config.container, config.fit.wall_clearance_cm
-        x = centre[..., 0]
-        aside = np.abs(x - (x[load > 0].max() + x[load > 0].min()) / 2)
-        near = (depth > box.depth_cm - clear) | (aside > box.length_cm / 2 - clear)
-        near |= outline.width_cm > box.width_cm - 2 * clear
+        near = depth > box.depth_cm - clear
+        for place_cm, size in zip(level, (box.length_cm, box.width_cm), strict=False):
+            wet = place_cm[load > 0]
+            near |= np.abs(place_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
+        if isinstance(outline, Outline):
+            near |= outline.width_cm > box.width_cm - 2 * clear
         if (part := float(np.nansum(load[near])) / total) > _NOTICED:
             found.append(
                 f"near the container: {100 * part:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"
             )
     return found
+
+
+def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArray]:
+    """Of elements in all poses: depth times area (cm^3), depth (cm), speed, and x (of a mesh also y)."""
+    if isinstance(outline, Mesh) and isinstance(motion, Motion3D):
+        parts = []
+        for frame in motion.frames:
+            _, load, _, moves, arm = moving_faces(outline, frame)
+            x, y, z = (frame[:3] + arm).T
+            parts.append(np.stack([load, -z, np.linalg.norm(moves, axis=-1), x, y]))
+        return list(np.hstack(parts))
+    if isinstance(outline, Mesh) or isinstance(motion, Motion3D):
+        raise TypeError("a mesh moves by a Motion3D, an outline by a Motion")
+    elements = place(outline.body, outline.width_cm, motion.poses)
+    load, centre = submerged(elements, outline.solid)
+    speed = np.hypot(elements[..., 6], elements[..., 7])
+    return [load, -centre[..., 1], speed, centre[..., 0]]
 
 
 PEAKS = (
@@ -281,6 +293,20 @@ def find_peaks(
             )
             value = float(values[row])
         found.append(Peak(name, quantity, value, lo, hi, float(at[row])))
+    return found
+
+
+def largest_in_space(table: pd.DataFrame, key: str) -> list[Peak]:
+    """Largest value of each force and moment in a table of `predict` of a mesh, with the interval of its row."""
+    found = []
+    for quantity in IN_SPACE:
+        size = table[quantity].abs().fillna(0.0).to_numpy()
+        if not size.max() > 0:
+            continue
+        row = table.iloc[int(size.argmax())]
+        lo, hi = (float(row.get(end, math.nan)) for end in end_names(quantity))
+        name = quantity.partition("_N")[0]
+        found.append(Peak(name, quantity, float(row[quantity]), lo, hi, float(row[key])))
     return found
 
 

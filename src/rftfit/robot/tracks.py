@@ -126,7 +126,7 @@ _TRACK = Schema(
         Column("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
     ),
     comments=True,
-    others="left",
+    others="ignored",
     lenient=True,
     most_rows=2_000_000,
 )
@@ -407,7 +407,7 @@ def _words_of_sheet(root: Path, run_sheet: str) -> tuple[set[str], set[str]]:
     if entry.status != "file":
         return set(), set()
     columns = Column("run_id", "text"), Column("medium", "text", needed=False)
-    rows, _ = read_rows(root / entry.path, Schema("sheet", columns, others="left", lenient=True))
+    rows, _ = read_rows(root / entry.path, Schema("sheet", columns, others="ignored", lenient=True))
     ids, media = ({row.text[column.name] for row in rows} - {""} for column in columns)
     return ids, media
 

@@ -1,10 +1,11 @@
 """Atomic, deterministic reading and writing of results."""
 
 from rftfit.store.files import atomic_path, write_bytes, write_text
-from rftfit.store.tables import read_csv, read_parquet, write_csv, write_parquet
+from rftfit.store.tables import csv_bytes, read_csv, read_parquet, write_csv, write_parquet
 
 __all__ = [
     "atomic_path",
+    "csv_bytes",
     "read_csv",
     "read_parquet",
     "write_bytes",

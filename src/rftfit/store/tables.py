@@ -85,7 +85,12 @@ def _rounded(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
-    r"""Write a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
+    """Write a table as `csv_bytes` has it."""
+    write_bytes(target, csv_bytes(table))
+
+
+def csv_bytes(table: pd.DataFrame) -> bytes:
+    r"""Content of a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
 
     Text that a spreadsheet would calculate gets an apostrophe in front. The index is not written.
     """
@@ -93,15 +98,16 @@ def write_csv(table: pd.DataFrame, target: str | Path) -> None:
     _rounded(_mapped(table, guarded)).to_csv(
         buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n"
     )
-    write_bytes(target, buffer.getvalue().encode("utf-8"))
+    return buffer.getvalue().encode("utf-8")
 
 
-def read_csv(source: str | Path, kind_of: Callable[[str], str]) -> pd.DataFrame:
-    """Read a table written by `write_csv`: columns of the kind ``text``, ``yes or no``, others numbers."""
+def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.DataFrame:
+    """Read a table of `csv_bytes`, or its file: columns of the kind ``text``, ``yes or no``, others numbers."""
     import pandas as pd
 
     try:
-        content = Path(source).read_bytes().decode("utf-8-sig")
+        data = source if isinstance(source, bytes) else Path(source).read_bytes()
+        content = data.decode("utf-8-sig")
         names = next(csv.reader(io.StringIO(content, newline="")), [])
         kinds = {name: kind_of(name) for name in names}
         text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
@@ -120,7 +126,8 @@ def read_csv(source: str | Path, kind_of: Callable[[str], str]) -> pd.DataFrame:
             table = table.astype({name: float for name in names if name not in text})
         return _mapped(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
-        raise InputError(f"{source}: cannot be read as a table: {error}") from error
+        name = "" if isinstance(source, bytes) else f"{source}: "
+        raise InputError(f"{name}cannot be read as a table: {error}") from error
 
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe
@@ -13,11 +15,6 @@ from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
 from rftfit.workflow.provenance import Change, changes_between, read_state
 from rftfit.workflow.records import read_record
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pandas as pd
 
 NOT_SAME = 1e-5
 """Tables keep six digits: a smaller relative change is none."""

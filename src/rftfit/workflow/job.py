@@ -15,20 +15,21 @@ import contextlib
 import gc
 import sys
 import threading
+from collections.abc import Sequence
 from importlib import import_module
 from multiprocessing import connection, parent_process
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from rftfit.errors import InputError, RftfitError
+from rftfit.figures.style import save_pages
+from rftfit.results import Results
+from rftfit.store import write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
 from rftfit.workflow.records import Record, maker_of, read_state, split
 from rftfit.workflow.state import States, job_of, read_states
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rftfit.results import Results
 
 _ENDED = 143
 
@@ -58,8 +59,6 @@ def main(words: Sequence[str] | None = None, states: States | None = None) -> in
 
 def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads: int = 1) -> None:
     """Do a job and record it: its state has to be the planned one before the work and after it."""
-    from rftfit.results import Results
-
     results = Results(states.campaign)
     planned, inputs = split(reads)
     rule, key = job_of(planned)
@@ -110,13 +109,7 @@ def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
 
 def write_all(results: Results, writes: Sequence[str], made: Any) -> list[str]:
     """Write what a job made. Returns the paths from the campaign's folder."""
-    import pandas as pd
-
-    from rftfit.store import write_bytes, write_csv, write_parquet, write_text
-
     if writes[0].endswith(".png"):
-        from rftfit.figures.style import save_pages
-
         about = (
             "Made from re-enacted logs, not from recordings." if results.campaign.reenacted else ""
         )

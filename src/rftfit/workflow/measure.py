@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import pandas as pd
 
+from rftfit.campaign.load import Campaign
 from rftfit.compare.peers import apart, compare_runs
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import check_medium
@@ -18,12 +19,7 @@ from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.measure.verdicts import COLUMNS, marked, marks_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.results import Results
+from rftfit.results import Results
 
 
 def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
@@ -55,8 +51,6 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
 
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     """Put the cells of a medium together and check them: verdicts, alpha table, alpha of depths, runs side by side."""
-    import pandas as pd
-
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
@@ -85,8 +79,6 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
-    import pandas as pd
-
     from rftfit.results import Results
 
     results = Results(campaign)
@@ -122,6 +114,6 @@ def ledger(results: Results) -> pd.DataFrame:
     if campaign.robot_medium:
         parts.append(results.table("ledger/robot.csv"))
     book = join([*parts, account_unclaimed(campaign).table()])
-    once = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
-    check(book, results.joined("runs/{medium}.csv"), once, campaign.by_id)
+    one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
+    check(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
     return book

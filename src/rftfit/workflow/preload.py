@@ -13,6 +13,11 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 from importlib import import_module
 
 from rftfit.store.digests import source_digests
+
+# digests of the code before it is imported: a job refuses to work where they are not the planned ones
+_before = dict(source_digests())
+
+from rftfit.figures.registry import figures
 from rftfit.workflow.state import States, handed_over
 
 _MODULES = (
@@ -27,12 +32,10 @@ def campaign_states() -> States | None:
     return _handed[0] if _handed and _handed[0].campaign.is_as_read else None
 
 
-# digests of the code before it is imported: a job refuses to work where they are not the planned ones
-_before = dict(source_digests())
 for _name in _MODULES:
     import_module(_name)
 _handed = handed_over()
-import_module("rftfit.figures.registry").figures()
+figures()
 source_digests.cache_clear()
 if source_digests() != _before:
     # edited meanwhile: no digest tells which code was imported, and that of no file is planned

@@ -9,16 +9,12 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rftfit.store.files import lock
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-
-# --- Who holds the lock of a campaign's folder, so that a dead holder's lock can be told from a living's.
+# --- Which process holds the lock of a campaign's folder, so that a lock left by a killed process can be removed.
 
 
 _NOTE = Path("rftfit") / "holder"
@@ -26,7 +22,7 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 _held: list[int] = []
 
 
-def hold(folder: Path) -> None:
+def hold_lock(folder: Path) -> None:
     """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
     with contextlib.suppress(OSError):
@@ -39,7 +35,7 @@ def hold(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def left_by_the_dead(folder: Path) -> Iterator[bool]:
+def stale_lock(folder: Path) -> Iterator[bool]:
     """Tell whether it is certain that the lock in ``.snakemake`` is that of a process that no longer lives.
 
     Nobody else gets True until the block is left, so that two do not clear it one after the other.
@@ -98,10 +94,12 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     named = os.environ.pop(VARIABLE, "")
     if os.name != "posix" or not named.isdecimal():
         return False
+    import psutil
+
     end = end or end_now
     parent, starter = os.getppid(), int(named)
     # where another program stands between, that one is watched
-    if parent != starter and (parent == _INIT or not _lives(starter)):
+    if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
         end()
         return False
 
@@ -128,13 +126,3 @@ def end_group() -> None:
     os.killpg(os.getpgrp(), signal.SIGTERM)
     time.sleep(_PATIENCE_S)
     os.killpg(os.getpgrp(), signal.SIGKILL)
-
-
-def _lives(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
 
 from rftfit.compare.coefficients import (
     COEFFICIENT_COLUMNS,
@@ -20,11 +19,7 @@ from rftfit.measure.flags import MARKS, reason_columns
 from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.results import Results
+from rftfit.results import Results
 
 SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), *MARKS]
 MAP_COLUMNS = [
@@ -36,8 +31,6 @@ TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 def symmetry(results: Results) -> pd.DataFrame:
     """Complete the alpha table of every laboratory medium by symmetry: each direction once."""
-    import pandas as pd
-
     parts = []
     for medium in results.laboratory:
         table = results.alpha_table(medium)
@@ -55,8 +48,6 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
 
     A direction that was pushed keeps what was measured there.
     """
-    import pandas as pd
-
     try:
         found = results[medium].map()
         table = found.table()
@@ -73,8 +64,6 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
 
     Returns coefficients with intervals, and which harmonics an information criterion keeps.
     """
-    import pandas as pd
-
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     bic = {name: select_bic(*directions(one), *alpha_columns(one)) for name, one in tables.items()}
     fits = fit_media(list(tables.values()), results.config)
@@ -97,8 +86,6 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     usable grid, with the published five, as the table says. Returns the coefficients with M0 added
     (as Table S2), and (0, 90 deg) with zeta and chi (as Table S3).
     """
-    import pandas as pd
-
     config = results.config
     fits = fit_media([results[medium].alpha for medium in results.laboratory], config)
     groups: dict[str, list[MediumFit]] = {}

@@ -1,33 +1,25 @@
-"""The last stage: one file that says what every result was made from, and the results as a crate."""
+"""The last stage: one file that says what every result was made from."""
 
 from __future__ import annotations
 
 import csv
 import json
 import subprocess
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
+from pathlib import Path, PurePosixPath
+from typing import Any
 
-from rftfit import reference
+import pandas as pd
+
 from rftfit.errors import InputError, RftfitError
+from rftfit.results import Results
 from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
 from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
-from rftfit.version import __version__
 from rftfit.workflow.records import Recorded
-from rftfit.workflow.state import cells
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    import pandas as pd
-
-    from rftfit.results import Results
-    from rftfit.workflow.records import Record
-    from rftfit.workflow.state import States
+from rftfit.workflow.state import States, cells
 
 FORMAT = 3
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
@@ -65,24 +57,25 @@ def present_state(states: States) -> State:
 
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
-    describe = ("describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*")
-    try:
-        done = subprocess.run(
-            ["git", "-C", str(PACKAGE), *describe],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=10,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return done.stdout.strip()
+    words = [
+        "git",
+        "-C",
+        str(PACKAGE),
+        "describe",
+        "--always",
+        "--abbrev=12",
+        "--dirty=+",
+        "--exclude=*",
+    ]
+    with suppress(OSError, subprocess.SubprocessError):
+        return subprocess.check_output(
+            words, stderr=subprocess.DEVNULL, text=True, timeout=10
+        ).strip()
+    return ""
 
 
-def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame, str]:
+def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame]:
     """Record what every result was made from: the records of all jobs before this one, and their inputs."""
-    import pandas as pd
-
     recorded, state = Recorded(states), present_state(states)
     made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in made_from}
@@ -99,8 +92,7 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     names = list(next(iter(state.rows.values()), {}))
     sheet = pd.DataFrame({name: [row[name] for row in state.rows.values()] for name in names})
-    crate = crate_text(results, list(records.values()), len(state.logs))
-    return text, sums_text(state.logs), sheet, crate
+    return text, sums_text(state.logs), sheet
 
 
 def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
@@ -133,139 +125,6 @@ def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
         ) from error
     else:
         return state, data
-
-
-# --- the results as a Research Object Crate
-
-PROFILE = "https://w3id.org/ro/crate/1.1"
-NAME = "ro-crate-metadata.json"
-UNKNOWN_DATE = "1970-01-01"
-
-_FOLDER = "results/"
-_PAPER = "https://doi.org/10.1126/science.1229163"
-_NO_LICENCE = "None is stated: ask those who measured before you use these results elsewhere."
-_PROGRAM, _LOGS = "#rftfit", "#logs"
-_FORMATS = {
-    ".csv": "text/csv",
-    ".html": "text/html",
-    ".json": "application/json",
-    ".parquet": "application/vnd.apache.parquet",
-    ".pdf": "application/pdf",
-    ".png": "image/png",
-    ".sha256": "text/plain",
-    ".svg": "image/svg+xml",
-    ".webp": "image/webp",
-    ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
-}
-
-Entity = dict[str, Any]
-
-
-def crate_text(results: Results, records: Sequence[Record], logs: int) -> str:
-    """Describe the folder of results: the same for the same inputs.
-
-    The date is the config's; where it has none a placeholder stands, since the specification demands a
-    date, and says so.
-    """
-    config, told = results.config, results.config.publication
-    files = {path: digest for one in records for path, digest in one.writes.items()}
-    sizes = {path: (results.root / path).stat().st_size for path in files}
-    description = (
-        "Resistive-force model of granular media from transducer and motion logs. provenance.json "
-        "says which logs, rows of the run sheet, settings and code each file was made from; "
-        "`rftfit verify` checks whether they are still the same."
-    )
-    if results.campaign.reenacted:
-        description += " The logs are re-enacted from published results: nothing was measured."
-    if not told.date:
-        description += " The date is a placeholder: the campaign's configuration gives none."
-    steps: dict[str, list[Record]] = {}
-    for one in records:
-        steps.setdefault(one.rule, []).append(one)
-    root = _entity(
-        "./",
-        "Dataset",
-        name=config.title,
-        description=description,
-        datePublished=told.date or UNKNOWN_DATE,
-        hasPart=[_link(path) for path in sorted(files)],
-        mentions=[{"@id": _action(name)} for name in steps],
-        citation={"@id": _PAPER},
-        license={"@id": told.license} if told.license else _NO_LICENCE,
-    )
-    others: list[Entity] = []
-    if told.license:
-        named = "The licence that the campaign's configuration names."
-        others.append(_entity(told.license, "CreativeWork", name=told.license, description=named))
-    if told.authors:
-        people = [
-            _entity(f"#author-{place}", "Person", name=name)
-            for place, name in enumerate(told.authors, start=1)
-        ]
-        root["author"] = _one_or_many([{"@id": one["@id"]} for one in people])
-        others += people
-    beside = (
-        f"In the folder {config.raw} beside this crate, and not part of it; their names and SHA-256 "
-        f"are in {SUMS.removeprefix(_FOLDER)}."
-    )
-    entities = [
-        _entity(NAME, "CreativeWork", conformsTo={"@id": PROFILE}, about={"@id": "./"}),
-        root,
-        *(_file(path, sizes[path], files[path]) for path in sorted(files)),
-        *(_create(name, jobs, files) for name, jobs in steps.items()),
-        _entity(_PROGRAM, "SoftwareApplication", name="rftfit", version=__version__),
-        _entity(_LOGS, "Collection", name=f"{logs} logs as recorded", description=beside),
-        _entity(_PAPER, "ScholarlyArticle", name=reference.CITATION),
-        *others,
-    ]
-    # the 1.1 context was made before schema.org had this term
-    context = [f"{PROFILE}/context", {"sha256": "http://schema.org/sha256"}]
-    data = {"@context": context, "@graph": entities}
-    return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
-
-
-def _entity(identifier: str, kind: str, **facts: Any) -> Entity:
-    return {"@id": identifier, "@type": kind, **facts}
-
-
-def _link(path: str) -> Entity:
-    return {"@id": quote(path.removeprefix(_FOLDER))}
-
-
-def _action(step: str) -> str:
-    return f"#step-{quote(step)}"
-
-
-def _one_or_many(entities: list[Entity]) -> Entity | list[Entity]:
-    """Return a single entity as itself, as the specification recommends."""
-    return entities[0] if len(entities) == 1 else entities
-
-
-def _file(path: str, size: int, digest: str) -> Entity:
-    return _entity(
-        _link(path)["@id"],
-        "File",
-        name=path.removeprefix(_FOLDER),
-        contentSize=str(size),
-        encodingFormat=_FORMATS.get(PurePosixPath(path).suffix, "application/octet-stream"),
-        sha256=digest,
-    )
-
-
-def _create(name: str, jobs: Sequence[Record], files: Mapping[str, object]) -> Entity:
-    made = [path for one in jobs for path in one.writes]
-    read = {path for one in jobs for path in one.reads if path in files}
-    objects = [_link(path) for path in sorted(read)]
-    if any("logs" in one.state for one in jobs):
-        objects.append({"@id": _LOGS})
-    return _entity(
-        _action(name),
-        "CreateAction",
-        name=name,
-        instrument={"@id": _PROGRAM},
-        object=_one_or_many(objects),
-        result=_one_or_many([_link(path) for path in sorted(made)]),
-    )
 
 
 # --- what has changed since
@@ -354,8 +213,8 @@ def _leaves(path: str, was: Any, now: Any) -> list[Change]:
             for key, old, new in _different(was, now, None)
             for change in _leaves(f"{path}.{key}".lstrip("."), old, new)
         ]
-    told = (
+    values = (
         f"a section of {len(one)}" if isinstance(one, dict) else "none" if one is None else str(one)
         for one in (was, now)
     )
-    return [] if was == now else [Change("setting", path, *told)]
+    return [] if was == now else [Change("setting", path, *values)]

@@ -7,19 +7,16 @@ that wrote it names the files and the state that are there now.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rftfit.results import FOLDER
 from rftfit.store import write_text
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.stages import LAST, RULES
 from rftfit.workflow.state import STATES, States, job_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
 
 RECORDS = f"{FOLDER}/records"
 _KEPT = tuple(f"{FOLDER}/{name}/" for name in ("records", "state", "logs"))

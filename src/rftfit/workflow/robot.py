@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+import pandas as pd
+
+from rftfit.campaign.config import RobotRuns
+from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError, RftfitError
@@ -12,8 +16,9 @@ from rftfit.measure.flags import FLAGS, REASON, Remark, flag_columns, reason_cel
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.profiles import Profile
+from rftfit.results import Results
 from rftfit.robot import PROFILES
-from rftfit.robot.config import paper_robot, read_robot
+from rftfit.robot.config import Robot, paper_robot, read_robot
 from rftfit.robot.intervals import WIDTH_COLUMNS, widths
 from rftfit.robot.motion import SAMPLES, frames_of, stance_of, tail_of
 from rftfit.robot.run import simulate
@@ -31,22 +36,11 @@ from rftfit.robot.sweep import (
 from rftfit.robot.tracks import (
     STRIDE_SAMPLES,
     TrackError,
+    Trial,
     mean_stride_speed,
     read_track,
     read_trials,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pandas as pd
-
-    from rftfit.campaign.config import RobotRuns
-    from rftfit.campaign.load import Campaign
-    from rftfit.results import Results
-    from rftfit.robot.config import Robot
-    from rftfit.robot.tracks import Trial
-
 
 # --- The robot: measured speeds from marker tracks, and how those of the sweep compare.
 
@@ -95,8 +89,6 @@ def robot_measured(
     recorded tracks that belong to `MOTION`, and where every row of the tracks went. How a re-enacted
     robot moves within a stride was never published, so such a track has no mean stride.
     """
-    import pandas as pd
-
     campaign = results.campaign
     section, robot = robot_of(campaign)
     calibrated = list(CALIBRATED_ON.values()) if robot == paper_robot() else []
@@ -173,8 +165,6 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
 
     Returns a row for each run, for each frequency and for each measured condition of each profile.
     """
-    import pandas as pd
-
     _, robot = robot_of(results.campaign)
     measured, widths = (results.table(f"robot/{name}.csv") for name in ("measured", "intervals"))
     runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
@@ -267,8 +257,6 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
 
     Returns the last two strides of each run of `MOTION`, its mid-stance, and the pictures as JSON.
     """
-    import pandas as pd
-
     section, robot = robot_of(results.campaign)
     name = "map" if "map" in profiles_of(results) else "table"
     profile = robot_profile(results, name)

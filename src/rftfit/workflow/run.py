@@ -6,18 +6,19 @@ import os
 import re
 import shutil
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
-from rftfit.workflow.processes import left_by_the_dead
-from rftfit.workflow.records import Recorded
+from rftfit.workflow.processes import stale_lock
+from rftfit.workflow.records import Finding, Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
@@ -29,11 +30,6 @@ from rftfit.workflow.snakemake import (
     working_in,
 )
 from rftfit.workflow.state import HANDED, hand_over, read_states
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from rftfit.workflow.records import Finding
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -114,7 +110,7 @@ class Workflow:
             return Progress(nothing_to_do=True)
         if not self.states.campaign.numbers:
             readers(self.states.campaign)  # an unknown dialect is told before any job starts
-        self._clear_lock_of_the_dead()
+        self._clear_stale_lock()
         progress = self._watch(self._command(), self.root / LOG)
         self.recorded = Recorded(self.states)
         return progress
@@ -203,9 +199,9 @@ class Workflow:
         made, skipped = ([str(job) for job in jobs] for jobs in (progress.made, progress.skipped))
         return RunReport(made, skipped, failures(progress, self.root), self.reasons)
 
-    def _clear_lock_of_the_dead(self) -> None:
+    def _clear_stale_lock(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""
-        with left_by_the_dead(self.root / ".snakemake") as certain:
+        with stale_lock(self.root / ".snakemake") as certain:
             if certain and listen([*self._command(), "--unlock"], None, lambda _: None) == 0:
                 self.say(
                     "An earlier run was killed: its lock is cleared, and this one goes on from there."

@@ -12,20 +12,16 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import OutputError
 from rftfit.store.environment import child_environment, shipped
 from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 _PATIENCE_S = 20.0
 _MOST_LINES = 40
@@ -125,9 +121,9 @@ class Progress:
                 job = self.jobs.get(
                     number, Job(event.get("rule_name", "job"), event.get("log", []))
                 )
-                told = _SLURM.search(str(event.get("rule_msg")))
+                slurm = _SLURM.search(str(event.get("rule_msg")))
                 job.grouped = bool(event.get("indent"))
-                job.status = f"Slurm says {told[1]}" if told else self._status_of(job)
+                job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
                 self.began.pop(number, None)
             case "error":
@@ -308,10 +304,8 @@ def listen(
 
 def working_in(root: Path) -> list[int]:
     """Process ids of the Snakemakes that work in a folder, so far as can be told."""
-    try:
-        psutil: Any = import_module("psutil")
-    except ImportError:
-        return []
+    import psutil
+
     found = []
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
@@ -357,8 +351,8 @@ def _signals_as_interrupts() -> Iterator[None]:
 
     numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     # what is ignored stays so: nohup keeps a run alive when its terminal closes
-    heard = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, interrupt) for number in heard}
+    handled = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, interrupt) for number in handled}
     try:
         yield
     finally:
@@ -369,8 +363,10 @@ def _signals_as_interrupts() -> Iterator[None]:
 def _stop(child: subprocess.Popen[bytes]) -> None:
     """End Snakemake and its jobs: politely, so that it clears its lock, then less so."""
     # what a script starts in the background ignores Ctrl-C, and its children do
-    deaf = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    steps = ("SIGINT", "SIGTERM", "SIGKILL")[deaf:] if os.name == "posix" else ("SIGTERM",)
+    ignores_interrupt = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    steps = (
+        ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:] if os.name == "posix" else ("SIGTERM",)
+    )
     for name in steps:
         if child.poll() is not None:
             return

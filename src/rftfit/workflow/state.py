@@ -10,27 +10,23 @@ import json
 import math
 import os
 import pickle
-import re
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.sheet import Run
+from rftfit.figures.registry import Declared, figures
+from rftfit.logs.registry import Origin, origins
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
-    from rftfit.campaign.sheet import Run
-    from rftfit.figures.registry import Declared
-    from rftfit.logs.registry import Origin
 
 STATES = f"{FOLDER}/state"
 HANDED = "RFTFIT_CAMPAIGN"
@@ -38,8 +34,6 @@ HANDED = "RFTFIT_CAMPAIGN"
 
 _LEFT_OUT = ("row", "note")
 """Columns of the run sheet: the number of a row, and what nobody computes with."""
-
-_WORD = re.compile(r"\{(\w+)\}")
 
 
 def job_name(rule: str, key: str) -> str:
@@ -72,9 +66,6 @@ class States:
     @cached_property
     def figures(self) -> dict[str, tuple[Declared, str]]:
         """Figures by their path below ``results/``, each with its medium, where it has one."""
-        # slow to import, and a job of the measurement has no figure
-        from rftfit.figures.registry import figures
-
         return {
             one.file(medium): (one, medium)
             for one in figures()
@@ -163,9 +154,6 @@ class States:
         wanted = [name for name in named if name not in (None, "rig")]
         if not wanted:
             return []
-        # slow to import, and most campaigns have the rig's own logs
-        from rftfit.logs.registry import origins
-
         return [*origins(wanted).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
@@ -185,22 +173,6 @@ class States:
     def robot_files(self) -> dict[str, str]:
         """SHA-256 of the robot's own file, sheet and tracks, from the campaign's folder."""
         return digests_of_files(self.campaign.root, robot_files(self.campaign))
-
-    def filled(self, patterns: Iterable[str], medium: str = "") -> list[str]:
-        """Write out patterns of paths below ``results/``: ``{medium}``, ``{media}``, ``{laboratory}``, ``{sands}``."""
-        campaign = self.campaign
-        names = {
-            "medium": (medium,),
-            "media": campaign.media_with_runs,
-            "laboratory": campaign.of_role("laboratory"),
-            "sands": campaign.of_role("natural_sand"),
-        }
-        found = []
-        for pattern in patterns:
-            word = _WORD.search(pattern)
-            values = names[word[1]] if word else ("",)
-            found += [f"{FOLDER}/{_WORD.sub(value, pattern)}" for value in values]
-        return found
 
 
 def read_states(config: Path) -> tuple[States, int]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from typing import TYPE_CHECKING
+import pandas as pd
 
 from rftfit.compare.legs import (
     PREDICTED_COLUMNS,
@@ -19,6 +18,8 @@ from rftfit.compare.published import (
     ITEM_COLUMNS,
     MEASURED,
     VERDICTS,
+    Item,
+    about,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
@@ -30,11 +31,7 @@ from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
 from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.flags import Remark, say, with_reasons
 from rftfit.model.scaling import published, routine
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rftfit.results import Results
+from rftfit.results import Results
 
 
 def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
@@ -43,8 +40,6 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     Returns curves with intervals, how far they are from the measured ones, and how far that hangs on the
     legs' shape.
     """
-    import pandas as pd
-
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     each = [predicted_curves(medium) for medium in media]
     curves = [one for one, _ in each if len(one)]
@@ -53,7 +48,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {(one.name, *key): told for one in media for key, told in errors_of_peaks(one).items()}
+    behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
     compared = leg_errors(
         measured, everything, spread, results.config.fit.confidence, behind, peaks
     )
@@ -71,8 +66,6 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     Returns slopes over the stated and the detected regime with zeta from each (chi is that of the
     reference media, which may be the published five), and the corrections with their validation.
     """
-    import pandas as pd
-
     table = results.table("penetration.csv")
     method, note = results.config.fourier.method, tuple[Remark, ...]()
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
@@ -107,8 +100,6 @@ def validate(results: Results) -> pd.DataFrame:
 
     What differs stands first. It has no row where no medium is one of the paper's.
     """
-    import pandas as pd
-
     config = results.config
     published_as = {
         name: medium.published_as
@@ -129,15 +120,14 @@ def validate(results: Results) -> pd.DataFrame:
         errors, *others = (results.table(f"robot/{name}.csv") for name in names)
         # a robot of which no speed is known is not the paper's
         if errors["measured_cm_per_s"].notna().any():
-            items += robot_claims(errors, *others)
+            claims = robot_claims(errors, *others)
+            items += about([results.campaign.robot_medium], claims)
     if items:
         items += discrepancies()
     logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
     items = [one._replace(evidence=logs) if one.evidence == FROM_LOGS else one for one in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
-    table = pd.DataFrame(items, columns=ITEM_COLUMNS)
-    for medium, marks in results.marks.items():
-        told = table["item"] + " " + table["why"]
-        own = told.str.contains(rf"\b{re.escape(medium)}\b")
-        table.loc[own, "why"] = [f"{medium} {say(marks)}; {why}" for why in table.loc[own, "why"]]
-    return table
+    doubts = {medium: f"{medium} {say(marks)}" for medium, marks in results.marks.items()}
+    reasons = [[*(doubts[one] for one in doubts if one in item.media), item.why] for item in items]
+    table = pd.DataFrame(items, columns=Item._fields)[ITEM_COLUMNS]
+    return table.assign(why=["; ".join(parts) for parts in reasons])

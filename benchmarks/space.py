@@ -1,0 +1,67 @@
+"""How fast forces in space are: a submerged triangle by both laws, beside plain numpy and the plane's kernel.
+
+Everything is measured in this one process, in turns, in processor time; the quickest turn of each counts.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.model import faces
+from rftfit.model.forces import forces_on
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.motion import rotation_poses
+from rftfit.model.outlines import model_leg
+from rftfit.model.profiles import TableProfile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+TURNS = 15
+DEEP_CM = -9.0
+RESULT = Path(__file__).parent / "results" / "space.md"
+
+
+def seconds(function: Callable[[], object]) -> float:
+    """Processor time of one call."""
+    start = time.process_time()
+    function()
+    return time.process_time() - start
+
+
+def main() -> None:
+    table = TableProfile.published("poppy_LP")
+    ball, leg = Mesh.sphere(2, 64), model_leg("c_leg")
+    many = Motion3D(np.tile([0, 0, DEEP_CM], (40, 1)), [1, 0.3, -0.5], [0.1, 0.4, -0.2])
+    one = Motion3D([0, 0, DEEP_CM], [1, 0.3, -0.5], [0.1, 0.4, -0.2])
+    theta = np.radians(np.arange(-135, 135, 0.05))
+    poses = rotation_poses(theta, DEEP_CM)
+    triangles, elements = len(ball.faces), theta.size * len(leg.body)
+    tasks: dict[str, tuple[Callable[[], object], int]] = {
+        "plane: element of a leg, table": (lambda: forces_on(table, leg, poses), elements)
+    }
+    for law in faces.LAWS:
+        friction = None if law == "measured" else 0.4
+        tasks |= {
+            f"space: {law}": (lambda law=law, mu=friction: mesh_forces(table, ball, many, law, mu), 40 * triangles),  # type: ignore[misc]
+            f"space, numpy: {law}": (lambda law=law, mu=friction: faces.mesh_forces(table, ball, one, law, mu), triangles),  # type: ignore[misc]
+        }  # fmt: skip
+    for function, _ in tasks.values():
+        function()  # compiled, or read from disk, before the clock starts
+    turns = [{name: seconds(task[0]) for name, task in tasks.items()} for _ in range(TURNS)]
+    each = {name: 1e9 * min(turn[name] for turn in turns) / task[1] for name, task in tasks.items()}
+    plane = next(iter(each.values()))
+    lines = ["| submerged piece, half of the ball's lead | ns each | over the plane's |", "|---|---|---|"]  # fmt: skip
+    lines += [f"| {name} | {value:.0f} | {value / plane:.1f} |" for name, value in each.items()]
+    RESULT.parent.mkdir(exist_ok=True)
+    RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""Which files are still: they are asked for size and time, since notifications fail on network drives."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import NamedTuple
+
+Stamp = tuple[int, int] | None
+"""Size and time of change of a file, ns; None where there is none."""
+
+_TURNS = 4
+"""A file that is still is asked every fourth time: most files of a campaign never change again."""
+
+
+class _Seen(NamedTuple):
+    stamp: Stamp
+    since: float
+    still: bool
+
+
+def stamp_of(path: str) -> Stamp:
+    """Ask a file for its stamp."""
+    try:
+        found = os.stat(path)  # noqa: PTH116 (thousands of files, twice a second)
+    except (OSError, ValueError):
+        return None
+    return found.st_size, found.st_mtime_ns
+
+
+class Files:
+    """Stamps of files, and since when they are what they are; still: for `wait_s`."""
+
+    def __init__(self, wait_s: float) -> None:
+        self.wait_s = wait_s
+        self.seen: dict[str, _Seen] = {}
+        self._turn = 0
+        self._folders: dict[str, Stamp] = {}
+        self._below: list[str] = []
+
+    def below(self, base: str) -> list[str]:
+        """Files in a folder and below, hidden ones left out; listed again where a folder changed."""
+        same = all(stamp_of(path) == stamp for path, stamp in self._folders.items())
+        # a change within the tick of the disk's clock shows in no stamp
+        if not same or base not in self._folders or not self._turn % _TURNS:
+            self._folders, self._below = {}, []
+            for folder, _, names in os.walk(base):
+                self._folders[folder] = stamp_of(folder)
+                self._below += [f"{folder}/{name}" for name in names if name[0] != "."]
+        return self._below
+
+    def look(self, paths: Iterable[str], now: float) -> bool:
+        """Ask the files that may have changed; whether one did, came to rest, or is new or gone."""
+        self._turn += 1
+        before, self.seen = self.seen, {}
+        for place, path in enumerate(paths):
+            known = before.get(path)
+            if known is None or not known.still or not (place + self._turn) % _TURNS:
+                stamp = stamp_of(path)
+                since = known.since if known and known.stamp == stamp else now
+                known = _Seen(stamp, since, now - since >= self.wait_s)
+            self.seen[path] = known
+        return before != self.seen
+
+    def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
+        """Stamps of some files; None where one of them moves."""
+        found = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
+        return tuple(one.stamp for one in found) if all(one.still for one in found) else None

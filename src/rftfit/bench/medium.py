@@ -1,0 +1,125 @@
+"""What is known of one medium: its measured runs, each kept until one of its files or rows changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from rftfit.measure.fits import FIT_COLUMNS, fit_medium
+from rftfit.measure.flags import reason_of, say
+from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
+from rftfit.measure.samples import join_runs, split_runs
+from rftfit.measure.tare import TARE_COLUMNS, tare_medium
+from rftfit.results import Results
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
+    from rftfit.measure.fits import Row
+    from rftfit.model.planning import Plan
+    from rftfit.model.shapes import Map
+
+_CSV = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
+_AT_A_TIME = 256
+"""Runs measured at a time, so that the memory of many logs is not needed at once."""
+
+
+class Measured(NamedTuple):
+    """One run, measured: its row of each table of `_CSV` that has one, and the columns of its tared stroke.
+
+    `tared`: ``why`` is what the tare stage says of each sample, ``window`` what the fit says.
+    """
+
+    rows: dict[str, Row]
+    tared: dict[str, np.ndarray]
+
+    @property
+    def is_read(self) -> bool:
+        """Whether its logs could be used."""
+        return bool(self.rows["runs"]["status"] == "read")
+
+    @property
+    def why(self) -> str:
+        """Why it gives no number; empty where it does."""
+        reasons = (
+            reason_of(self.rows[name]) for name in ("fits", "runs", "tares") if name in self.rows
+        )
+        return say(next(filter(None, reasons), ()))
+
+
+@dataclass
+class Medium:
+    """One medium at this moment.
+
+    `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `map`: None where
+    no push tells of the medium yet. `width`: half width of the target's interval, percent; `before`: at the
+    push before. `last`: plate run that was measured last, at the time `heard`, `seconds` after its files changed.
+    """
+
+    name: str
+    runs: dict[str, Measured] = field(default_factory=dict)
+    keys: dict[str, Any] = field(default_factory=dict)
+    alpha: pd.DataFrame = field(default_factory=pd.DataFrame)
+    checks: pd.DataFrame = field(default_factory=pd.DataFrame)
+    map: Map | None = None
+    plan: Plan | None = None
+    width: float = np.nan
+    before: float = np.nan
+    last: str = ""
+    heard: float = 0.0
+    seconds: float = np.nan
+
+
+def measure(
+    campaign: Campaign, medium: str, wanted: Collection[str], moving: Collection[str]
+) -> Iterator[tuple[str, Measured]]:
+    """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
+    every, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*wanted]
+    for first in range(0, len(names), _AT_A_TIME):
+        part = names[first : first + _AT_A_TIME]
+        chosen = {every[name].tare_run for name in part}.difference(["", *moving]).union(part)
+        own = replace(campaign, runs=tuple(every[name] for name in every if name in chosen))
+        # between the stages tables are as their files hold them, so that results are the same
+        results = Results(own)
+        samples, status, _ = ingest_medium(own, medium)
+        status = results.hold_as_csv(f"runs/{medium}.csv", status)
+        tared, tares, _ = tare_medium(own, medium, samples, status)
+        tares = results.hold_as_csv(f"tares/{medium}.csv", tares)
+        fits, windows, _ = fit_medium(campaign, medium, status, tared, tares, only=part)
+        fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
+        tables = zip(_CSV, (status, tares, fits), strict=True)
+        rows = {
+            name: {str(row["run_id"]): row for row in one.to_dict("records")}
+            for name, one in tables
+        }
+        where, columns = (
+            split_runs(tared),
+            tared.assign(window=windows["why"]).drop(columns="run_id"),
+        )
+        for name in part:
+            stroke = columns.iloc[where.get(name, slice(0))]
+            yield (
+                name,
+                Measured(
+                    {table: own[name] for table, own in rows.items() if name in own},
+                    {str(key): values.to_numpy().copy() for key, values in stroke.items()},
+                ),
+            )
+
+
+def hold(results: Results, medium: Medium, runs: Collection[Run]) -> None:
+    """Give the measured runs to `results`, as if `rftfit run` had written their tables."""
+    kept = {run.run_id: medium.runs[run.run_id] for run in runs}
+    for name, columns in _CSV.items():
+        rows = [one.rows[name] for one in kept.values() if name in one.rows]
+        results.hold_as_csv(f"{name}/{medium.name}.csv", pd.DataFrame(rows, columns=columns))
+    parts = {name: one.tared for name, one in kept.items() if one.tared["why"].size}
+    tared = join_runs(parts, [*next(iter(kept.values())).tared])
+    windows = tared[["run_id"]].assign(why=tared["window"])
+    results.hold(f"tared/{medium.name}.parquet", tared.drop(columns="window"))
+    results.hold(f"windows/{medium.name}.parquet", windows)

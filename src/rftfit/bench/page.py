@@ -1,0 +1,146 @@
+"""The live page: what a watch knows, as html that is sent to every browser that looks at it."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qs, urlencode
+
+import numpy as np
+
+from rftfit.bench.pictures import heat, stress
+from rftfit.bench.watch import REFUSED
+from rftfit.measure.alpha import column
+from rftfit.measure.fits import filed_under
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rftfit.bench.medium import Medium
+    from rftfit.bench.watch import Watch
+
+_HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
+_CHANGES = {True: "narrowed", False: "widened"}
+
+
+def page_of(watch: Watch, query: str) -> str:
+    """Everything below the heading of the page; `query` names the medium and the run looked at."""
+    if not watch.media:
+        return "<p>No run of the run sheet has its logs yet.</p>" + _problems(watch)
+    asked = {key: values[-1] for key, values in parse_qs(query).items()}
+    newest = max(watch.media.values(), key=lambda one: one.heard)
+    medium = watch.media.get(asked.get("medium", ""), newest)
+    run = asked["run"] if asked.get("run") in medium.runs else medium.last
+    tabs = "".join(
+        _link(watch.campaign.titles[name], medium is one, medium=name)
+        for name, one in watch.media.items()
+    )
+    parts = (
+        _problems(watch),
+        _push(watch, medium, run),
+        _map(watch, medium),
+        _runs(watch, medium, run),
+    )
+    return f'<nav aria-label="Media">{tabs}</nav>{"".join(parts)}'
+
+
+def _link(words: str, is_here: bool, **query: str) -> str:
+    """A link to another view of the page; it keeps the focus when the page is sent anew."""
+    where, here = escape(urlencode(query)), " aria-current=true" if is_here else ""
+    return f'<a id="{where}" href="?{where}"{here}>{escape(words)}</a>'
+
+
+def _items(words: Iterable[str], kind: str = "") -> str:
+    return "".join(f'<li class="{kind}">{escape(one)}</li>' for one in words if one)
+
+
+def _problems(watch: Watch) -> str:
+    loose = (
+        f"{one['file']} ({' and '.join(one['kinds']) or one['refused']}): no row names it; for a row: {one['row']}"
+        for one in watch.unnamed.values()
+        if one
+    )
+    lines = _items(watch.problems, "bad") + _items(loose)
+    return f"<h2>To be put right</h2><ul>{lines}</ul>" if lines else ""
+
+
+def _push(watch: Watch, medium: Medium, name: str) -> str:
+    """The push that is looked at: its stress, its numbers, its flags, and repeats beside it."""
+    if not name or "fits" not in medium.runs[name].rows:
+        return ""
+    facts, run, one = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
+    plate = watch.campaign.config.intruders[run.intruder]
+    assert plate.shape != "leg"
+    cells = {
+        key: _cell_of(each.rows["fits"]) for key, each in medium.runs.items() if "fits" in each.rows
+    }
+    same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
+    drawn = stress(one, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same])
+    numbers = "".join(
+        f'<li class="{c}">alpha_{c} = {facts[column(c)]:.4g} '
+        f"[{facts[column(c, '_lo')]:.4g}, {facts[column(c, '_hi')]:.4g}] N/cm³</li>"
+        for c in "zx"
+        if np.isfinite(facts[column(c)])
+    )
+    bad = _items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
+    late = np.isfinite(medium.seconds) and name == medium.last
+    soft = f"On the screen {medium.seconds:.1f} s after its last change." if late else ""
+    soft += f" Repeats, dashed: {', '.join(same)}." if same else ""
+    what = "Last push" if name == medium.last else "Push"
+    return (
+        f"<h2>{what}: {escape(name)}, {facts['state']}</h2><div class=row><div>{drawn}</div><div>"
+        f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
+        f"<ul>{numbers}{bad}</ul><p class=soft>{escape(soft)}</p></div></div>"
+    )
+
+
+def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
+    return round(fit["beta_deg"]), round(fit["gamma_deg"]), fit["direction"]
+
+
+def _map(watch: Watch, medium: Medium) -> str:
+    """How well the target is known, the map with its interval, failed checks, and the next pushes."""
+    told = watch.summary(medium)
+    checks = (f"{one['check']}, {one['effect']}: {one['sentence']}" for one in told["checks"])
+    width, pictures = "No push tells of it yet.", ""
+    if medium.map is not None:
+        width, table = f"Known to {medium.width:.2g} %, half of the interval", medium.map.table()
+        if abs(medium.before - medium.width) > 0:  # not at the first push, where it is NaN
+            change = _CHANGES[medium.width < medium.before]
+            width += f"; the last push {change} it from {medium.before:.2g} %"
+        for error in (False, True):
+            pictures += "".join(
+                heat(table, c, None if error else medium.plan, error=error) for c in "zx"
+            )
+    rows = told["next"]
+    sheet = "\n".join(
+        [",".join(row) for row in rows[:1]] + [",".join(row.values()) for row in rows]
+    )
+    return (
+        f"<h2>{escape(told['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
+        f"<p>{width}.</p><div class=row>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
+        f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
+    )
+
+
+def _runs(watch: Watch, medium: Medium, shown: str) -> str:
+    rows = []
+    for name, row in sorted(watch.rows[medium.name].items(), key=lambda item: -item[1].run.row):
+        state, one = watch.state(medium.name, name), medium.runs.get(name)
+        fit = one.rows.get("fits", {}) if one else {}
+        words = str(fit.get("flags") or (one.why if one else ""))
+        numbers = (
+            fit.get(key, np.nan) for key in ("beta_deg", "gamma_deg", column("z"), column("x"))
+        )
+        cells = [f"{value:.4g}" if np.isfinite(value) else "" for value in numbers]
+        link = _link(name, name == shown, medium=medium.name, run=name) if fit else escape(name)
+        kind = ' class="bad"' if words or state == REFUSED else ""
+        rows.append(
+            f"<tr><td>{row.run.row}<td>{link}<td{kind}>{state}<td>{'<td>'.join(cells)}"
+            f'<td class="words">{escape(words)}'
+        )
+    head = "".join(f'<th scope="col">{one}</th>' for one in _HEAD)
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    return (
+        f'<h2>Runs</h2><div class="wide" tabindex="0" role="region" aria-label="Runs">{table}</div>'
+    )

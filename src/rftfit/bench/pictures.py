@@ -1,0 +1,118 @@
+"""Pictures of the live page, as svg that takes its colours from the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.measure.alpha import column
+from rftfit.measure.ledger import RowStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from rftfit.bench.medium import Measured
+    from rftfit.conventions import FloatArray
+    from rftfit.model.planning import Plan
+
+_MOST_DOTS = 250
+_BOX = (46.0, 412.0, 206.0, 10.0)
+"""Left, right, bottom and top of the axes of stress."""
+
+_CELL = 16
+
+
+def _text(x: float, y: float, words: object, anchor: str = "middle", more: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{more}>{words}</text>'
+
+
+def _svg(wide: int, high: int, label: str, parts: Sequence[str]) -> str:
+    box = f'viewBox="0 0 {wide} {high}" role="img" aria-label="{label}"'
+    return f"<svg {box}>{''.join(parts)}</svg>"
+
+
+def stress(one: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Measured]) -> str:
+    """Stress of a run over depth (horizontal: over its path), its fit, and those of repeats, dashed."""
+    fit, tared = one.rows["fits"], one.tared
+    level = fit["direction"] == "horizontal"
+    along = tared["path_cm" if level else "depth_cm"]
+    good = tared["window"] == RowStatus.GOOD
+    if not along.size:
+        return ""
+    curves = {c: s * tared[f"force_{c}_N"] / area_cm2 for c, s in (("z", 1.0), ("x", sign_x))}
+    both = np.nan_to_num(np.concatenate([*curves.values()]))
+    ends = (float(along.min()), float(along.max()), min(0, both.min()), max(1e-9, both.max()))
+    left, right, bottom, top = _BOX
+
+    def points(x: FloatArray, y: FloatArray) -> list[str]:
+        across = left + (x - ends[0]) / ((ends[1] - ends[0]) or 1) * (right - left)
+        down = bottom - (y - ends[2]) / (ends[3] - ends[2]) * (bottom - top)
+        return [f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True) if np.isfinite(b)]
+
+    parts = [f'<path class="axis" d="M{left},{top}V{bottom}H{right}"/>']
+    window = np.array([along[good].min(), along[good].max()]) if good.any() else np.zeros(0)
+    depth = np.full(window.size, tared["depth_cm"].mean()) if level else window
+    thin = slice(None, None, 1 + along.size // _MOST_DOTS)
+    for c, values in curves.items():
+        dots = "".join(f"M{point}h0" for point in points(along[thin], values[thin]))
+        parts.append(f'<path class="dots {c}" d="{dots}"/>')
+        for kind, run in [("", one), *((" other", run) for run in repeats)]:
+            line = " ".join(points(window, run.rows["fits"][column(c)] * depth))
+            parts.append(f'<polyline class="law {c}{kind}" points="{line}"/>')
+    words = "path, cm" if level else "depth, cm"
+    parts += [_text(left - 4, bottom, f"{ends[2]:.2g}", "end")]
+    parts += [_text(left - 4, top + 8, f"{ends[3]:.2g}", "end")]
+    parts += [
+        _text(left, bottom + 14, f"{ends[0]:.1f}"),
+        _text(right, bottom + 14, f"{ends[1]:.1f}"),
+    ]
+    parts += [_text(220, bottom + 28, words)]
+    parts += [_text(12, 110, "stress, N/cm²", more=' transform="rotate(-90 12,110)"')]
+    return _svg(424, 240, f"Stress over {words}, vertical and horizontal", parts)
+
+
+def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool) -> str:
+    """One component of a map over gamma and beta, or half of its interval: the fuller, the larger.
+
+    Directions that were pushed have a frame; the next pushes have their number.
+    """
+    betas, gammas = (np.sort(table[f"{one}_deg"].unique()) for one in ("beta", "gamma"))
+    alpha, low, high = (table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi"))
+    half, largest = (
+        (high - low) / 2,
+        float(table[[column(c) for c in "zx"]].abs().max().max()) or 1.0,
+    )
+    shares = np.minimum(4 * half if error else np.abs(alpha), largest) / largest
+
+    def corner(beta: float, gamma: float) -> tuple[int, int]:
+        row, col = np.argmin(np.abs(betas - beta)), np.argmin(np.abs(gammas - gamma))
+        return 34 + _CELL * int(col), 4 + _CELL * int(betas.size - 1 - row)
+
+    parts = []
+    for place, (beta, gamma) in enumerate(zip(table["beta_deg"], table["gamma_deg"], strict=True)):
+        x, y = corner(beta, gamma)
+        kind = "loose" if error else "up" if alpha[place] >= 0 else "down"
+        frame = " pushed" if table["source"].iloc[place] == "measured" else ""
+        told = f"({beta:.4g}, {gamma:.4g}): {alpha[place]:.3g} ± {half[place]:.2g}"
+        shape = f'x="{x}" y="{y}" width="{_CELL - 2}" height="{_CELL - 2}"'
+        fill = f'fill-opacity="{shares[place]:.2f}"'
+        parts.append(f'<rect class="{kind}{frame}" {fill} {shape}><title>{told}</title></rect>')
+    for number, step in enumerate(plan.steps[1:] if plan else (), start=1):
+        x, y = corner(*step.directions[0])
+        parts.append(_text(x + 7, y + 11, number))
+    right, bottom = 32 + _CELL * gammas.size, 16 + _CELL * betas.size
+    parts += [
+        _text(30, 16, f"{betas[-1]:.3g}", "end"),
+        _text(30, bottom - 16, f"{betas[0]:.3g}", "end"),
+    ]
+    parts += [
+        _text(34, bottom, f"{gammas[0]:.3g}", "start"),
+        _text(right, bottom, f"{gammas[-1]:.3g}", "end"),
+    ]
+    parts += [_text(right / 2 + 16, bottom, "gamma, deg")]
+    what = f"{'half interval of ' if error else ''}alpha_{component}"
+    drawn = _svg(right + 6, bottom + 6, f"Map of {what} over beta (upward) and gamma", parts)
+    return f"<figure><figcaption>{what}</figcaption>{drawn}</figure>"

@@ -1,0 +1,157 @@
+"""The server of the live page: this machine only, one random address, nothing that changes a file."""
+
+from __future__ import annotations
+
+import hmac
+import json
+import os
+import secrets
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from threading import Event, Thread
+
+from rftfit.store.digests import digest_of
+
+HOST = "127.0.0.1"
+_BEAT_S = 10.0
+_POLICY = (
+    "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
+    "frame-ancestors 'none'; base-uri 'none'"
+)
+
+
+@dataclass(eq=False)
+class Client:
+    """A browser that looks at the page with its own query; it is sent the newest content only."""
+
+    query: str
+    content: str = ""
+    there: Event = field(default_factory=Event)
+    is_new: bool = True
+
+
+class Page(ThreadingHTTPServer):
+    """The page of one campaign at `address`, which stays the same after a restart where its port is free."""
+
+    daemon_threads = True
+
+    def __init__(self, root: Path, port: int = 0) -> None:
+        self.asked, self.clients, self.closed = Event(), list[Client](), False
+        token, before = _kept(root)
+        try:
+            super().__init__((HOST, port or before), _Handler)
+        except OSError:
+            if port:
+                raise
+            super().__init__((HOST, 0), _Handler)
+        self.token, self.port = token, int(self.server_address[1])
+        _keep(root, f"{token} {self.port}")
+        self.address = f"http://{HOST}:{self.port}/{token}/"
+        Thread(target=self.serve_forever, daemon=True).start()
+
+    def show(self, content: Callable[[str], str], *, changed: bool) -> None:
+        """Send content by query to every browser, or to those alone that came meanwhile."""
+        self.asked.clear()
+        for client in [client for client in self.clients if changed or client.is_new]:
+            client.content, client.is_new = content(client.query), False
+            client.there.set()
+
+    def close(self) -> None:
+        """End the server and what it still sends."""
+        self.closed = True
+        self.shutdown()
+        self.server_close()
+        for client in list(self.clients):
+            client.there.set()
+
+
+def _file(root: Path) -> Path:
+    base = (
+        os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
+    )
+    return Path(base) / "rftfit" / f"watch-{digest_of(str(root))}"
+
+
+def _kept(root: Path) -> tuple[str, int]:
+    """Token and port of the last watch of this campaign; new ones where there was none."""
+    with suppress(OSError, ValueError):
+        token, port = _file(root).read_text(encoding="ascii").split()
+        return token, int(port)
+    return secrets.token_hex(16), 0
+
+
+def _keep(root: Path, text: str) -> None:
+    """Remember them for this user alone, so that a page that reconnects finds its address again."""
+    with suppress(OSError):
+        _file(root).parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(
+            "w", dir=_file(root).parent, delete=False
+        ) as file:  # of mode 600
+            file.write(text)
+        Path(file.name).replace(_file(root))
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Page
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self) -> None:
+        """Answer a request that names this host, comes from this page or from none, and has the token."""
+        here = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
+        _, token, rest = [*self.path.split("/", 2), "", ""][:3]
+        name, _, query = rest.partition("?")
+        is_ours = self.headers.get("Origin") in (None, *(f"http://{one}" for one in here))
+        is_known = hmac.compare_digest(token.encode(), self.server.token.encode())
+        if self.headers.get("Host") not in here or not is_ours or not is_known:
+            self._head(403)
+        elif name == "":
+            nonce = secrets.token_hex(8)
+            page = (
+                Path(__file__).with_name("page.html").read_bytes().replace(b"NONCE", nonce.encode())
+            )
+            self._head(200, len(page), nonce=nonce)
+            self.wfile.write(page)
+        elif name == "events":
+            self._send_events(query)
+        else:
+            self._head(404)
+
+    def _head(
+        self, status: int, size: int | None = 0, kind: str = "text/html", nonce: str = ""
+    ) -> None:
+        self.send_response(status)
+        for key, value in {
+            "Content-Type": f"{kind}; charset=utf-8", "Content-Security-Policy": _POLICY.format(nonce),
+            "Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff",
+            "Cross-Origin-Resource-Policy": "same-origin",
+        }.items():  # fmt: skip
+            self.send_header(key, value)
+        if size is not None:
+            self.send_header("Content-Length", str(size))
+        self.end_headers()
+
+    def _send_events(self, query: str) -> None:
+        """Send content whenever there is new one, and a sign of life in between."""
+        page, client = self.server, Client(query)
+        self.close_connection = True
+        self._head(200, None, "text/event-stream")
+        page.clients.append(client)
+        page.asked.set()
+        with suppress(OSError):  # the browser has gone
+            self.wfile.write(b"retry: 1000\n\n")
+            while not page.closed:
+                text = (
+                    f"data: {json.dumps(client.content)}"
+                    if client.there.wait(_BEAT_S)
+                    else ": still here"
+                )
+                client.there.clear()
+                self.wfile.write(f"{text}\n\n".encode())
+        page.clients.remove(client)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing in the terminal."""

@@ -1,0 +1,334 @@
+"""The watch: from files that are still to the verdict of each push, the map of its medium and the next push."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import replace
+from itertools import chain, count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from rftfit.bench.files import Files, Stamp, stamp_of
+from rftfit.bench.medium import Medium, hold, measure
+from rftfit.campaign.files import BAG
+from rftfit.campaign.load import REENACTED, check_campaign
+from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.errors import InputError
+from rftfit.logs.inspect import kinds, recognised, survey_file, together
+from rftfit.measure.alpha import column
+from rftfit.measure.flags import flags_of
+from rftfit.measure.verdicts import FAILED
+from rftfit.model.planning import Rig, Target, blank, plan, push_rows
+from rftfit.model.shapes import estimate, grid, pushes_of
+from rftfit.results import Results
+from rftfit.workflow.measure import checks
+from rftfit.workflow.state import cells
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
+
+MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
+    "measured", "waiting", "growing", "not tared yet", "no alpha", "excluded", "read",
+)  # fmt: skip
+"""States of a run."""
+
+_NEXT = 3
+_MOST_UNNAMED = 20
+"""Files that no row names: so many are looked into."""
+
+_PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.only-straight-down")
+"""Warnings of the run sheet that hold until the last run is made."""
+
+
+class Event(NamedTuple):
+    """Something to be told: ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
+
+    kind: str
+    facts: Mapping[str, Any]
+
+
+class _Row(NamedTuple):
+    """A run of the sheet, what counts of its row, and its files."""
+
+    run: Run
+    cells: tuple[str, ...]
+    files: tuple[str, ...]
+
+
+class Watch:
+    """A campaign that is watched; `step` is one look at its files.
+
+    `wait_s`: A file counts when it has not changed for so long. `target`: What the next pushes are to tell.
+    `rows`: Of the run sheet, by medium and run_id. `unnamed`: What is known of each file that no row names.
+    """
+
+    def __init__(self, config: Path, wait_s: float = 1.0, target: Target | str = "map") -> None:
+        self.config, self.target = config.absolute(), target
+        self.media: dict[str, Medium] = {}
+        self.rows: dict[str, dict[str, _Row]] = {}
+        self.problems: dict[str, Problem] = {}
+        self.unnamed: dict[str, dict[str, Any]] = {}
+        self._files = Files(wait_s)
+        self._read_from: tuple[Stamp, ...] | None = None
+        campaign, problems = check_campaign(self.config, good_rows=True)
+        if campaign is None:
+            raise CampaignError(problems)
+        if campaign.numbers:
+            raise InputError(
+                f"{campaign.sheet}: this campaign is a table, so there is no log to wait for"
+            )
+        self.campaign: Campaign = campaign
+
+    def step(self, now: float | None = None) -> Iterator[Event]:
+        """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
+        below = self._files.below(str(self.campaign.raw))
+        now = time.monotonic() if now is None else now
+        if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
+            return
+        yield from self._reread()
+        self.rows = {name: self._rows_of(name, below) for name in self.campaign.media_with_runs}
+        for medium in list(self.media.values()):
+            yield from self._withdraw(medium, self.rows.get(medium.name, ()))
+        self.media = {name: self.media.get(name) or Medium(name) for name in self.rows}
+        before = {name: dict(medium.keys) for name, medium in self.media.items()}
+        for medium in self.media.values():
+            yield from self._measure(medium)
+        changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
+        if changed:
+            yield from self._tell_media(changed)
+        yield from self._look_into(below)
+
+    # --- config and run sheet
+
+    def _settings(self) -> list[str]:
+        """Files that all runs depend on: config and run sheet first."""
+        config, raw = self.campaign.config, self.campaign.raw
+        contact = config.rigid_contact
+        shared = [
+            config.force_log.calibration,
+            *([contact.force_log, contact.motion_log] if contact else []),
+        ]
+        return [
+            str(self.config),
+            str(self.campaign.sheet),
+            *(f"{raw}/{name}" for name in shared if name),
+        ]
+
+    def _reread(self) -> Iterator[Event]:
+        """Read config and run sheet again where they changed and are still."""
+        stamps, before = self._files.stamps(self._settings()), self.campaign
+        if stamps is None or stamps == self._read_from:
+            return
+        campaign, problems = check_campaign(self.config, good_rows=True)
+        old, self.problems = (
+            self.problems,
+            {str(one): one for one in problems if one.code not in _PASSING},
+        )
+        for text, one in (old | self.problems).items():
+            if (text in old) != (text in self.problems):
+                facts = {
+                    "row": one.place.row,
+                    "code": one.code,
+                    "severity": one.severity,
+                    "text": text,
+                }
+                yield Event("problem", facts | {"solved": text in old})
+        if campaign is not None:
+            self.campaign = campaign
+            if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
+                self.media = {}  # nothing that was measured with other settings holds
+        self._read_from = stamps
+
+    def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
+        found, raw = {}, self.campaign.raw
+        for run in self.campaign.runs_of(medium):
+            logs = {
+                f"{raw}/{name}" for name in (run.force_log, run.motion_log, run.zero_log) if name
+            }
+            if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
+                logs.update(name for name in below if name.startswith(bags))
+            found[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
+        return found
+
+    # --- runs
+
+    def _measure(self, medium: Medium) -> Iterator[Event]:
+        """Measure the runs whose files are still and not those that were measured; tell each."""
+        rows, first = self.rows[medium.name], medium.alpha.empty
+        stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
+        plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
+        wanted = {}
+        for name, row in rows.items():
+            tare = rows.get(row.run.tare_run)
+            by = tare and stamps[tare.run.run_id]
+            waits = tare and by is None and (row.run.kind == "leg" or name in medium.runs)
+            key = row.cells, stamps[name], tare and (tare.cells, by), plates
+            if stamps[name] is not None and not waits and medium.keys.get(name) != key:
+                wanted[name] = key
+        moving = [name for name, stamp in stamps.items() if stamp is None]
+        for name, one in measure(self.campaign, medium.name, wanted, moving):
+            read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
+            if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
+                continue  # written while it was read: it is measured when it is still
+            was = medium.runs.get(name)
+            medium.runs[name], medium.keys[name] = one, wanted[name]
+            facts = self.facts(medium, name)
+            if facts["state"] == WAITING and was and was.is_read:
+                yield Event(
+                    "withdrawn", {"medium": medium.name, "run_id": name, "why": "its log is gone"}
+                )
+                continue
+            if facts["kind"] == "plate" and facts["state"] != WAITING:
+                medium.last, medium.heard = name, time.time()
+                medium.seconds = np.nan if first else facts["seconds_since_change"]
+            yield Event("push", facts | {"first": first})
+
+    def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
+        for name in [name for name in medium.runs if name not in rows]:
+            del medium.runs[name], medium.keys[name]
+            facts = {"medium": medium.name, "run_id": name, "why": "no row names it any more"}
+            yield Event("withdrawn", facts)
+
+    def state(self, medium: str, name: str) -> str:
+        """State of a run by now."""
+        row, one = self.rows[medium][name], self.media[medium].runs.get(name)
+        stamps = self._files.stamps(row.files)
+        if row.run.excluded:
+            return EXCLUDED
+        if one is None or stamps is None:
+            return GROWING
+        if None in stamps:
+            return WAITING
+        tare = row.run.tare_run
+        bare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
+        if one.is_read and one.why and bare:
+            return BARE
+        return REFUSED if one.why else MEASURED if row.run.kind == "plate" else READ
+
+    def facts(self, medium: Medium, name: str) -> dict[str, Any]:
+        """What is told of a run: its state, alpha with its interval, flags, or why there is no number."""
+        row, one = self.rows[medium.name][name], medium.runs[name]
+        run, fit = row.run, one.rows.get("fits", {})
+        numbers = [f"{angle}_deg" for angle in ("beta", "gamma")]
+        numbers += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
+        changed = max((stamp[1] / 1e9 for stamp in _stamps_now(row) if stamp), default=np.nan)
+        return {
+            "medium": medium.name, "run_id": name, "row": run.row, "kind": run.kind,
+            "state": self.state(medium.name, name), "direction": run.direction,
+            **{number: fit.get(number, np.nan) for number in numbers},
+            "flags": [{"code": one.code, "text": str(one)} for one in flags_of(fit or one.rows["runs"])],
+            "reason": one.why, "seconds_since_change": round(time.time() - changed, 3),
+        }  # fmt: skip
+
+    # --- media
+
+    def _tell_media(self, changed: Collection[str]) -> Iterator[Event]:
+        """Check the media with new runs, then estimate their maps and plan the next pushes."""
+        kept = {name for medium in self.media.values() for name in medium.runs}
+        runs = [run for run in self.campaign.runs if run.run_id in kept]
+        runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *kept}]
+        view = replace(self.campaign, runs=tuple(runs))
+        results = Results(view)
+        for medium in (self.media[name] for name in view.media_with_runs):
+            if medium.name in changed:
+                hold(results, medium, view.runs_of(medium.name))
+                medium.checks, medium.alpha, *_ = checks(results, medium.name)
+            medium.checks = results.hold_as_csv(f"checks/{medium.name}.csv", medium.checks)
+            medium.alpha = results.hold_as_csv(f"alpha/{medium.name}.csv", medium.alpha)
+        for name in view.media_with_runs:
+            if name in changed or view.config.maps.own_media:
+                self._plan(results, self.media[name])
+                yield Event("medium", self.summary(self.media[name]))
+
+    def _plan(self, results: Results, medium: Medium) -> None:
+        """Estimate the map of a medium, and choose the pushes that tell most of what it does not tell yet."""
+        config, planned = results.config, results.config.grid.planned
+        nodes = grid(*zip(*planned, strict=True)) if planned else None
+        shapes = results.shapes(medium.name)
+        try:
+            known = medium.map = results[medium.name].map()
+            if planned:
+                known = estimate(
+                    pushes_of(medium.alpha, config), shapes, nodes, confidence=known.confidence
+                )
+        except InputError:
+            medium.map, known = None, blank(shapes, nodes)
+        rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
+        medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
+        medium.before, medium.width = medium.width, 100 * medium.plan.steps[0].typical
+
+    def summary(self, medium: Medium) -> dict[str, Any]:
+        """What is told of a medium: its failed checks, how well its target is known, the next pushes as rows."""
+        failed = medium.checks[medium.checks["verdict"] == FAILED]
+        states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
+        return {
+            "medium": medium.name, "states": dict(states),
+            "checks": failed[["check", "effect", "sentence"]].to_dict("records"),
+            "target": medium.plan.target if medium.plan else "", "half_width_percent": medium.width,
+            "before_percent": medium.before, "next": self.next_rows(medium),
+        }  # fmt: skip
+
+    def next_rows(self, medium: Medium) -> list[dict[str, str]]:
+        """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
+        own = [
+            run for run in self.campaign.runs if (run.medium, run.kind) == (medium.name, "plate")
+        ]
+        depths, found = self.campaign.config.fit.horizontal_depths_cm, []
+        names = (f"{medium.name}_{number:03d}" for number in count(1 + len(self.rows[medium.name])))
+        steps = medium.plan.steps[1:] if medium.plan and own else ()
+        for push in chain.from_iterable(push_rows(step, depths) for step in steps):
+            name, like = next(one for one in names if one not in self.campaign.by_id), own[-1]
+            tare = f"{name}_rod" if like.tare_run and not like.tare_shared else ""
+            for run_id, kind in ((name, "plate"), (tare, "rod"))[: 2 if tare else 1]:
+                logs = {f"{log}_log": getattr(like, f"{log}_log").replace(like.run_id, run_id)
+                        for log in ("force", "motion")}  # fmt: skip
+                row = {
+                    "run_id": run_id,
+                    "kind": kind,
+                    "medium": medium.name,
+                    "intruder": like.intruder,
+                }
+                found.append(row | push | logs | {"tare_run": tare if kind == "plate" else ""})
+        return found
+
+    # --- files that no row names
+
+    def _look_into(self, below: list[str]) -> Iterator[Event]:
+        """Tell what the files are that no row names, and the row that would name each."""
+        if self._files.stamps(self._settings()) is None:
+            return  # a row for them may be in the sheet that is being written
+        raw, robot = self.campaign.raw, self.campaign.config.robot
+        named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
+        others = (*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md")
+        tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
+        loose = [
+            path for path in below if path not in {*named, *others} and not path.startswith(tracks)
+        ]
+        self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
+        for path in (
+            path for path in self.unnamed if not self.unnamed[path] and self._files.stamps([path])
+        ):
+            name = Path(path).relative_to(raw)
+            try:
+                surveys, refused = survey_file(recognised(Path(path)).reader, Path(path))
+                found, why = kinds(together(surveys)), str(refused or "")
+            except (InputError, OSError) as error:
+                found, why = [], str(error)
+            row = {"run_id": name.stem} | {f"{kind}_log": name.as_posix() for kind in found}
+            self.unnamed[path] = {
+                "file": name.as_posix(),
+                "kinds": found,
+                "refused": why,
+                "row": row,
+            }
+            yield Event("file", self.unnamed[path])
+
+
+def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
+    return tuple(map(stamp_of, row.files))

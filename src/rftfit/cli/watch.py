@@ -1,0 +1,123 @@
+"""``rftfit watch``: measure while the campaign is recorded, and say which push to make next."""
+
+from __future__ import annotations
+
+import math
+import time
+from contextlib import suppress
+from functools import partial
+from threading import Event as Signal
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rftfit.cli import options
+from rftfit.cli.output import json_text, say
+from rftfit.cli.plan import TARGETS, wanted
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_POLL_S = 0.5
+
+
+def watch(
+    config: options.ConfigFile = options.CONFIG,
+    target: Annotated[
+        str, typer.Option(help=f"What the next pushes are to tell: {', '.join(TARGETS)}.")
+    ] = "map",
+    wait: Annotated[
+        float,
+        typer.Option(
+            min=0.1,
+            max=60,
+            metavar="SECONDS",
+            help="A log counts when its files have not changed for so long.",
+        ),
+    ] = 1.0,
+    stop: Annotated[
+        float | None,
+        options.number(
+            "PERCENT", "End when the target is known so well in every medium: half of its interval."
+        ),
+    ] = None,
+    no_page: Annotated[bool, typer.Option("--no-page", help="Without the live page.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of the live page; default: a free one.")
+    ] = 0,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print a JSON object a line, for a program that runs the rig."),
+    ] = False,
+) -> None:
+    """Watch a campaign while it is recorded: each push is judged as soon as its logs are still, and the next one is chosen.
+
+    Nothing is written below `results/`; `rftfit run` makes the same numbers later. The live page is for
+    this machine alone. Ctrl-C ends it.
+    """
+    from rftfit.bench.page import page_of
+    from rftfit.bench.server import Page
+    from rftfit.bench.watch import Watch
+
+    found = Watch(config, wait, wanted(target, options.Body()))
+    page = None if no_page else Page(found.config.parent, port)
+    asked = page.asked if page else Signal()
+
+    def tell(kind: str, facts: Mapping[str, Any]) -> None:
+        text = json_text({"event": kind, **facts}, indent=None) if as_json else as_text(kind, facts)
+        if text:
+            say(text)
+
+    if page:
+        tell("page", {"address": page.address})
+    with suppress(KeyboardInterrupt):
+        while True:
+            for event in found.step():
+                tell(event.kind, event.facts)
+                if page and not event.facts.get("first"):
+                    page.show(partial(page_of, found), changed=True)
+            if page:
+                page.show(partial(page_of, found), changed=False)
+            widths = [medium.width for medium in found.media.values()]
+            if stop is not None and widths and max(widths) <= stop:
+                return
+            asked.wait(_POLL_S)
+
+
+def as_text(kind: str, facts: Mapping[str, Any]) -> str:
+    """Tell an event to people; empty where it is not worth a line."""
+    lines: list[str] = []
+    if kind == "page":
+        lines = [f"live page, for this machine alone: {facts['address']}"]
+    elif kind == "problem":
+        lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
+    elif kind == "file":
+        what = " and ".join(facts["kinds"]) or facts["refused"]
+        lines = [
+            f"{facts['file']} ({what}): no row of the run sheet names it",
+            f"a row for it has {facts['row']}",
+        ]
+    elif kind == "withdrawn":
+        lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
+    elif kind == "push" and not facts["first"]:
+        text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
+        for c in "zx":
+            alpha, low, high = (facts[f"alpha_{c}{end}_N_per_cm3"] for end in ("", "_lo", "_hi"))
+            text += (
+                f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]" if math.isfinite(alpha) else ""
+            )
+        late = facts["seconds_since_change"]
+        text += f"; {late:.1f} s after its last change" if math.isfinite(late) else ""
+        lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
+    elif kind == "medium":
+        states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
+        text = f"{facts['medium']}: {states}; {facts['target']} known to {facts['half_width_percent']:.2g} %"
+        before = facts["before_percent"]
+        text += f", before {before:.2g} %" if math.isfinite(before) else ""
+        pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
+        lines = [text, f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""]
+        lines += [
+            f"check {one['check']} fails, {one['effect']}: {one['sentence']}"
+            for one in facts["checks"]
+        ]
+    return time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""

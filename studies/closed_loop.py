@@ -1,0 +1,139 @@
+"""How many pushes a stated accuracy takes, if each push is chosen by what the pushes before have told.
+
+``python studies/closed_loop.py`` prints the table of docs/howto/bench.md; ``--repeats``, ``--most`` and
+``--rows FILE`` (kept rows are not made again) reduce it. A push is the published alpha of a medium with the
+usual error of a prepared bed; the shape that is known beforehand is that of the other four media.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from rftfit.model.outlines import model_leg
+from rftfit.model.planning import Rig, Target, peaks, plan
+from rftfit.model.profiles import TableProfile
+from rftfit.model.shapes import Pushes, estimate, published_shapes, usual_error
+from rftfit.reference import BETA_DEG, GAMMA_DEG
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
+WAYS = ("planned", "random", "paper")
+GOALS = {"lift": 10.0, "map": 5.0}
+"""Half width of the interval at which to stop, percent."""
+COLUMNS = ("medium", "goal", "way", "repeat", "pushes", "reached", "held")
+
+
+def target_of(goal: str) -> Target | str:
+    """What is to be known: the map, or the peak lift of a c-leg alone."""
+    if goal == "map":
+        return goal
+    both = peaks([model_leg("c_leg")])
+    return Target(
+        "peak lift", both.parts[:1], lambda alpha, known: both.numbers(alpha, known)[..., :1]
+    )
+
+
+def directions(way: str, random: np.random.Generator) -> Iterator[tuple[float, float]]:
+    """Directions of the paper's grid, in its order or any; straight down comes first."""
+    grid = [(float(b), float(g)) for b, g in product(BETA_DEG, GAMMA_DEG) if b > -90]
+    if way == "random":
+        random.shuffle(grid)
+    yield 0.0, 90.0
+    yield from (one for one in grid if one != (0.0, 90.0))
+
+
+def loop(medium: str, goal: str, way: str, repeat: int, most: int) -> tuple[int, bool, float]:
+    """Push until the goal is reached; how often, whether it was, and the share of intervals that hold."""
+    random = np.random.default_rng([2013, repeat, MEDIA.index(medium)])
+    truth, shapes = TableProfile.published(medium), published_shapes([medium])
+    target, order = target_of(goal), directions(way, random)
+    direction, made = next(order), []
+    for _ in range(most):
+        alpha = np.array(truth.alpha(*np.radians(direction))).ravel()
+        se = usual_error(alpha)
+        made.append((*direction, *(alpha + se * random.standard_normal(2))))
+        beta, gamma, z, x = np.array(made).T
+        numbers = np.stack([z, x])
+        known = estimate(
+            Pushes.of(beta, gamma, numbers, usual_error(numbers.ravel()).reshape(2, -1)), shapes
+        )
+        found = plan(target, known, Rig(), 1)
+        width = 100 * found.steps[0].typical
+        if width <= GOALS[goal]:
+            break
+        direction = found.steps[1].directions[0] if way == "planned" else next(order)
+    return (
+        len(made),
+        width <= GOALS[goal],
+        held(goal, known, truth, target, found.steps[0].half_width),
+    )
+
+
+def held(goal, known, truth, target, half_width) -> float:
+    """Share of the intervals at the stop that hold the published number."""
+    true = np.stack(truth.alpha(known.beta, known.gamma))
+    if goal == "map":
+        table = known.table()
+        ends = [
+            table[[f"alpha_{c}{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("_lo", "_hi")
+        ]
+        new = ~known.measured & (np.abs(true) > 1e-6)
+        return float(((ends[0] <= true) & (true <= ends[1]))[new].mean())
+    own, real = (float(target.numbers(alpha, known)[..., 0]) for alpha in (known.alpha, true))
+    return float(abs(own - real) <= half_width[0] * abs(own))
+
+
+def main() -> None:
+    """Make the rows that are missing, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--most", type=int, default=40)
+    parser.add_argument("--rows", type=Path, default=Path("studies/closed_loop.csv"))
+    words = parser.parse_args()
+    there = list(csv.DictReader(words.rows.open())) if words.rows.exists() else []
+    done = {tuple(row[name] for name in COLUMNS[:4]) for row in there}
+    with words.rows.open("a", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not there:
+            writer.writerow(COLUMNS)
+        for repeat, goal, medium, way in product(range(words.repeats), GOALS, MEDIA, WAYS):
+            if (medium, goal, way, str(repeat)) not in done:
+                pushes, reached, share = loop(medium, goal, way, repeat, words.most)
+                writer.writerow((medium, goal, way, repeat, pushes, int(reached), f"{share:.3f}"))
+                file.flush()
+    rows = pd.read_csv(words.rows)
+    print(table(rows, words.most))
+
+
+def table(rows: pd.DataFrame, most: int) -> str:
+    """Median and largest number of pushes by goal, medium and way, and the share of intervals that hold."""
+    lines = [
+        "| goal | medium | planned | random | the paper's order | held (planned) |",
+        "|---|---|---|---|---|---|",
+    ]
+    for (goal, medium), own in rows.groupby(["goal", "medium"], sort=False):
+        cells = []
+        for way in WAYS:
+            part = own[own["way"] == way]
+            count = part["pushes"].where(part["reached"] == 1, most + 1)
+            middle, worst = count.median(), count.max()
+            shown = [f"{v:g}" if v <= most else f"> {most}" for v in (middle, worst)]
+            cells.append(f"{shown[0]} ({shown[1]})")
+        share = own.loc[own["way"] == "planned", "held"].mean()
+        lines.append(
+            f"| {goal} within {GOALS[str(goal)]:g} % | {medium} | {' | '.join(cells)} | {100 * share:.0f} % |"
+        )
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,36 @@
+"""The demonstration's configuration, changed or not, and campaigns with it in folders."""
+
+from pathlib import Path
+
+import yaml
+
+from rftfit.campaign.config import Config
+from rftfit.lab.enact import reenact
+
+PROJECT = Path(__file__).resolve().parents[2]
+
+
+def paper_values(*without):
+    """Values of the demonstration's config, to be changed, without some sections."""
+    values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    return {name: part for name, part in values.items() if name not in without}
+
+
+def paper_config(**changes):
+    """The demonstration's config, some sections of it changed."""
+    return Config.model_validate(paper_values()).model_copy(update=changes)
+
+
+def write_yaml(path, values):
+    """Write values into a file, whose folder is made, too."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = yaml.safe_dump(values, sort_keys=False, allow_unicode=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def enact(root, values, **how):
+    """Write a config, and the logs and run sheet that the re-enacted lab makes of it; the config's path."""
+    path, raw = root / "config" / "config.yaml", root / "raw" / "paper"
+    write_yaml(path, values)
+    reenact(Config.model_validate(values), raw, raw / "runs.csv", **how)
+    return path

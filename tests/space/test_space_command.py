@@ -1,0 +1,105 @@
+"""`rftfit predict --mesh`: numbers against the library, figure, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import rftfit
+from rftfit.cli.main import main
+from rftfit.model.mesh import Mesh, Motion3D
+
+from .test_space_mesh import BALL, stl
+
+HEAD = "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n"
+TIME = np.linspace(0, 1, 5)
+PATH = np.column_stack([TIME, TIME, 0.3 * TIME, -1 - 0.5 * TIME, 0 * TIME, 30 * TIME, 0 * TIME])
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capfd):
+    pytest.importorskip("trimesh")
+    monkeypatch.chdir(tmp_path)
+    stl(tmp_path, BALL)
+    (tmp_path / "path.csv").write_text(HEAD + "\n".join(",".join(map(str, row)) for row in PATH))
+
+    def call(*words):
+        code = main(["predict", *words])
+        return code, *capfd.readouterr()
+
+    return call
+
+
+MESH = ("--mesh", "ball.stl", "--unit", "mm", "--path", "path.csv")
+
+
+def test_numbers_figure_and_json(command, tmp_path):
+    code, out, err = command(*MESH, "--alpha", "0.35", "--json", "--figure", "ball.png")
+    assert (code, err) == (0, "")
+    lines = (tmp_path / "forces.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
+    motion = Motion3D.path(PATH[:, 0], PATH[:, 1:4], PATH[:, 4:])
+    mesh = Mesh.read("ball.stl", "mm")
+    expected = rftfit.predict(rftfit.scale(0.35).profile, mesh, motion).drop(columns="reason")
+    assert list(rows[0]) == list(expected)
+    found = np.array([[float(cell) for cell in row.values()] for row in rows])
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+    peak = json.loads(out)["peaks"]["force_z"]
+    row = expected.iloc[int(expected["force_z_N"].to_numpy().argmax())]
+    wanted = (row["force_z_N"], row["force_z_lo_N"], row["force_z_hi_N"], row["t_s"])
+    assert tuple(peak.values()) == pytest.approx(wanted)
+    assert (tmp_path / "ball.png").read_bytes()[:4] == b"\x89PNG"
+    code, out, _ = command(*MESH, "--alpha", "0.35")
+    assert (code, f"err by up to {expected['closure_N'].max():.3g} N" in out) == (0, True)
+
+
+def test_limits_are_told(command, tmp_path):
+    (tmp_path / "path.csv").write_text(HEAD + "0,0,0,-20,0,0,0\n0.01,1,0,-21,0,0,0\n")
+    code, _, err = command(*MESH, "--medium", "poppy_LP")
+    assert code == 0
+    assert "deeper than measured: down to 22.9 cm" in err
+    assert "faster than quasi-static: up to 141 cm/s" in err
+
+
+def test_every_fault_is_told_at_once(command, tmp_path):
+    (tmp_path / "path.csv").write_text(HEAD + "0,0,0,1,0,0,0\n1,a,0,1,0,0,0\n1,0,,1,0,0,0\n")
+    code, _, err = command("--mesh", "ball.stl", "--unit", "m", "--path", "path.csv", "--medium", "popy")  # fmt: skip
+    assert code == 2
+    for text in ("path.csv, row 3, column x_cm: found 'a'; allowed: a number", "path.csv, row 4, column y_cm",
+                 "4000 cm long", "--medium: found 'popy'"):  # fmt: skip
+        assert text in err
+    assert not (tmp_path / "forces.csv").exists()
+    (tmp_path / "path.csv").write_text(HEAD + "0,0,0,1,0,0,0\n2,0,0,1,0,0,0\n2,0,0,1,0,0,0\n")
+    code, _, err = command(*MESH, "--medium", "poppy_LP")
+    assert (code, "row 4, column t_s: found '2'; allowed: later than the 2 s of row 3" in err) == (2, True)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("--mesh", "ball.stl"), "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and --path"),
+        ((*MESH, "--leg", "c_leg", "--hip", "1"), "found --leg and --hip with --mesh"),
+        (("--leg", "c_leg", "--unit", "mm"), "found --unit without --mesh"),
+        (("--leg", "c_leg", "--figure", "a.png"), "found --figure without --mesh"),
+        ((*MESH, "--figure", "a.gif"), "allowed: a name that ends in"),
+    ],
+)  # fmt: skip
+def test_words_that_do_not_go_together(command, words, why):
+    code, _, err = command(*words, "--medium", "poppy_LP")
+    assert (code, why in err) == (2, True)
+
+
+def test_without_trimesh(command, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    code, _, err = command(*MESH, "--medium", "poppy_LP")
+    assert (code, "pip install 'rftfit[mesh]'" in err) == (2, True)
+
+
+def test_an_inverted_mesh_is_mended_with_a_word(command, tmp_path):
+    stl(tmp_path, rftfit.Mesh(BALL.vertices_cm, BALL.faces[:, ::-1], sheet=True))
+    code, _, err = command(*MESH, "--medium", "poppy_LP")
+    assert (code, "ball.stl: turned inside out" in err) == (0, True)

@@ -1,0 +1,25 @@
+"""A campaign whose files are put into its folder one by one."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from bench import DIRECTIONS, Bench
+from campaigns import make_campaign
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory):
+    """All logs of a small campaign, which nobody changes."""
+    root = tmp_path_factory.mktemp("recorded") / "campaign"
+    return make_campaign(root, ("poppy_LP",), plates_only=True, directions=DIRECTIONS).root
+
+
+@pytest.fixture
+def bench(recorded, tmp_path):
+    """The campaign before its first run: no log is there."""
+    root = tmp_path / "campaign"
+    shutil.copytree(recorded / "config", root / "config")
+    (root / "raw" / "paper").mkdir(parents=True)
+    return Bench(root, recorded)

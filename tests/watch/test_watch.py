@@ -1,0 +1,253 @@
+"""What a watch tells is what a run makes, whatever happens to the files in between."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pandas as pd
+import pytest
+from bench import MEDIUM, Bench
+from jobs import run_rules
+
+from rftfit.bench.medium import hold
+from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING
+from rftfit.campaign.problems import CampaignError
+from rftfit.measure.ingest import ingest_medium
+from rftfit.results import Results, open_results
+
+
+def told(events, kind):
+    return [event.facts for event in events if event.kind == kind]
+
+
+def assert_as_run(bench, watch):
+    """Tables of a watch are those that `rftfit run` makes now."""
+    run_rules(bench.config, "ingest", "tare", "slopes", "checks", "maps")
+    made, mine = open_results(bench.root), watch.media[MEDIUM]
+    held = Results(made.campaign)
+    hold(held, mine, made.campaign.runs_of(MEDIUM))
+    for name, table in {
+        "alpha": mine.alpha, "checks": mine.checks, "fits": held.table(f"fits/{MEDIUM}.csv"),
+        "runs": held.table(f"runs/{MEDIUM}.csv"),
+    }.items():  # fmt: skip
+        pd.testing.assert_frame_equal(made.table(f"{name}/{MEDIUM}.csv"), table, obj=name)
+    of_run = made.table(f"maps/{MEDIUM}.csv")
+    assert (mine.map is None) == of_run.empty
+    if mine.map is not None:
+        own = mine.map.table()
+        numbers = [name for name in own if name != "source"]
+        np.testing.assert_allclose(own[numbers], of_run[numbers], rtol=6e-6, atol=1e-12)
+        assert list(own["source"]) == list(of_run["source"])
+
+
+def change(bench, chance):
+    """One thing that happens at a bench."""
+    name = chance.choice(list(bench.every))
+    log = chance.choice(bench.logs(name))
+    whole = bench.content(log)
+    what = chance.randrange(9)
+    if what < 3:
+        bench.push(name if bench.every[name]["kind"] == "plate" else chance.choice(bench.plates))
+    elif what == 3:
+        bench.put(log, whole[: chance.randrange(len(whole))])
+    elif what == 4:
+        bench.put(log, bench.content(chance.choice(bench.logs(chance.choice(bench.plates)))))
+    elif what == 5:
+        (bench.raw / log).unlink(missing_ok=True)
+    elif what == 6:
+        bench.rows.pop(name, None)
+    elif what == 7 and name in bench.rows:
+        bench.rows[name]["beta_deg"] = chance.choice(["0", "30", "not a number", "45"])
+    else:
+        text = bench.config.read_text(encoding="utf-8")
+        for old, new in (
+            ("confidence: 0.95", "confidence: 0.9"),
+            ("confidence: 0.9\n", "confidence: 0.95\n"),
+        ):
+            if old in text:
+                bench.config.write_text(text.replace(old, new), encoding="utf-8")
+                break
+    bench.write_sheet()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_order_of_arrival_gives_what_a_run_gives(bench, seed):
+    chance = random.Random(seed)
+    watch = bench.watch()
+    for _ in range(12):
+        change(bench, chance)
+        bench.look(watch, chance.randrange(4))
+    # a run needs rows without error: what is wrong is corrected, and the last push is made
+    bench.rows = {name: dict(bench.every[name]) for name in bench.rows}
+    bench.push(chance.choice(bench.plates))
+    for name in list(bench.rows):
+        tare = bench.every[name]["tare_run"]
+        bench.rows |= {tare: dict(bench.every[tare])} if tare else {}
+    bench.write_sheet()
+    bench.settle(watch)
+    assert_as_run(bench, watch)
+
+
+def test_a_log_that_grows_is_never_read(bench):
+    name = bench.plates[0]
+    bench.push(name)
+    force = bench.logs(name)[0]
+    whole = bench.content(force)
+    watch = bench.watch()
+    for part in range(1, 12):
+        bench.put(force, whole[: part * len(whole) // 12])
+        events = bench.look(watch)
+        assert name not in {facts["run_id"] for facts in told(events, "push")}
+    assert watch.state(MEDIUM, name) == GROWING
+    bench.put(force)
+    events = bench.settle(watch)
+    assert [one["state"] for one in told(events, "push") if one["run_id"] == name] == [MEASURED]
+    assert told(events, "medium")[-1]["states"] == {MEASURED: 1, "read": 1}
+
+
+def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatch):
+    name = bench.plates[0]
+    bench.push(name)
+    watch = bench.watch()
+    bench.look(watch, 3)
+    plain = ingest_medium
+
+    def while_written(*given):
+        found = plain(*given)
+        monkeypatch.setattr("rftfit.bench.medium.ingest_medium", plain)
+        bench.put(bench.logs(name)[0], bench.content(bench.logs(bench.plates[1])[0]))
+        return found
+
+    monkeypatch.setattr("rftfit.bench.medium.ingest_medium", while_written)
+    events = bench.look(watch)
+    assert name not in {facts["run_id"] for facts in told(events, "push")}
+    bench.settle(watch)
+    assert_as_run(bench, watch)
+
+
+def test_a_plate_before_its_rod_is_not_tared_yet(bench):
+    name = bench.plates[0]
+    tare = bench.every[name]["tare_run"]
+    bench.push(name)
+    for log in bench.logs(tare):
+        (bench.raw / log).unlink()
+    watch = bench.watch()
+    bench.settle(watch)
+    assert (watch.state(MEDIUM, name), watch.state(MEDIUM, tare)) == (BARE, WAITING)
+    bench.push(name)
+    events = bench.settle(watch)
+    assert {one["run_id"]: one["state"] for one in told(events, "push")}[name] == MEASURED
+    assert_as_run(bench, watch)
+
+
+def test_a_bad_row_is_told_for_that_row_alone(bench):
+    good, bad = bench.plates[:2]
+    bench.push(good, bad)
+    bench.rows[bad]["direction"] = "sideways"
+    watch = bench.watch()
+    events = bench.settle(watch)
+    (problem,) = told(events, "problem")
+    assert (problem["row"], problem["code"]) == ([*bench.rows].index(bad) + 2, "sheet.unknown-word")
+    assert bad not in watch.rows[MEDIUM]
+    assert watch.state(MEDIUM, good) == MEASURED
+    bench.rows[bad]["direction"] = bench.every[bad]["direction"]
+    bench.write_sheet()
+    events = bench.settle(watch)
+    assert told(events, "problem") == [problem | {"solved": True}]
+    assert watch.state(MEDIUM, bad) == MEASURED
+
+
+def test_the_run_of_a_bad_tare_row_is_left_out_and_told(bench):
+    name = bench.plates[0]
+    bench.push(name)
+    bench.rows[bench.every[name]["tare_run"]]["kind"] = "rood"
+    watch = bench.watch()
+    codes = {one["code"] for one in told(bench.settle(watch), "problem")}
+    assert {"sheet.unknown-word", "sheet.tare-row"} <= codes
+    assert watch.rows == {}
+
+
+def test_a_deleted_log_withdraws_its_run_and_a_changed_one_replaces_it(bench):
+    name, other = bench.plates[:2]
+    bench.push(name)
+    watch = bench.watch()
+    bench.settle(watch)
+    before = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
+    (bench.raw / bench.logs(name)[0]).unlink()
+    assert [one["run_id"] for one in told(bench.settle(watch), "withdrawn")] == [name]
+    assert watch.state(MEDIUM, name) == WAITING
+    assert watch.media[MEDIUM].map is None
+    bench.put(bench.logs(name)[0], bench.content(bench.logs(other)[0]))
+    events = bench.settle(watch)
+    assert [one["run_id"] for one in told(events, "push")] == [name]
+    after = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
+    assert after != before
+    del bench.rows[name]
+    bench.write_sheet()
+    assert [one["run_id"] for one in told(bench.settle(watch), "withdrawn")] == [name]
+
+
+def test_results_are_untouched_and_two_watches_agree(bench):
+    bench.push(*bench.plates[:2])
+    watch = bench.watch()
+    bench.settle(watch)
+    assert not (bench.root / "results").exists()
+    assert_as_run(bench, watch)
+    files = {path: path.stat().st_mtime_ns for path in bench.root.rglob("*")}
+    other = Bench(bench.root, bench.recorded)
+    second = bench.watch()
+    other.settle(second)
+    pd.testing.assert_frame_equal(watch.media[MEDIUM].alpha, second.media[MEDIUM].alpha)
+    files[bench.sheet] = bench.sheet.stat().st_mtime_ns
+    assert {path: path.stat().st_mtime_ns for path in bench.root.rglob("*")} == files
+
+
+def test_a_refused_log_says_why(bench):
+    name = bench.plates[0]
+    bench.push(name)
+    bench.put(bench.logs(name)[0], b"")
+    watch = bench.watch()
+    (facts,) = [one for one in told(bench.settle(watch), "push") if one["run_id"] == name]
+    assert facts["state"] == REFUSED
+    assert "empty" in facts["reason"]
+
+
+def test_a_log_without_row_is_told_with_the_row_that_would_name_it(bench):
+    name, other = bench.plates[:2]
+    bench.push(name)
+    force = bench.logs(other)[0]
+    bench.put(force)
+    watch = bench.watch()
+    (facts,) = told(bench.settle(watch), "file")
+    assert (facts["file"], facts["kinds"], facts["row"]["force_log"]) == (force, ["force"], force)
+    bench.push(other)
+    bench.settle(watch)
+    assert watch.unnamed == {}
+
+
+def test_the_next_pushes_are_rows_that_the_sheet_takes(bench):
+    watch = bench.watch()
+    bench.push(bench.plates[-1])
+    bench.settle(watch)
+    rows = watch.next_rows(watch.media[MEDIUM])
+    assert [row["kind"] for row in rows] == ["plate", "rod"] * (len(rows) // 2)
+    bench.rows |= {row["run_id"]: row for row in rows}
+    bench.write_sheet()
+    bench.settle(watch)
+    assert watch.problems == {}
+    assert {watch.state(MEDIUM, row["run_id"]) for row in rows} == {WAITING}
+
+
+def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
+    bench.push(bench.plates[0])
+    watch = bench.watch()
+    bench.settle(watch)
+    text = bench.config.read_text(encoding="utf-8")
+    bench.config.write_text("title: nothing else\n", encoding="utf-8")
+    with pytest.raises(CampaignError):
+        bench.watch()
+    assert {one["severity"] for one in told(bench.settle(watch), "problem")} == {"error"}
+    bench.config.write_text(text, encoding="utf-8")
+    assert {one["solved"] for one in told(bench.settle(watch), "problem")} == {True}
+    assert_as_run(bench, watch)

@@ -1,0 +1,120 @@
+"""``rftfit watch`` and ``rftfit reenact --live`` as commands."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+import yaml
+from bench import MEDIUM
+from campaigns import Folder
+
+from rftfit.bench.watch import Watch
+from rftfit.campaign.config import Config
+from rftfit.cli.watch import as_text
+from rftfit.lab.enact import prepare
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(bench):
+    bench.push(*bench.plates)
+    done = Folder(bench.root).rftfit(
+        "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "60"
+    )
+    assert done.returncode == 0
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    assert {event["event"] for event in events} == {"push", "medium"}
+    assert {one["run_id"] for one in events if one["event"] == "push"} == set(bench.rows)
+    medium = [one for one in events if one["event"] == "medium"][-1]
+    assert medium["half_width_percent"] <= 60
+    assert medium["next"][0]["medium"] == MEDIUM
+
+
+def test_the_target_is_chosen(bench):
+    bench.push(*bench.plates[:3])
+    done = Folder(bench.root).rftfit(
+        "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "500", "--target", "zeta"
+    )
+    assert '"target": "zeta"' in done.stdout
+
+
+def test_control_c_ends_it_well(bench, monkeypatch):
+    def step(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Watch, "step", step)
+    done = Folder(bench.root).rftfit("watch")
+    assert done.returncode == 0
+    assert done.stdout.split()[-1].startswith("http://127.0.0.1:")
+
+
+def test_a_folder_that_is_no_campaign_is_told(tmp_path):
+    done = Folder(tmp_path).rftfit("watch", "--no-page", "--wait", "0.1")
+    assert done.returncode == 2
+    assert "this is no campaign" in done.stderr
+
+
+def test_every_event_has_a_line_for_people(bench):
+    good, bad, loose = bench.plates[:3]
+    bench.push(good)
+    watch = bench.watch()
+    events = bench.settle(watch)
+    bench.push(bad)
+    bench.put(bench.logs(bad)[0], b"")
+    bench.put(bench.logs(loose)[0])
+    bench.rows["x"] = dict(bench.every[loose]) | {"run_id": "x", "kind": "rood"}
+    del bench.rows[good]
+    bench.write_sheet()
+    events += bench.settle(watch)
+    lines = [as_text(event.kind, event.facts) for event in events]
+    for words in (
+        "withdrawn",
+        "error: ",
+        "no row of the run sheet names it",
+        "known to",
+        "no alpha",
+    ):
+        assert [line for line in lines if words in line], words
+    assert "nan" not in "\n".join(lines)
+
+
+def test_a_live_re_enactment_ends_as_one_at_once(tmp_path, recorded):
+    values = yaml.safe_load((recorded / "config" / "config.yaml").read_text(encoding="utf-8"))
+    plan = prepare(Config(**values), directions=[(0.0, 90.0), (30.0, 45.0)], legs=False)
+    plan.write(tmp_path / "once", tmp_path / "once" / "runs.csv")
+    told = list(plan.live(tmp_path / "live", tmp_path / "live" / "runs.csv", 0.0, 0.0))
+    assert len(told) == len(plan.runs)
+    once, live = (
+        {
+            p.relative_to(tmp_path / n): p.read_bytes()
+            for p in (tmp_path / n).rglob("*.csv")
+            if p.name != "runs.csv"
+        }
+        for n in ("once", "live")
+    )
+    assert once == live
+    sheets = [
+        sorted((tmp_path / n / "runs.csv").read_text().splitlines()) for n in ("once", "live")
+    ]
+    assert sheets[0] == sheets[1]
+    bad = list(plan.live(tmp_path / "bad", tmp_path / "bad" / "runs.csv", 0.0, 1.0))
+    assert sum("fault" in line for line in bad) == sum(run.kind == "plate" for run in plan.runs)
+
+
+def test_a_live_re_enactment_has_a_config_to_watch(tmp_path, recorded):
+    (tmp_path / "lab").mkdir()
+    shutil.copytree(recorded / "config", tmp_path / "lab" / "config")
+    lab, bench = Folder(tmp_path / "lab"), Folder(tmp_path / "lab" / "bench")
+    words = ("--grid", "0:90,30:45", "--pace", "0", "--bad", "0", "--no-legs")
+    done = lab.rftfit("reenact", "--live", "bench", *words)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1].endswith("recorded")
+    watch = Watch(bench.config)
+    for look in range(10):
+        list(watch.step(0.5 * look))
+    assert watch.summary(watch.media[MEDIUM])["states"] == {"measured": 2, "read": 2}

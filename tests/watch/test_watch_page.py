@@ -1,0 +1,171 @@
+"""The live page: who gets it, what it shows, and that it comes back."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import time
+
+import pytest
+from bench import MEDIUM
+from chromium import Chromium, find
+
+from rftfit.bench.page import page_of
+from rftfit.bench.server import HOST, Page
+
+PROGRAM = find()
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def page(tmp_path):
+    made = Page(tmp_path)
+    yield made
+    made.close()
+
+
+def ask(page, path, method="GET", **headers):
+    """Status and text of an answer."""
+    connection = http.client.HTTPConnection(HOST, page.port, timeout=10)
+    connection.request(method, path, headers=headers)
+    answer = connection.getresponse()
+    text = answer.read().decode()
+    connection.close()
+    return answer.status, text, answer.headers
+
+
+def test_the_page_needs_its_token_and_asks_nobody_else(page):
+    status, text, headers = ask(page, f"/{page.token}/")
+    assert status == 200
+    assert "EventSource" in text
+    assert "http" not in text.replace("http-equiv", "")
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy
+    assert "connect-src 'self'" in policy
+
+
+@pytest.mark.parametrize("path", ["/", "/{}", "/{}/events", "/favicon.ico", "//", "/../{}/"])
+def test_a_request_without_the_token_gets_nothing(page, path):
+    wrong = page.token[:-1] + ("0" if page.token[-1] != "0" else "1")
+    assert ask(page, path.format(wrong))[:2] == (403, "")
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "example.org"},
+        {"Host": "example.org:80"},
+        {"Origin": "http://example.org"},
+        {"Origin": "null"},
+        {"Origin": f"http://{HOST}:1"},
+    ],
+)
+@pytest.mark.parametrize("name", ["", "events"])
+def test_another_host_or_origin_gets_nothing(page, headers, name):
+    assert ask(page, f"/{page.token}/{name}", **headers)[:2] == (403, "")
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"])
+def test_nothing_but_reading_is_possible(page, method):
+    status, _, headers = ask(page, f"/{page.token}/", method)
+    assert status == 501
+    assert "Access-Control-Allow-Origin" not in headers
+
+
+def test_only_this_machine_is_listened_to(page):
+    assert page.server_address[0] == "127.0.0.1"
+
+
+def test_the_address_is_the_same_after_a_restart_and_another_campaign_has_its_own(tmp_path):
+    first = Page(tmp_path)
+    second = Page(tmp_path)
+    assert second.token == first.token
+    assert second.port != first.port
+    first.close()
+    second.close()
+    again, other = Page(tmp_path), Page(tmp_path / "other")
+    assert again.address == second.address
+    assert other.token != again.token
+    (kept,) = [
+        path for path in (tmp_path / "cache").rglob("watch-*") if again.token in path.read_text()
+    ]
+    assert kept.stat().st_mode & 0o077 == 0
+    again.close()
+    other.close()
+
+
+def test_what_is_told_is_on_the_page(bench):
+    good, bad = bench.plates[:2]
+    bench.push(good, bad)
+    bench.put(bench.logs(bad)[0], b"")
+    bench.rows[bench.plates[2]] = dict(bench.every[bench.plates[2]]) | {"kind": "<b>rood</b>"}
+    watch = bench.watch()
+    assert "No run of the run sheet" in page_of(watch, "")
+    bench.settle(watch)
+    assert page_of(watch, f"run={good}").count("<svg") == 5
+    text = page_of(watch, "")
+    assert f"Last push: {bad}" in text
+    assert "&lt;b&gt;rood" in text
+    assert "<b>rood" not in text
+    assert re.search(rf"{bad}.{{0,400}}empty", text, re.DOTALL)
+    assert "nan" not in re.sub("<[^>]+>", "", text).lower()
+    (row,) = [row for row in watch.next_rows(watch.media[MEDIUM]) if row["kind"] == "plate"][:1]
+    assert ",".join(row.values()) in text
+
+
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium on this machine")
+def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
+    first, second = bench.plates[:2]
+    bench.push(first)
+    watch = bench.watch()
+    bench.settle(watch)
+    page = Page(tmp_path)
+
+    def until(browser, words):
+        for _ in range(200):
+            page.show(lambda query: page_of(watch, query), changed=False)
+            if words in browser.evaluate("document.body?.innerText ?? ''"):
+                return
+            time.sleep(0.05)
+        raise AssertionError(browser.evaluate("document.body?.innerText ?? ''"))
+
+    with Chromium(PROGRAM, tmp_path / "profile") as browser:
+        browser.open(page.address)
+        until(browser, f"push: {first}")
+        bench.push(second)
+        bench.settle(watch)
+        page.show(lambda query: page_of(watch, query), changed=True)
+        until(browser, f"Last push: {second}")
+        browser.click(f"a[href$='run={first}']")
+        until(browser, f"Push: {first}")
+        assert browser.evaluate("location.search").endswith(f"run={first}")
+        for width in (390, 1280):
+            for theme in ("light", "dark"):
+                browser.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)  # fmt: skip
+                browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])  # fmt: skip
+                assert browser.evaluate("document.documentElement.scrollWidth") <= width
+                ink, paper = json.loads(browser.evaluate(
+                    "JSON.stringify([getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor])"
+                ))  # fmt: skip
+                bright = sum(map(int, re.findall(r"\d+", paper)[:3])) > sum(
+                    map(int, re.findall(r"\d+", ink)[:3])
+                )
+                assert bright == (theme == "light")
+        address = page.address
+        page.close()
+        until(browser, "no answer")
+        page = Page(tmp_path)
+        assert page.address == address
+        until(browser, "connected")
+        asked = {
+            e["params"]["request"]["url"]
+            for e in browser.events
+            if e.get("method") == "Network.requestWillBeSent"
+        }
+        assert all(url.startswith((address, "data:")) for url in asked)
+        page.close()
