@@ -88,7 +88,7 @@ def test_protocol_says_what_is_missing(monkeypatch):
 def test_clocks_that_were_not_estimated(monkeypatch):
     monkeypatch.setattr(pairs, "load_pairs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
-    assert told == "poppy_LP: no run whose clocks were estimated"
+    assert told == "poppy seeds, loose: no run whose clocks were estimated"
 
 
 def small(poppy=0.35):

@@ -107,7 +107,7 @@ def test_page_workbook_and_closing_lines(whole):
     assert WHY in section
     assert "Checked and found good in all media: " in section
     assert "the medium takes energy" in section
-    assert "Not checked here: " in section
+    assert "Not checked here, so still possible: " in section
     assert "<code>expected_alpha</code>" in section
     assert "3 mm glass, close (unusable)" in text
     assert "0.3 mm glass, close (accepted)" in text
