@@ -23,28 +23,23 @@ def test_good_log_is_left_alone():
     assert clean(log) is log
 
 
-def test_duplicated_rows_go_and_are_counted():
-    log = clean(log_of([0, 1, 1, 1, 2], [5, 6, 6, 6, 7]))
-    assert log.columns["time"].tolist() == [0, 1, 2]
-    assert log.columns["x"].tolist() == [5, 6, 7]
-    assert log.dropped == {DUPLICATE: 2}
-
-
-def test_same_time_with_other_values_is_not_a_duplicate():
-    log = clean(log_of([0, 1, 1, 2], [5, 6, 7, 8]))
-    assert log.columns["x"].tolist() == [5, 6, 8]
-    assert log.dropped == {BACKWARDS: 1}
-
-
-def test_equal_values_at_increasing_times_are_no_duplicates():
-    assert clean(log_of([0, 1, 2, 2], [5, 5, 5, 5])).dropped == {DUPLICATE: 1}
-
-
-def test_reversed_block():
-    log = clean(log_of([0, 1, 2, 6, 5, 4, 3, 7, 8]))
-    assert log.columns["time"].tolist() == [0, 1, 2, 6, 7, 8]
-    assert log.dropped == {BACKWARDS: 3}
-    assert log.rows == 9
+@pytest.mark.parametrize(
+    ("time", "value", "kept", "dropped"),
+    [
+        ([0, 1, 1, 1, 2], [5, 6, 6, 6, 7], [0, 1, 4], {DUPLICATE: 2}),
+        # the same time with other values is no duplicate, nor are equal values at other times
+        ([0, 1, 1, 2], [5, 6, 7, 8], [0, 1, 3], {BACKWARDS: 1}),
+        ([0, 1, 2, 2], [5, 5, 5, 5], [0, 1, 2], {DUPLICATE: 1}),
+        # a reversed block
+        ([0, 1, 2, 6, 5, 4, 3, 7, 8], None, [0, 1, 2, 3, 7, 8], {BACKWARDS: 3}),
+    ],
+)
+def test_rows_that_go_are_counted(time, value, kept, dropped):
+    whole = log_of(time, value)
+    log = clean(whole)
+    for name, column in whole.columns.items():
+        assert log.columns[name].tolist() == column[kept].tolist()
+    assert (log.rows, log.dropped) == (len(time), dropped)
 
 
 @pytest.mark.parametrize("time", [[3, 2, 1, 0], [1, 0], [0, 1, 2, 0, 1, 2], [5, 1, 1.5, 2]])

@@ -33,18 +33,18 @@ def digits(value, certified, count):
     assert abs(value - certified) <= 0.5 * 10.0**-count * abs(certified)
 
 
-def test_nist_noint1():
-    x = np.arange(60.0, 71.0)
-    y = np.arange(130.0, 141.0)
-    slope, se = zero_intercept(x, y[None, :])
-    digits(float(slope[0]), 2.07438016528926, 12)
-    digits(float(se[0]), 0.0165289256198347, 12)
-
-
-def test_nist_noint2():
-    slope, se = zero_intercept(np.array([4.0, 5.0, 6.0]), np.array([[3.0, 4.0, 4.0]]))
-    digits(float(slope[0]), 0.727272727272727, 12)
-    digits(float(se[0]), 0.0420827318078432, 12)
+@pytest.mark.parametrize(
+    ("x", "y", "certified"),
+    [
+        (range(60, 71), range(130, 141), (2.07438016528926, 0.0165289256198347)),
+        ((4, 5, 6), (3, 4, 4), (0.727272727272727, 0.0420827318078432)),
+    ],
+    ids=["NoInt1", "NoInt2"],
+)
+def test_nist(x, y, certified):
+    found = zero_intercept(np.array(x, float), np.array([y], float))
+    for value, wanted in zip(found, certified, strict=True):
+        digits(float(value[0]), wanted, 12)
 
 
 @pytest.mark.parametrize("depth", [[], [3.0], [0.0, 0.0, 0.0]])
