@@ -110,9 +110,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._head(403)
         elif name == "":
             nonce = secrets.token_hex(8)
-            page = (
-                Path(__file__).with_name("page.html").read_bytes().replace(b"NONCE", nonce.encode())
-            )
+            text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+            page = text.replace("NONCE", nonce).encode()
             self._head(200, len(page), nonce=nonce)
             self.wfile.write(page)
         elif name == "events":
@@ -144,12 +143,9 @@ class _Handler(BaseHTTPRequestHandler):
         with suppress(OSError):  # the browser has gone
             self.wfile.write(b"retry: 1000\n\n")
             while not page.closed:
-                text = (
-                    f"data: {json.dumps(client.content)}"
-                    if client.there.wait(_BEAT_S)
-                    else ": still here"
-                )
-                client.there.clear()
+                is_new = client.there.wait(_BEAT_S)
+                client.there.clear()  # before the content is taken, so that newer content is sent too
+                text = f"data: {json.dumps(client.content)}" if is_new else ": still here"
                 self.wfile.write(f"{text}\n\n".encode())
         page.clients.remove(client)
 

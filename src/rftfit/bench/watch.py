@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
@@ -87,7 +88,7 @@ class Watch:
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
-        below = self._files.below(str(self.campaign.raw))
+        below = self._files.below(self.campaign.raw.as_posix())
         now = time.monotonic() if now is None else now
         if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
             return
@@ -108,15 +109,15 @@ class Watch:
 
     def _settings(self) -> list[str]:
         """Files that all runs depend on: config and run sheet first."""
-        config, raw = self.campaign.config, self.campaign.raw
+        config, raw = self.campaign.config, self.campaign.raw.as_posix()
         contact = config.rigid_contact
         shared = [
             config.force_log.calibration,
             *([contact.force_log, contact.motion_log] if contact else []),
         ]
         return [
-            str(self.config),
-            str(self.campaign.sheet),
+            self.config.as_posix(),
+            self.campaign.sheet.as_posix(),
             *(f"{raw}/{name}" for name in shared if name),
         ]
 
@@ -146,7 +147,7 @@ class Watch:
         self._read_from = stamps
 
     def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
-        found, raw = {}, self.campaign.raw
+        found, raw = {}, self.campaign.raw.as_posix()
         for run in self.campaign.runs_of(medium):
             logs = {
                 f"{raw}/{name}" for name in (run.force_log, run.motion_log, run.zero_log) if name
@@ -192,7 +193,11 @@ class Watch:
     def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
-            facts = {"medium": medium.name, "run_id": name, "why": "no row names it any more"}
+            facts = {
+                "medium": medium.name,
+                "run_id": name,
+                "why": "no row without an error names it",
+            }
             yield Event("withdrawn", facts)
 
     def state(self, medium: str, name: str) -> str:
@@ -260,8 +265,10 @@ class Watch:
         except InputError:
             medium.map, known = None, blank(shapes, nodes)
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
-        medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
-        medium.before, medium.width = medium.width, 100 * medium.plan.steps[0].typical
+        medium.before, medium.width, medium.plan = medium.width, np.nan, None
+        with suppress(ValueError):  # of a target that has no number in this medium
+            medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
+            medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: Medium) -> dict[str, Any]:
         """What is told of a medium: its failed checks, how well its target is known, the next pushes as rows."""
@@ -303,7 +310,7 @@ class Watch:
         """Tell what the files are that no row names, and the row that would name each."""
         if self._files.stamps(self._settings()) is None:
             return  # a row for them may be in the sheet that is being written
-        raw, robot = self.campaign.raw, self.campaign.config.robot
+        raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot
         named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
         others = (*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md")
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
