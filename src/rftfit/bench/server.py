@@ -14,6 +14,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Event, Thread
 
+from rftfit.errors import InputError
 from rftfit.store.digests import digest_of
 
 HOST = "127.0.0.1"
@@ -44,9 +45,12 @@ class Page(ThreadingHTTPServer):
         token, before = _kept(root)
         try:
             super().__init__((HOST, port or before), _Handler)
-        except OSError:
+        except OSError as error:
             if port:
-                raise
+                why = error.strerror or error
+                raise InputError(
+                    f"--port: found {port}: {why}; allowed: a port that is free"
+                ) from error
             super().__init__((HOST, 0), _Handler)
         self.token, self.port = token, int(self.server_address[1])
         _keep(root, f"{token} {self.port}")
