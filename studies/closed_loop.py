@@ -97,8 +97,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--most", type=int, default=40)
-    parser.add_argument("--rows", type=Path, default=Path("studies/closed_loop.csv"))
+    parser.add_argument("--rows", type=Path, default=Path("benchmarks/results/closed_loop.csv"))
     words = parser.parse_args()
+    words.rows.parent.mkdir(exist_ok=True)
     there = list(csv.DictReader(words.rows.open())) if words.rows.exists() else []
     done = {tuple(row[name] for name in COLUMNS[:4]) for row in there}
     with words.rows.open("a", newline="") as file:

@@ -31,7 +31,9 @@ def assert_as_run(bench, watch):
         "alpha": mine.alpha, "checks": mine.checks, "fits": held.table(f"fits/{MEDIUM}.csv"),
         "runs": held.table(f"runs/{MEDIUM}.csv"),
     }.items():  # fmt: skip
-        pd.testing.assert_frame_equal(made.table(f"{name}/{MEDIUM}.csv"), table, obj=name)
+        pd.testing.assert_frame_equal(
+            made.table(f"{name}/{MEDIUM}.csv"), table, obj=name, check_exact=True
+        )
     of_run = made.table(f"maps/{MEDIUM}.csv")
     assert (mine.map is None) == of_run.empty
     if mine.map is not None:

@@ -13,6 +13,7 @@ from chromium import Chromium, find
 
 from rftfit.bench.page import page_of
 from rftfit.bench.server import HOST, Page
+from rftfit.errors import InputError
 
 PROGRAM = find()
 
@@ -97,6 +98,13 @@ def test_the_address_is_the_same_after_a_restart_and_another_campaign_has_its_ow
     assert kept.stat().st_mode & 0o077 == 0
     again.close()
     other.close()
+
+
+def test_a_port_that_is_taken_is_told(page, tmp_path):
+    with pytest.raises(
+        InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"
+    ):
+        Page(tmp_path, page.port)
 
 
 def test_what_is_told_is_on_the_page(bench):

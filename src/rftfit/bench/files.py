@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from pathlib import Path
 from typing import NamedTuple
 
 Stamp = tuple[int, int] | None
@@ -45,8 +46,9 @@ class Files:
         if not same or base not in self._folders or not self._turn % _TURNS:
             self._folders, self._below = {}, []
             for folder, _, names in os.walk(base):
-                self._folders[folder] = stamp_of(folder)
-                self._below += [f"{folder}/{name}" for name in names if name[0] != "."]
+                here = Path(folder).as_posix()
+                self._folders[here] = stamp_of(here)
+                self._below += [f"{here}/{name}" for name in names if name[0] != "."]
         return self._below
 
     def look(self, paths: Iterable[str], now: float) -> bool:

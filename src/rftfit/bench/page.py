@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rftfit.bench.watch import Watch
 
 _HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
-_CHANGES = {True: "narrowed", False: "widened"}
 
 
 def page_of(watch: Watch, query: str) -> str:
@@ -102,12 +101,14 @@ def _map(watch: Watch, medium: Medium) -> str:
     """How well the target is known, the map with its interval, failed checks, and the next pushes."""
     told = watch.summary(medium)
     checks = (f"{one['check']}, {one['effect']}: {one['sentence']}" for one in told["checks"])
-    width, pictures = "No push tells of it yet.", ""
+    width, pictures = "No push tells of it yet", ""
+    if np.isfinite(medium.width):
+        width = f"Known to {medium.width:.2g} %, half of the interval"
+    if abs(medium.before - medium.width) > 0:  # not where one is NaN
+        change = "narrowed" if medium.width < medium.before else "widened"
+        width += f"; the last push {change} it from {medium.before:.2g} %"
     if medium.map is not None:
-        width, table = f"Known to {medium.width:.2g} %, half of the interval", medium.map.table()
-        if abs(medium.before - medium.width) > 0:  # not at the first push, where it is NaN
-            change = _CHANGES[medium.width < medium.before]
-            width += f"; the last push {change} it from {medium.before:.2g} %"
+        table = medium.map.table()
         for error in (False, True):
             pictures += "".join(
                 heat(table, c, None if error else medium.plan, error=error) for c in "zx"

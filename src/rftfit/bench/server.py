@@ -14,6 +14,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Event, Thread
 
+from rftfit.errors import InputError
 from rftfit.store.digests import digest_of
 
 HOST = "127.0.0.1"
@@ -44,9 +45,12 @@ class Page(ThreadingHTTPServer):
         token, before = _kept(root)
         try:
             super().__init__((HOST, port or before), _Handler)
-        except OSError:
+        except OSError as error:
             if port:
-                raise
+                why = error.strerror or error
+                raise InputError(
+                    f"--port: found {port}: {why}; allowed: a port that is free"
+                ) from error
             super().__init__((HOST, 0), _Handler)
         self.token, self.port = token, int(self.server_address[1])
         _keep(root, f"{token} {self.port}")
@@ -110,9 +114,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._head(403)
         elif name == "":
             nonce = secrets.token_hex(8)
-            page = (
-                Path(__file__).with_name("page.html").read_bytes().replace(b"NONCE", nonce.encode())
-            )
+            text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+            page = text.replace("NONCE", nonce).encode()
             self._head(200, len(page), nonce=nonce)
             self.wfile.write(page)
         elif name == "events":
@@ -144,12 +147,9 @@ class _Handler(BaseHTTPRequestHandler):
         with suppress(OSError):  # the browser has gone
             self.wfile.write(b"retry: 1000\n\n")
             while not page.closed:
-                text = (
-                    f"data: {json.dumps(client.content)}"
-                    if client.there.wait(_BEAT_S)
-                    else ": still here"
-                )
-                client.there.clear()
+                is_new = client.there.wait(_BEAT_S)
+                client.there.clear()  # before the content is taken, so that newer content is sent too
+                text = f"data: {json.dumps(client.content)}" if is_new else ": still here"
                 self.wfile.write(f"{text}\n\n".encode())
         page.clients.remove(client)
 

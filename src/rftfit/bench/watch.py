@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
@@ -80,14 +81,12 @@ class Watch:
         if campaign is None:
             raise CampaignError(problems)
         if campaign.numbers:
-            raise InputError(
-                f"{campaign.sheet}: this campaign is a table, so there is no log to wait for"
-            )
+            raise InputError(f"{campaign.sheet}: a table has no logs, so there is none to wait for")
         self.campaign: Campaign = campaign
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
-        below = self._files.below(str(self.campaign.raw))
+        below = self._files.below(self.campaign.raw.as_posix())
         now = time.monotonic() if now is None else now
         if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
             return
@@ -108,17 +107,11 @@ class Watch:
 
     def _settings(self) -> list[str]:
         """Files that all runs depend on: config and run sheet first."""
-        config, raw = self.campaign.config, self.campaign.raw
-        contact = config.rigid_contact
-        shared = [
-            config.force_log.calibration,
-            *([contact.force_log, contact.motion_log] if contact else []),
-        ]
-        return [
-            str(self.config),
-            str(self.campaign.sheet),
-            *(f"{raw}/{name}" for name in shared if name),
-        ]
+        config, raw = self.campaign.config, self.campaign.raw.as_posix()
+        names, contact = [config.force_log.calibration], config.rigid_contact
+        names += [contact.force_log, contact.motion_log] if contact else []
+        own = [self.config.as_posix(), self.campaign.sheet.as_posix()]
+        return own + [f"{raw}/{name}" for name in names if name]
 
     def _reread(self) -> Iterator[Event]:
         """Read config and run sheet again where they changed and are still."""
@@ -126,19 +119,12 @@ class Watch:
         if stamps is None or stamps == self._read_from:
             return
         campaign, problems = check_campaign(self.config, good_rows=True)
-        old, self.problems = (
-            self.problems,
-            {str(one): one for one in problems if one.code not in _PASSING},
-        )
+        old = self.problems
+        self.problems = {str(one): one for one in problems if one.code not in _PASSING}
         for text, one in (old | self.problems).items():
             if (text in old) != (text in self.problems):
-                facts = {
-                    "row": one.place.row,
-                    "code": one.code,
-                    "severity": one.severity,
-                    "text": text,
-                }
-                yield Event("problem", facts | {"solved": text in old})
+                facts = {"row": one.place.row, "code": one.code, "severity": one.severity}
+                yield Event("problem", facts | {"text": text, "solved": text in old})
         if campaign is not None:
             self.campaign = campaign
             if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
@@ -146,11 +132,10 @@ class Watch:
         self._read_from = stamps
 
     def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
-        found, raw = {}, self.campaign.raw
+        found, raw = {}, self.campaign.raw.as_posix()
         for run in self.campaign.runs_of(medium):
-            logs = {
-                f"{raw}/{name}" for name in (run.force_log, run.motion_log, run.zero_log) if name
-            }
+            names = (run.force_log, run.motion_log, run.zero_log)
+            logs = {f"{raw}/{name}" for name in names if name}
             if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
                 logs.update(name for name in below if name.startswith(bags))
             found[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
@@ -180,9 +165,7 @@ class Watch:
             medium.runs[name], medium.keys[name] = one, wanted[name]
             facts = self.facts(medium, name)
             if facts["state"] == WAITING and was and was.is_read:
-                yield Event(
-                    "withdrawn", {"medium": medium.name, "run_id": name, "why": "its log is gone"}
-                )
+                yield _withdrawn(medium, name, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
                 medium.last, medium.heard = name, time.time()
@@ -192,8 +175,7 @@ class Watch:
     def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
-            facts = {"medium": medium.name, "run_id": name, "why": "no row names it any more"}
-            yield Event("withdrawn", facts)
+            yield _withdrawn(medium, name, "no row without an error names it")
 
     def state(self, medium: str, name: str) -> str:
         """State of a run by now."""
@@ -254,14 +236,15 @@ class Watch:
         try:
             known = medium.map = results[medium.name].map()
             if planned:
-                known = estimate(
-                    pushes_of(medium.alpha, config), shapes, nodes, confidence=known.confidence
-                )
+                pushes = pushes_of(medium.alpha, config)
+                known = estimate(pushes, shapes, nodes, confidence=known.confidence)
         except InputError:
             medium.map, known = None, blank(shapes, nodes)
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
-        medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
-        medium.before, medium.width = medium.width, 100 * medium.plan.steps[0].typical
+        medium.before, medium.width, medium.plan = medium.width, np.nan, None
+        with suppress(ValueError):  # of a target that has no number in this medium
+            medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
+            medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: Medium) -> dict[str, Any]:
         """What is told of a medium: its failed checks, how well its target is known, the next pushes as rows."""
@@ -276,25 +259,20 @@ class Watch:
 
     def next_rows(self, medium: Medium) -> list[dict[str, str]]:
         """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
-        own = [
-            run for run in self.campaign.runs if (run.medium, run.kind) == (medium.name, "plate")
-        ]
+        runs = [run for run in self.campaign.runs if run.medium == medium.name]
+        own = [run for run in runs if run.kind == "plate"]
         depths, found = self.campaign.config.fit.horizontal_depths_cm, []
-        names = (f"{medium.name}_{number:03d}" for number in count(1 + len(self.rows[medium.name])))
+        names = (f"{medium.name}_{number:03d}" for number in count(1 + len(runs)))
         steps = medium.plan.steps[1:] if medium.plan and own else ()
         for push in chain.from_iterable(push_rows(step, depths) for step in steps):
             name, like = next(one for one in names if one not in self.campaign.by_id), own[-1]
             tare = f"{name}_rod" if like.tare_run and not like.tare_shared else ""
             for run_id, kind in ((name, "plate"), (tare, "rod"))[: 2 if tare else 1]:
-                logs = {f"{log}_log": getattr(like, f"{log}_log").replace(like.run_id, run_id)
-                        for log in ("force", "motion")}  # fmt: skip
-                row = {
-                    "run_id": run_id,
-                    "kind": kind,
-                    "medium": medium.name,
-                    "intruder": like.intruder,
-                }
-                found.append(row | push | logs | {"tare_run": tare if kind == "plate" else ""})
+                row = {"run_id": run_id, "kind": kind, "medium": medium.name} | push
+                row |= {"intruder": like.intruder, "tare_run": tare if kind == "plate" else ""}
+                for log in ("force_log", "motion_log"):
+                    row[log] = getattr(like, log).replace(like.run_id, run_id)
+                found.append(row)
         return found
 
     # --- files that no row names
@@ -303,17 +281,15 @@ class Watch:
         """Tell what the files are that no row names, and the row that would name each."""
         if self._files.stamps(self._settings()) is None:
             return  # a row for them may be in the sheet that is being written
-        raw, robot = self.campaign.raw, self.campaign.config.robot
+        raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot
         named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
-        others = (*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md")
+        named |= {*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md"}
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
-        loose = [
-            path for path in below if path not in {*named, *others} and not path.startswith(tracks)
-        ]
+        loose = [path for path in below if path not in named and not path.startswith(tracks)]
         self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
-        for path in (
-            path for path in self.unnamed if not self.unnamed[path] and self._files.stamps([path])
-        ):
+        for path, known in self.unnamed.items():
+            if known or not self._files.stamps([path]):
+                continue
             name = Path(path).relative_to(raw)
             try:
                 surveys, refused = survey_file(recognised(Path(path)).reader, Path(path))
@@ -321,14 +297,14 @@ class Watch:
             except (InputError, OSError) as error:
                 found, why = [], str(error)
             row = {"run_id": name.stem} | {f"{kind}_log": name.as_posix() for kind in found}
-            self.unnamed[path] = {
-                "file": name.as_posix(),
-                "kinds": found,
-                "refused": why,
-                "row": row,
-            }
-            yield Event("file", self.unnamed[path])
+            facts = {"file": name.as_posix(), "kinds": found, "refused": why, "row": row}
+            self.unnamed[path] = facts
+            yield Event("file", facts)
 
 
 def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
     return tuple(map(stamp_of, row.files))
+
+
+def _withdrawn(medium: Medium, name: str, why: str) -> Event:
+    return Event("withdrawn", {"medium": medium.name, "run_id": name, "why": why})

@@ -78,8 +78,8 @@ def watch(
                     page.show(partial(page_of, found), changed=True)
             if page:
                 page.show(partial(page_of, found), changed=False)
-            widths = [medium.width for medium in found.media.values()]
-            if stop is not None and widths and max(widths) <= stop:
+            media = found.media.values()
+            if stop is not None and media and all(one.width <= stop for one in media):
                 return
             asked.wait(_POLL_S)
 
@@ -111,8 +111,9 @@ def as_text(kind: str, facts: Mapping[str, Any]) -> str:
         lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
     elif kind == "medium":
         states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
-        text = f"{facts['medium']}: {states}; {facts['target']} known to {facts['half_width_percent']:.2g} %"
-        before = facts["before_percent"]
+        width, before = facts["half_width_percent"], facts["before_percent"]
+        text = f"{facts['medium']}: {states}"
+        text += f"; {facts['target']} known to {width:.2g} %" if math.isfinite(width) else ""
         text += f", before {before:.2g} %" if math.isfinite(before) else ""
         pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
         lines = [text, f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""]
