@@ -119,7 +119,7 @@ def _map(watch: Watch, medium: Medium) -> str:
     )
     return (
         f"<h2>{escape(told['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
-        f"<p>{width}.</p><div class=row>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
+        f"<p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
         f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
     )
 

@@ -115,4 +115,4 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
     parts += [_text(right / 2 + 16, bottom, "gamma, deg")]
     what = f"{'half interval of ' if error else ''}alpha_{component}"
     drawn = _svg(right + 6, bottom + 6, f"Map of {what} over beta (upward) and gamma", parts)
-    return f"<figure><figcaption>{what}</figcaption>{drawn}</figure>"
+    return f"<figure><figcaption>{what}; beta upward</figcaption>{drawn}</figure>"
