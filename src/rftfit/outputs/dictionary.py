@@ -10,7 +10,7 @@ import itertools
 import re
 import tomllib
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,11 @@ class Output:
     row: str = ""
     columns: tuple[Column, ...] = ()
     part: str = ""
+
+    @cached_property
+    def exact(self) -> dict[str, Column]:
+        """Columns by each of their names; those with ``<x>`` by that pattern."""
+        return {name: one for one in self.columns for name in one.names}
 
     def matches(self, path: str) -> bool:
         """Whether this describes a file; `path`: from the campaign's folder, with slashes."""
@@ -145,6 +150,7 @@ def _read(part: str) -> dict[str, Any]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
+@cache
 def describe(path: str) -> Output | None:
     """Find what is known of a file; where several entries fit, the one that leaves least open."""
     fitting = [one for one in outputs() if one.matches(path)]
@@ -153,6 +159,8 @@ def describe(path: str) -> Output | None:
 
 def column_of(output: Output, name: str) -> Column | None:
     """Find what is known of a column; where several entries fit, the one that leaves least open."""
+    if (exact := output.exact.get(name)) is not None:
+        return exact
     fitting = [
         one
         for one in output.columns

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
@@ -61,7 +61,15 @@ class States:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
+        self._rows: Callable[[str], str] = cache(
+            lambda name: digest_of(name, rows_of(campaign, name))
+        )
         self._logs: dict[str, str] = {}
+
+    @cached_property
+    def config(self) -> dict[str, Any]:
+        """Settings by section."""
+        return self.campaign.config.model_dump(mode="json")
 
     @cached_property
     def figures(self) -> dict[str, tuple[Declared, str]]:
@@ -108,11 +116,10 @@ class States:
         medium = word if word in self.campaign.config.media else ""
         state = {"code": self.code(stage)}
         if stage.settings:
-            whole = self.campaign.config.model_dump(mode="json")
-            sections = whole if ALL in stage.settings else stage.settings
-            state["settings"] = digest_of({name: whole[name] for name in sections})
+            sections = self.config if ALL in stage.settings else stage.settings
+            state["settings"] = digest_of({name: self.config[name] for name in sections})
         if stage.rows:
-            state["rows"] = digest_of(medium, rows_of(self.campaign, medium))
+            state["rows"] = self._rows(medium)
         if stage.logs:
             logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
             state["logs"] = digest_of(sorted(logs.items()))
