@@ -40,14 +40,14 @@ class WorkflowError(RftfitError):
     exit_code = 4
 
 
-class AllAtOnce:
+class CollectedErrors:
     """Errors of several inputs that do not hang on one another, told together."""
 
     def __init__(self) -> None:
         self._found: list[str] = []
 
     @contextmanager
-    def part(self) -> Iterator[None]:
+    def collect(self) -> Iterator[None]:
         """Put an error of this input aside."""
         try:
             yield

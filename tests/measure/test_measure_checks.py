@@ -27,7 +27,7 @@ from rftfit.measure.checks_runs import (
 from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.levels import two_heaps
+from rftfit.measure.levels import two_clusters
 from rftfit.measure.verdicts import (
     CHECKS,
     COLUMNS,
@@ -568,7 +568,7 @@ def test_wrong_axes_are_named(medium, z, x, named):
     name, mended = other_axes(Cells.of(wrong)) or ("", None)
     assert name.startswith(named)
     assert mended is not None
-    assert (mended.back, mended.resists) == (0, True)
+    assert (mended.n_negative_work, mended.takes_energy) == (0, True)
 
 
 def test_axes_that_mend_nothing_are_not_named():
@@ -674,7 +674,7 @@ def test_size(value, expected, verdict):
     ],
 )
 def test_two_heaps(values, which):
-    found = two_heaps(np.array(values))
+    found = two_clusters(np.array(values))
     assert (found is None) == (which is None)
     if found is not None and which is not None:
         assert np.flatnonzero(found[1]).tolist() == [*which]
@@ -682,9 +682,9 @@ def test_two_heaps(values, which):
 
 def test_how_clear_two_heaps_are():
     """0.3 between values of a least spread of 0.03, in eighths of it."""
-    clear, _ = two_heaps(np.repeat([0.0, 0.3], 10)) or (0, None)
+    clear, _ = two_clusters(np.repeat([0.0, 0.3], 10)) or (0, None)
     assert clear == pytest.approx(0.3 / 0.03 / 8)
-    assert two_heaps(np.repeat([0.0, 0.2], 10)) is None
+    assert two_clusters(np.repeat([0.0, 0.2], 10)) is None
 
 
 def sheet_of(kinds):

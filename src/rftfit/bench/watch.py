@@ -168,7 +168,7 @@ class Watch:
                 yield _withdrawn(medium, name, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
-                medium.last, medium.heard = name, time.time()
+                medium.last, medium.measured_at = name, time.time()
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 

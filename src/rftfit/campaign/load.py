@@ -108,11 +108,11 @@ class Campaign:
         media = self.config.media
         return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
-    def of_logs(self, role: str = "") -> tuple[str, ...]:
+    def media_with_logs(self, role: str = "") -> tuple[str, ...]:
         """Media whose runs were recorded: none of a campaign that is a table."""
         return () if self.numbers else self.of_role(role)
 
-    def of_samples(self, role: str = "") -> tuple[str, ...]:
+    def media_with_samples(self, role: str = "") -> tuple[str, ...]:
         """Media with stress against depth: none of a campaign that is a table of alpha."""
         table = self.config.table
         return () if table is not None and table.holds == "alpha" else self.of_role(role)
@@ -136,7 +136,7 @@ class Campaign:
         return {name: medium.title for name, medium in self.config.media.items()}
 
     @cached_property
-    def unclaimed(self) -> tuple[Run, ...]:
+    def unassigned_air_runs(self) -> tuple[Run, ...]:
         """The in-air runs that no leg names, so that they belong to no medium, by run_id."""
         named = {run.tare_run for run in self.runs if run.kind == "leg"}
         loose = [run for run in self.runs if not run.medium and run.run_id not in named]

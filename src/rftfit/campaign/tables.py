@@ -334,7 +334,7 @@ def _push(
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
-        columns["other_sense"], again = other_sense(depth, gamma)
+        columns["other_sense"], again = rows_against_gamma(depth, gamma)
         if not draft.yes("excluded"):
             _note_depths(draft, own, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
@@ -369,7 +369,7 @@ def _note_depths(
         draft.note("depth_cm", "other-sense", None, text, severity="warning")
 
 
-def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
+def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
     """Rows (n,) in which depth changes against the sense of gamma, deg; and the one where it starts again, or 0.
 
     A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
@@ -383,7 +383,7 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
         _, first = np.unique(level[starts], return_index=True)
         twice = np.setdiff1d(np.arange(starts.size), first)
         return wrong, int(starts[twice[0]]) if twice.size else 0
-    turns, sense = _turns(depth, gamma)
+    turns, sense = _reversals(depth, gamma)
     right = 0
     for place, (start, stop) in enumerate(pairwise([0, *turns, depth.size - 1]) if turns else ()):
         is_right = sense * (-1) ** place * gamma > 0
@@ -394,7 +394,7 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
     return wrong, 0
 
 
-def _turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
+def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
     """Where the depth turns by more than noise, the first of many, and the sense in which it begins.
 
     A pause there is left to the sense that is not that of gamma.

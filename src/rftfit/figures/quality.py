@@ -40,7 +40,7 @@ def _count(fits: pd.DataFrame, title: str, what: str = "run") -> str:
     "{medium}",
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
     settings=("intruders",),
-    media=lambda campaign: campaign.of_samples(),
+    media=lambda campaign: campaign.media_with_samples(),
     folder="quality",
     section="Measurement",
     caption=lambda results, medium: _count(results[medium].fits, results[medium].title),

@@ -15,7 +15,7 @@ from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import Remark
-from rftfit.measure.levels import Mask, two_heaps
+from rftfit.measure.levels import Mask, two_clusters
 from rftfit.measure.verdicts import (
     Check,
     Measured,
@@ -26,7 +26,7 @@ from rftfit.measure.verdicts import (
     rows_of,
 )
 
-_CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
+_CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
 """Relative to alpha_z(0, 90): less is silence; all published media feel more than the second in some directions;
 above the third no ordinary turn of the mount changes a sign."""
@@ -43,7 +43,7 @@ def check_channels(measured: Measured) -> Check:
     logs = [(measured.sheet[row["run_id"]], row) for row in read]
     logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
     # what stands still or stops, or an exchange, is the first name of what feels nothing
-    causes = stuck(measured.config, logs) or sideways(measured.config, logs)
+    causes = stuck(measured.config, logs) or exchanged_channels(measured.config, logs)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
         return not_checked("channels", "no readings of channels")
@@ -106,7 +106,7 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
     return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
 
 
-def sideways(config: Config, logs: Logs) -> list[Cause]:
+def exchanged_channels(config: Config, logs: Logs) -> list[Cause]:
     """Channels x and y exchanged: what lies across the motion feels more than what lies along it."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = (getattr(config.transducer.axes, axis)[1:] for axis in "yx")
@@ -121,7 +121,7 @@ def sideways(config: Config, logs: Logs) -> list[Cause]:
         f"x and y look exchanged: {y}, across the motion, feels {ratio:.3g} times what {x}, along it, does: "
         "look at transducer.axes"
     )
-    return [(words, [])] if ratio > _SIDEWAYS else []
+    return [(words, [])] if ratio > _EXCHANGED else []
 
 
 def _already_explained(measured: Measured) -> tuple[set[str], bool]:
@@ -197,9 +197,9 @@ def _other_gain(
     noise: FloatArray, force: FloatArray, known: FloatArray, strong: Mask
 ) -> tuple[float, Mask] | None:
     """Runs in which noise and force of a channel are both so many times those of the others."""
-    if not (noise > 0).all() or (heaps := two_heaps(np.log(noise))) is None:
+    if not (noise > 0).all() or (clusters := two_clusters(np.log(noise))) is None:
         return None
-    other = heaps[1]
+    other = clusters[1]
     if not (strong & other).any() or not (strong & ~other).any():
         return None
     share = np.abs(force / np.where(strong, known, 1.0))

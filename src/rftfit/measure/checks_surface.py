@@ -16,7 +16,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, flagged_with
-from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, stretch_apart, two_heaps
+from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.verdicts import (
     FAILED,
     Check,
@@ -178,20 +178,20 @@ def _two_levels(
     # pulls are too weak to find it by
     down = starts[starts.pushes]
     found, _, sigma = down.fit()
-    heaps = two_heaps(down.start - down.paths @ found)
+    clusters = two_clusters(down.start - down.paths @ found)
     other = np.zeros(starts.start.size, dtype=bool)
     clear = 1.0
-    if heaps is not None:
-        clear, other[starts.pushes] = heaps
+    if clusters is not None:
+        clear, other[starts.pushes] = clusters
     for _ in range(2):
-        stretch = stretch_apart(down.paths, down.start, sigma)
+        stretch = shifted_runs(down.paths, down.start, sigma)
         found, covariance, sigma = down.fit(stretch)
     if stretch.any() and abs(found[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
         # a pull is as the push before it
         other = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
-    elif heaps is None:
+    elif clusters is None:
         return None
     gaps = {}
     for kind, moves in zip(("surface", "lag"), starts.paths.T, strict=False):

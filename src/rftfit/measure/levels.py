@@ -30,7 +30,7 @@ def _fewest(count: int) -> int:
     return max(FEW_RUNS + 1, math.ceil(_HEAP * count))
 
 
-def two_heaps(values: FloatArray) -> tuple[float, Mask] | None:
+def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     """Tell which of some values lie in a heap of their own; None where there is one heap.
 
     The smaller one, or of two equal ones that which is farther from 0, with how clear it is.
@@ -62,7 +62,7 @@ _MOST_ENDS = 300
 """A stretch begins or ends at so many places at most."""
 
 
-def stretch_apart(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
+def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
     """Find the stretch of runs, in order, whose start least squares move farthest, in standard errors."""
     count, fewest = start.size, _fewest(start.size)
     ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))

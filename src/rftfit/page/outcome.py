@@ -117,7 +117,7 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     return records(sums.sort_values(["fate", "rows"], ascending=[False, False]))
 
 
-def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
+def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     """Find the gravest doubt about what is in use of one medium, and count runs and cells with one."""
     own = results[medium]
     shared = shared_flags(own.fits)
@@ -172,7 +172,7 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
     return found or [("", NOT_TESTED, why)]
 
 
-def believed(results: Results) -> dict[str, Any]:
+def summary_of_checks(results: Results) -> dict[str, Any]:
     """What the checks come to: failed ones by medium, what all media passed, what was not checked."""
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
