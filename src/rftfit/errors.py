@@ -41,20 +41,20 @@ class WorkflowError(RftfitError):
 
 
 class CollectedErrors:
-    """Errors of several inputs that do not hang on one another, told together."""
+    """Errors of several independent inputs, reported together."""
 
     def __init__(self) -> None:
         self._found: list[str] = []
 
     @contextmanager
     def collect(self) -> Iterator[None]:
-        """Put an error of this input aside."""
+        """Keep an error of this input for `check`."""
         try:
             yield
         except InputError as error:
             self._found.append(str(error))
 
     def check(self) -> None:
-        """Raise what was put aside."""
+        """Raise one error with the text of all kept errors, if there are any."""
         if self._found:
             raise InputError("\n".join(self._found))

@@ -190,13 +190,13 @@ def each(rows, *more):
 
 
 @pytest.mark.parametrize(("head", "rows", "code", "place", "words"), [
-    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column tells the runs apart?"),
+    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column identifies the runs?"),
     ("", UP * 2, "starts-again", "row 6", ""),
     ("", DOWN + UP + DOWN, "starts-again", "row 10", ""),
     # sorted by depth, as a spreadsheet does
     ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
-    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "stands 3 times"),
-    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "stands 3 times"),
+    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "occurs 3 times"),
+    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "occurs 3 times"),
     ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
     ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
     (",run", each(DOWN, "1") + each(DOWN, "2"), "unknown-column", "row 1, column run", "did you mean 'run_id'?"),

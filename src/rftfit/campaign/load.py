@@ -310,7 +310,7 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
     if not inside(place, results) and not (key == "raw" and inside(results, place)):
         return "", ""
     # the program would overwrite it, or write among the logs
-    text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
+    text = f"a place outside of {RESULTS}/, which the program writes and anybody may delete"
     if not inside(entry.path, RESULTS):
         text += f"; a link brings the two together: {RESULTS} is {results}"
     return "in-results", text
@@ -331,8 +331,8 @@ def _check_rigid_contact(
         if clock != "same_clock":
             file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
     elif paths[0] and folded(paths[0]) == folded(paths[1]):
-        allowed = f"a file of its own; force_log names it as {paths[0]}: not every disk tells the "
-        file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
+        allowed = f"a file of its own; force_log names it as {paths[0]}: some disks "
+        file.note(here, "shared-file", contact.motion_log, f"{allowed}treat both names as one")
 
 
 def _check_calibration(file: ModelFile[Config], named: str | None, logs: Folder) -> None:

@@ -373,7 +373,7 @@ def read_columns(
 def _read_valid_rows(
     block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
-    """Read lines in which every cell is as it must be; None where one is not."""
+    """Read rows in which every cell is valid; None where one is not."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -680,7 +680,7 @@ def _long_text(path: Path, schema: Schema) -> bytes:
 
 
 def _next_row_start(text: bytes, begin: int, size: int) -> int:
-    """Where the first row after `size` more bytes begins; a line end in quotes ends none."""
+    """Position of the first row after `size` more bytes; a line end inside quotes does not end a row."""
     stop = text.find(b"\n", begin + size) + 1 or len(text)
     quotes = text.count(b'"', begin, stop)
     while quotes % 2 and stop < len(text):
@@ -720,7 +720,7 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
                 raise _too_many_rows(schema)
             table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
-        allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
+        allowed = f"this row cannot be split into cells ({error}); look for a stray quote"
         raise schema.refusal("not-csv", allowed, row=table.last + 1) from None
 
 

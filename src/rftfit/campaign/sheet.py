@@ -297,7 +297,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                     where = "of this row" if other is draft else f"of row {other.row}"
                     allowed = f"a file of its own; {use} {where} names this one"
                     if other.text[use] != path:
-                        allowed += f", as {other.text[use]}: not every disk tells the two apart"
+                        allowed += f", as {other.text[use]}: some disks treat both names as one"
                     draft.note(name, "shared-file", path, allowed)
                 break
             named.append((draft, name))

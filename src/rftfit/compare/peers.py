@@ -1,4 +1,4 @@
-"""Each run beside what the other runs of its medium say of its direction.
+"""Comparison of each run with the alpha that the other runs of its medium give for its direction.
 
 Three runs of one direction or more are compared with one another, in units of how repeats of this medium
 differ. A single run is compared with what all other runs and the shape that granular media share
@@ -78,7 +78,7 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
 
 
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Least of what all published media feel, with its sign, shape (2, n); 0 where they differ in sign."""
+    """Smallest alpha of all published media, with its sign, shape (2, n); 0 where the signs differ."""
     shapes = published_shapes()
     media = np.split(shapes.of_media(beta, gamma), 2, axis=1)
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
@@ -88,7 +88,7 @@ def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """By how much each run that stands apart differs from what the others say, z and x, N/cm^3."""
+    """Alpha of each outlier minus the alpha that the other runs give, z and x, N/cm^3."""
     rows = peers[peers["apart"].astype(bool)].to_dict("records")
     return {
         str(row["run_id"]): (
@@ -114,7 +114,7 @@ def directions_of(runs: pd.DataFrame) -> FloatArray:
 def _compare_with_repeats(
     alpha: FloatArray, groups: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Median of the other runs of a direction; how far each run is from it; whether that is far; what is seen."""
+    """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
     others = np.full(alpha.shape, math.nan)
     members = [
         here for own in np.unique(groups) if (here := np.flatnonzero(groups == own)).size > 2
@@ -142,7 +142,7 @@ def _compare_with_repeats(
 def _compare_with_map(
     runs: pd.DataFrame, alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """What a map of all other runs says of each; the difference from it; whether that is far; what is seen."""
+    """Alpha of each run by a map of all others; distance; whether it is an outlier; smallest distance detected."""
     beta, gamma = (np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
     largest = float(np.nanmax(np.abs(alpha)))
@@ -158,7 +158,7 @@ def _compare_with_map(
         rest = ~far & (np.arange(beta.size) != farthest)
         if rest.sum() < max(_FEWEST, 2 * far.sum()):
             break
-        # a run that is wrong pulls the map at its neighbours: how far is far is told without it
+        # a wrong run distorts the map near itself, so the limit is estimated without this run
         without, apart, its_error = beside(rest)
         unit = max(float(np.quantile(apart[:, rest], _TAIL)), 0.1)
         off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
@@ -167,7 +167,7 @@ def _compare_with_map(
             return said, times.max(axis=0) / unit, far, seen
         far[farthest] = True
         said, times, error = without, apart, its_error
-    # too few runs, or too many that are far, to say how far is far
+    # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
     return said, unknown, np.zeros(beta.size, dtype=bool), unknown
 

@@ -475,7 +475,7 @@ def _summary(table: pd.DataFrame) -> str:
     """Say how many runs there are and how far they differ."""
     times = table["times_spread"]
     if times.isna().all():
-        return f"{len(table)} runs: too few to tell how far runs differ"
+        return f"{len(table)} runs: too few to estimate how much runs differ"
     half = [
         style.number((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs().median(), 4)
         for c in "zx"

@@ -86,9 +86,9 @@ def alpha_table(
     and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
     the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
-    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `apart`: by how much
-    runs that stand apart differ from what the others say, z and x, N/cm^3: they do not tell how beds differ,
-    and the interval of their cell reaches the others.
+    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `outliers`:
+    alpha of outlying runs minus that of the others, z and x, N/cm^3: these runs are left out of the estimate
+    of how beds differ, and the interval of their cell reaches the others.
 
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
@@ -297,7 +297,7 @@ def _errors(
 
 
 def _outlier_error(cell: _Cell, c: str, off: FloatArray) -> Part:
-    """Error of a cell with runs that stand apart by `off`: the scatter of its repeats, or what they are off by."""
+    """Error of a cell with outlying runs: the scatter of its repeats, or the differences `off` of these runs."""
     n = len(cell.runs)
     if off.any() and n > 2 and not cell.level:
         return Part(float(cell.of(column(c)).std(ddof=1)) / math.sqrt(n), n - 1.0)
@@ -309,7 +309,7 @@ _REACH = 1.96
 
 
 def _mean_of_independent(cell: _Cell) -> float:
-    """Standard deviation of the mean of errors that each run has for itself, relative to one's."""
+    """Standard deviation of the mean of independent errors of the runs, relative to that of one run."""
     return math.sqrt(float(cell.share @ cell.share))
 
 
@@ -382,7 +382,7 @@ def alpha_columns(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
-    """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
+    """Cells whose alpha comes from nonlinear stress or from too few depths, shape (n,)."""
     return np.isfinite(alpha_columns(table)[0]) & flagged_with(table, "not-linear", "few-depths")
 
 

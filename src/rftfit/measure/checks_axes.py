@@ -61,7 +61,7 @@ def check_symmetry(measured: Measured) -> Check:
     found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
     allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
     sentence = (
-        f"Plates straight down feel a horizontal force to one side ({found}): look at transducer.turn_deg and "
+        f"On plates pushed straight down a horizontal force acts to one side ({found}): look at transducer.turn_deg and "
         "transducer.axes, and for a bent plate or a slanted bed."
     )
     return judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)

@@ -51,7 +51,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     """Where stress begins, by lines with a free intercept, against the surface; and whether it is a line.
 
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
-    opposite sign in pulls, is a lag. A step along the sheet, or two heaps, are two surfaces or two lags.
+    opposite sign in pulls, is a lag. A step along the sheet, or two clusters, are two surfaces or two lags.
     """
     from scipy.special import ndtr, stdtrit
 
@@ -123,7 +123,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
             # a line through curved stress has a start that is no surface
             why = "stress looks curved, so where a line through it begins does not tell the surface"
             if line.verdict != FAILED:
-                either = f"{as_sentence(f'{line.found}, or {surface}')} These logs do not tell the two apart."
+                either = f"{as_sentence(f'{line.found}, or {surface}')} These logs cannot distinguish the two."
                 line = replace(line, verdict=FAILED, sentence=either)
             return not_checked("surface", why), line
         sentences.append(as_sentence(surface))
@@ -252,5 +252,5 @@ def _looks_curved(pushes: pd.DataFrame) -> bool:
 
 
 def _clear_share(runs: int) -> float:
-    """Share of runs that has to speak for one of two models: two standard errors above a half."""
+    """Share of runs that must agree with one of two models: two standard errors above a half."""
     return min(0.5 + 1 / math.sqrt(max(runs, 1)), 0.95)

@@ -43,7 +43,7 @@ def weighted_sum_variance(
     n = weight.size
     if n < FEWEST:
         raise ValueError(
-            f"{n} samples are too few to tell their autocorrelation; at least {FEWEST}"
+            f"{n} samples are too few to estimate their autocorrelation; at least {FEWEST}"
         )
     memory = _autoregression(residual, min(ORDER, n // 8))
     order = memory.shape[1]

@@ -498,7 +498,7 @@ _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 
 
 class _PushedNodes:
-    """Nodes that were pushed: each keeps its number, with the error of that."""
+    """Nodes of the map that were pushed: each keeps its measured value and the error of that value."""
 
     def __init__(self, nodes: Angles, pushes: Pushes, told: npt.NDArray[np.bool_]) -> None:
         count, every = nodes[0].size, pushes.beta.size
