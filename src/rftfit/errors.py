@@ -40,21 +40,21 @@ class WorkflowError(RftfitError):
     exit_code = 4
 
 
-class AllAtOnce:
-    """Errors of several inputs that do not hang on one another, told together."""
+class CollectedErrors:
+    """Errors of several independent inputs, reported together."""
 
     def __init__(self) -> None:
         self._found: list[str] = []
 
     @contextmanager
-    def part(self) -> Iterator[None]:
-        """Put an error of this input aside."""
+    def collect(self) -> Iterator[None]:
+        """Keep an error of this input for `check`."""
         try:
             yield
         except InputError as error:
             self._found.append(str(error))
 
     def check(self) -> None:
-        """Raise what was put aside."""
+        """Raise one error with the text of all kept errors, if there are any."""
         if self._found:
             raise InputError("\n".join(self._found))

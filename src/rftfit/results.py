@@ -1,4 +1,4 @@
-"""The one door to a campaign and its results: typed tables, read once, by medium or as a whole."""
+"""Access to a campaign and its results: typed tables, each read once, of one medium or of all."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_an_air_run_without_a_leg_is_unclaimed_and_warned_about(room):
     room.add("a2", "a1")
     problem = room.only("sheet.tare-unused")
     assert (problem.place, problem.found) == (Place("runs.csv", 8, "run_id"), "a2")
-    assert [run.run_id for run in room.campaign().unclaimed] == ["a2"]
+    assert [run.run_id for run in room.campaign().unassigned_air_runs] == ["a2"]
 
 
 def test_config_outside_a_config_folder_makes_its_own_folder_the_root(room):

@@ -13,7 +13,7 @@ from rftfit import reference
 from rftfit.campaign.config import Config, Table
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.rows import read_columns
-from rftfit.campaign.tables import STRESS, other_sense, pushes_in, read_pushes
+from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
 from rftfit.errors import InputError
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
@@ -190,13 +190,13 @@ def each(rows, *more):
 
 
 @pytest.mark.parametrize(("head", "rows", "code", "place", "words"), [
-    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column tells the runs apart?"),
+    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column identifies the runs?"),
     ("", UP * 2, "starts-again", "row 6", ""),
     ("", DOWN + UP + DOWN, "starts-again", "row 10", ""),
     # sorted by depth, as a spreadsheet does
     ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
-    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "stands 3 times"),
-    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "stands 3 times"),
+    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "occurs 3 times"),
+    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "occurs 3 times"),
     ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
     ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
     (",run", each(DOWN, "1") + each(DOWN, "2"), "unknown-column", "row 1, column run", "did you mean 'run_id'?"),
@@ -236,14 +236,14 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, co
     ([2.54, 5.08, 2.5], 0, [], 2),
 ])  # fmt: skip
 def test_the_sense_of_depth(depths, gamma, left_out, again):
-    wrong, found = other_sense(np.array(depths, dtype=float), gamma)
+    wrong, found = rows_against_gamma(np.array(depths, dtype=float), gamma)
     assert (np.flatnonzero(wrong).tolist() if not found else [], found) == (left_out, again)
 
 
 def test_noise_of_depth_is_no_turn():
     random = np.random.default_rng(1)
     there = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
-    wrong, again = other_sense(there + random.normal(0, 0.01, there.size), 90)
+    wrong, again = rows_against_gamma(there + random.normal(0, 0.01, there.size), 90)
     assert not again
     assert abs(np.flatnonzero(wrong)[0] - 850) < 60
     assert wrong[900:].all()

@@ -9,7 +9,7 @@ import pytest
 from other_labs import GRIDS
 
 from rftfit import reference
-from rftfit.compare.peers import COLUMNS, apart, compare_runs
+from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
@@ -51,7 +51,7 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium):
     rows[place] = (*true[:2], 4.45 * true[2], 4.45 * true[3])
     found = compare_runs(fits(rows), medium)
     assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
-    off_z, off_x = apart(found)[f"r{place}"]
+    off_z, off_x = outlier_differences(found)[f"r{place}"]
     # what the others say is near what it was
     assert off_z == pytest.approx(3.45 * true[2], rel=0.3)
     assert found.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
@@ -120,7 +120,7 @@ def test_one_of_three_repeats(values, which):
     level = np.hypot(others, 0.08 * largest)
     times = np.abs(np.array(values) - others) / level / 0.06
     np.testing.assert_allclose(found["times_spread"], times)
-    assert apart(found) == {
+    assert outlier_differences(found) == {
         run: (values[at] - others[at], 0.0) for run in which for at in [int(run[1])]
     }
 
@@ -146,7 +146,7 @@ def test_too_few_runs_say_nothing():
     assert np.isnan(found["times_spread"]).all()
     assert not found["apart"].any()
     empty: Any = compare_runs(fits([(0.0, 90.0, math.nan, math.nan)]), "m")
-    assert (list(empty), len(empty), apart(empty)) == (COLUMNS, 0, {})
+    assert (list(empty), len(empty), outlier_differences(empty)) == (COLUMNS, 0, {})
 
 
 def test_level_runs_of_another_depth_are_no_repeats():

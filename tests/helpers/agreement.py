@@ -51,7 +51,7 @@ def compare(folder, stages=()):
     assert said.returncode == (2 if empty else 0), said.stdout
     # and the page tells of the same runs
     dropped = {str(one["run_id"]) for one in outcome_of_runs(open_results(root)).dropped}
-    assert lost == dropped - {run.run_id for run in (*campaign.unclaimed, *excluded)}
+    assert lost == dropped - {run.run_id for run in (*campaign.unassigned_air_runs, *excluded)}
     return NOTHING if empty else SOME if lost else ALL
 
 

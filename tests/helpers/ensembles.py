@@ -23,7 +23,7 @@ from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.laws import by_law, power_fit
-from rftfit.measure.slopes import fit_slope, unfinished_start, zero_intercept
+from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
 from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
@@ -174,7 +174,7 @@ def measure(
             slope, {"power": [power_fit(run.depth, one, at_cm) for one in stress]}, "power"
         )
     steady = run.travel >= SKIP_CM
-    startup = unfinished_start(run.travel, stress, steady, SKIP_CM)
+    startup = startup_bias(run.travel, stress, steady, SKIP_CM)
     # the arm's log has its noise in the depth of a horizontal run too
     depth = run.depth[steady] + random.normal(0, 3e-4, int(steady.sum()))
     return fit_slope(depth, stress[:, steady], variance, dof, depth_sd, startup)

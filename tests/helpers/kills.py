@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import psutil
 
-from rftfit.store.files import is_rest
+from rftfit.store.files import is_temporary
 
 STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of them"
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
@@ -157,7 +157,7 @@ def look(folder, whole):
     """Compare what is there with the undisturbed run."""
     complete, partial, rests = 0, [], 0
     for name, digest in folder.digests().items():
-        if is_rest(name.rpartition("/")[2]):
+        if is_temporary(name.rpartition("/")[2]):
             rests += 1
         elif whole.get(name) == digest:
             complete += 1

@@ -364,7 +364,7 @@ def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
     runs += [run(f"{n}{b}", b, 90, 0.2 + 0.01 * n) for b in (30, 60) for n in range(2)]
     columns = pd.DataFrame(runs)
     off = {f"a{len(values) - 1}": (0.30, 0.0)}
-    found = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, apart=off)
+    found = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, outliers=off)
     here = cell(found, 0, 90)
     assert here[column("z")] == pytest.approx(np.mean(values))
     assert here[column("z", "_lo")] <= np.median(values[:-1]) + 1e-9

@@ -27,7 +27,7 @@ from rftfit.measure.checks_runs import (
 from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.levels import two_heaps
+from rftfit.measure.levels import two_clusters
 from rftfit.measure.verdicts import (
     CHECKS,
     COLUMNS,
@@ -331,7 +331,7 @@ def test_runs_of_each_dead_channel_are_told():
 def test_a_channel_that_stands_still_half_a_stroke(share, verdict):
     found = channels_of(*[({}, {"F3": (0.0, 2.0, share, 1.0)})] * 3)
     assert found.verdict == verdict
-    assert ("F3, along z, stands still in 3 of 3 logs" in found.found) == (verdict == "failed")
+    assert ("F3, along z, is frozen in 3 of 3 logs" in found.found) == (verdict == "failed")
 
 
 def test_whose_channels_are_looked_at():
@@ -418,15 +418,15 @@ def test_ends_in_common_are_one_reading():
     [(1.1, 0.5, "failed"), (0.9, 0.5, "passed"), (0.49, 0.1, "passed"), (0.51, 0.1, "failed")],
 )
 def test_x_and_y_exchanged(across, along, verdict):
-    """y, across the motion, feels more than twice what x does, and more than ten times the precision."""
+    """y, across the motion, shows more than twice the force of x, and more than ten times the precision."""
     facts = {"F1": (-1.0, along - 1, 0.001, 0.0), "F2": (2.0, 2 + across, 0.001, 0.0)}
     level = {"beta_deg": 0.0, "gamma_deg": 90.0}
     found = channels_of(*[({}, facts)] * 2, *[(level, {})] * 5)
     assert found.verdict == verdict
     if verdict == "failed":
         assert found.found == (
-            f"x and y look exchanged: F2, across the motion, feels {across / along:.3g} times what F1, along "
-            "it, does: look at transducer.axes"
+            f"x and y look exchanged: F2, across the motion, shows {across / along:.3g} times the force of F1, "
+            "along it: look at transducer.axes"
         )
     # not of strokes that feel nothing sideways by symmetry
     assert channels_of(*[(level, facts)] * 3).verdict == "passed"
@@ -568,7 +568,7 @@ def test_wrong_axes_are_named(medium, z, x, named):
     name, mended = other_axes(Cells.of(wrong)) or ("", None)
     assert name.startswith(named)
     assert mended is not None
-    assert (mended.back, mended.resists) == (0, True)
+    assert (mended.n_negative_work, mended.takes_energy) == (0, True)
 
 
 def test_axes_that_mend_nothing_are_not_named():
@@ -674,7 +674,7 @@ def test_size(value, expected, verdict):
     ],
 )
 def test_two_heaps(values, which):
-    found = two_heaps(np.array(values))
+    found = two_clusters(np.array(values))
     assert (found is None) == (which is None)
     if found is not None and which is not None:
         assert np.flatnonzero(found[1]).tolist() == [*which]
@@ -682,9 +682,9 @@ def test_two_heaps(values, which):
 
 def test_how_clear_two_heaps_are():
     """0.3 between values of a least spread of 0.03, in eighths of it."""
-    clear, _ = two_heaps(np.repeat([0.0, 0.3], 10)) or (0, None)
+    clear, _ = two_clusters(np.repeat([0.0, 0.3], 10)) or (0, None)
     assert clear == pytest.approx(0.3 / 0.03 / 8)
-    assert two_heaps(np.repeat([0.0, 0.2], 10)) is None
+    assert two_clusters(np.repeat([0.0, 0.2], 10)) is None
 
 
 def sheet_of(kinds):

@@ -10,7 +10,7 @@ from rftfit.measure.slopes import (
     fit_few,
     fit_slope,
     free_intercept,
-    stress_begins,
+    stress_onset,
     student_quantile,
     weighted_sum_variance,
     zero_intercept,
@@ -280,10 +280,10 @@ def test_variance_of_independent_errors_is_the_textbooks():
 def test_where_stress_begins():
     """Of lines exactly; an unevenness that grows with depth moves it less than it moves the plain line."""
     depth = np.linspace(1, 7, 200)
-    begins = stress_begins(depth, np.stack([0.3 * (depth - 0.4), -0.05 * (depth + 0.2)]))
+    begins = stress_onset(depth, np.stack([0.3 * (depth - 0.4), -0.05 * (depth + 0.2)]))
     np.testing.assert_allclose(begins, [0.4, -0.2], rtol=1e-9)
     uneven = 0.3 * depth * (1 + 0.05 * (depth > 5))
     intercept, slope = free_intercept(depth, uneven[None])
-    assert abs(stress_begins(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
+    assert abs(stress_onset(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
     for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.zeros((1, 200)))):
-        assert np.isnan(stress_begins(level, stress)).all()
+        assert np.isnan(stress_onset(level, stress)).all()

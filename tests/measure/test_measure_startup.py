@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rftfit.measure.slopes import unfinished_start
+from rftfit.measure.slopes import startup_bias
 
 SKIP = 3.0
 STEP = 0.125  # exact in binary: 8 samples in each third of the skipped length
@@ -20,7 +20,7 @@ def steps(second, last, steady=7.0):
 
 
 def left(stress):
-    return float(unfinished_start(PATH, stress, PATH >= SKIP, SKIP)[0])
+    return float(startup_bias(PATH, stress, PATH >= SKIP, SKIP)[0])
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_an_exponential_is_found():
     decay_cm, steady, size = 0.4, 0.3, 0.2
     stress = steady + size * np.exp(-path / decay_cm) * np.array([[1.0], [-2.0]])
     window = path >= 2.0
-    found = unfinished_start(path, stress, window, 2.0)
+    found = startup_bias(path, stress, window, 2.0)
     # integral of the exponential from 2 cm on, over the 38 cm of the window
     exact = size * decay_cm * np.exp(-2.0 / decay_cm) / 38
     np.testing.assert_allclose(found, [exact, -2 * exact], rtol=0.01)
@@ -66,7 +66,7 @@ def test_seven_samples_tell_nothing():
     assert left(first) == left(whole)
     few = np.flatnonzero(PATH >= SKIP)[:7]
     steady = np.isin(np.arange(PATH.size), few)
-    assert unfinished_start(PATH, whole, steady, SKIP)[0] == 0
+    assert startup_bias(PATH, whole, steady, SKIP)[0] == 0
 
 
 def test_a_sample_without_one_component_is_not_used():
@@ -74,6 +74,6 @@ def test_a_sample_without_one_component_is_not_used():
     spike = both.copy()
     spike[0, PATH == 2.5] = 50.0
     spike[1, PATH == 2.5] = np.nan
-    assert (unfinished_start(PATH, spike, PATH >= SKIP, SKIP) == 0).all()
-    found = unfinished_start(PATH, both, PATH >= SKIP, SKIP)
+    assert (startup_bias(PATH, spike, PATH >= SKIP, SKIP) == 0).all()
+    found = startup_bias(PATH, both, PATH >= SKIP, SKIP)
     np.testing.assert_allclose(found, [1 / 15, 1 / 5])

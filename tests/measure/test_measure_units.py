@@ -75,7 +75,7 @@ def test_a_unit_is_never_guessed(unit, column, why):
 def test_a_calibration_with_an_endless_cell_is_refused(tmp_path):
     path = tmp_path / "calibration.csv"
     path.write_text(f"load,unit,G1\nF1,N,{'1' * 200_000}\n")
-    with pytest.raises(InputError, match="cannot be taken apart into cells"):
+    with pytest.raises(InputError, match="cannot be split into cells"):
         read_calibration(path)
 
 

@@ -452,7 +452,7 @@ def test_one_attack_angle_does_not_tell_the_terms_apart(row):
     beta, gamma = BETA, GAMMA
     alpha = np.array(fourier.evaluate(GENERIC, beta, gamma))
     alpha[:, np.arange(91) // 13 != row] = np.nan
-    with pytest.raises(ValueError, match="do not tell 5 terms apart"):
+    with pytest.raises(ValueError, match="do not determine 5 separate terms"):
         fourier.fit_lsq(beta, gamma, alpha[0], alpha[1])
     keep = np.array([True, False, False, True, False, False, True, False, False])
     if row == 3:  # a flat plate tells sin gamma and cos gamma, where nothing else is asked

@@ -362,7 +362,7 @@ def test_a_medium_that_cannot_be_fitted_keeps_its_name(paper_config):
     table.loc[table["beta_deg"] != 0, names] = np.nan
     few = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert (few.medium, few.method) == ("poppy_LP", "lsq")
-    assert "12 measured directions do not tell 5 terms apart" in few.reason
+    assert "12 measured directions do not determine 5 separate terms" in few.reason
     table[names] = np.nan
     none = next(fit for fit in fit_media([table], paper_config) if fit.method == "lsq")
     assert none.reason == "0 measured directions are too few for 5 terms"

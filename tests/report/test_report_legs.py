@@ -385,7 +385,7 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
 def test_gaps_and_new_runs_break_the_line():
     theta = [-3.0, -2.0, 4.0, 5.0, -3.0, -2.0]
     rows = pd.DataFrame({"theta_deg": theta, "force_z_N": np.arange(6.0)})
-    force = leg_panels.broken(rows, "force_z_N")[1]
+    force = leg_panels.with_gaps(rows, "force_z_N")[1]
     np.testing.assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
 
 

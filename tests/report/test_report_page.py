@@ -34,7 +34,7 @@ from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.live import live_data
 from rftfit.page.methods import paragraphs, settings_digest
-from rftfit.page.outcome import gravest_doubt, outcome_of_runs, rows_by_reason
+from rftfit.page.outcome import most_serious_flag, outcome_of_runs, rows_by_reason
 from rftfit.page.page import page as make_page
 from rftfit.page.workbooks import workbooks
 from rftfit.results import Results
@@ -166,9 +166,9 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, read):
     assert outcome.used == {"": 1, "poppy_LP": 2, "yuma": 1}
     dropped = [(run["run_id"], run["rows"], run["reasons"]) for run in outcome.dropped]
     assert dropped == [("p2", 450, "saturated throughout")]
-    assert gravest_doubt(results, "poppy_LP") == (f"p2: {GAP}", 2)
-    assert gravest_doubt(results, HOLED) == ("2 of 91 cells have no alpha", 2)
-    assert gravest_doubt(results, "poppy_CP") == ("", 0)
+    assert most_serious_flag(results, "poppy_LP") == (f"p2: {GAP}", 2)
+    assert most_serious_flag(results, HOLED) == ("2 of 91 cells have no alpha", 2)
+    assert most_serious_flag(results, "poppy_CP") == ("", 0)
     rows = read.rows("summary")
     data, model = rows["poppy seeds, loose|2 runs, 1 dropped"]
     assert data == "sound|2 flags"

@@ -230,7 +230,7 @@ def repeats(count, wrong, each):
         (5, 0, 5, "5 runs, 0 of 5 apart"),
         (90, 2, 3, "90 runs, 2 of 90 apart"),
         (1000, 8, 20, "1000 runs, 8 of 1000 apart"),
-        (5, 0, 1, "5 runs: too few to tell how far runs differ"),
+        (5, 0, 1, "5 runs: too few to estimate how much runs differ"),
     ],
 )
 def test_runs_side_by_side(count, wrong, each, said):

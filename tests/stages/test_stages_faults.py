@@ -110,7 +110,7 @@ def test_a_sign_of_the_mount_that_is_wrong(room, axis, verdict):
     assert 'z: "-F3"' in room.config
     room.config = room.config.replace('z: "-F3"', f'z: "{axis}"')
     results = room.chain()
-    assert Cells.of(results.alpha).resists == (verdict == "passed")
+    assert Cells.of(results.alpha).takes_energy == (verdict == "passed")
     assert (results.fit(OTHER)["alpha_z_hi_N_per_cm3"] < 0) == (verdict == "failed")
 
 

@@ -11,7 +11,7 @@ import pytest
 from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot
 from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, paper_config, plan, simulate
 
-from rftfit.measure.slopes import fit_slope, unfinished_start
+from rftfit.measure.slopes import fit_slope, startup_bias
 
 CAMPAIGNS, SEED = 8, 7
 ROBOTS = 3
@@ -124,8 +124,8 @@ def test_start_up_left_in_the_window():
     for decay in (0.3, 0.4, 0.6):
         stress = np.stack([0.9 * (1 - np.exp(-travel / decay)), np.full(640, 0.2)])
         stress[:, travel < 0.6] += 5
-        moved = unfinished_start(travel, stress, steady, 2.0)
+        moved = startup_bias(travel, stress, steady, 2.0)
         np.testing.assert_allclose(moved[0], stress[0, steady].mean() - 0.9, rtol=0.2)
         assert abs(moved[1]) < 1e-12
-    assert (unfinished_start(travel, stress, steady, 0.0) == 0).all()
-    assert (unfinished_start(travel, stress, travel > 9, 2.0) == 0).all()
+    assert (startup_bias(travel, stress, steady, 0.0) == 0).all()
+    assert (startup_bias(travel, stress, travel > 9, 2.0) == 0).all()

@@ -337,7 +337,7 @@ def test_names_that_some_disks_take_for_the_same(room):
     room.rows[1]["run_id"] = room.rows[0]["tare_run"] = "P"
     found = room.problems()
     assert "differs by more than case from p" in found["sheet.case-id"]
-    assert "not every disk tells the two apart" in found["sheet.shared-file"]
+    assert "some disks treat both names as one" in found["sheet.shared-file"]
 
 
 @pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85"])

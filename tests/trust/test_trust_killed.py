@@ -15,7 +15,7 @@ from campaigns import make_campaign
 from paper import PROJECT
 
 from rftfit.store import atomic_path, write_text
-from rftfit.store.files import _cleared, clear_rests, is_rest
+from rftfit.store.files import _cleared, is_temporary, remove_temporary
 from rftfit.workflow.processes import VARIABLE, end_with_parent, stale_lock
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
@@ -78,7 +78,7 @@ def killed_midway(target):
 
 
 def rests(folder):
-    return [path.name for path in folder.iterdir() if is_rest(path.name)]
+    return [path.name for path in folder.iterdir() if is_temporary(path.name)]
 
 
 def wait_for(what, seconds=20):
@@ -111,7 +111,7 @@ def test_what_a_living_process_writes_is_not_cleared_away(tmp_path):
         (tmp_path / ".alpha.csv").write_text("the user's")
         (tmp_path / ".link.1.part.csv").symlink_to(tmp_path / ".alpha.csv")
         with atomic_path(tmp_path / "beta.csv") as own:
-            assert clear_rests(tmp_path) == 0
+            assert remove_temporary(tmp_path) == 0
             assert sorted(rests(tmp_path)) == sorted(
                 [f".alpha.{child.pid}.part.csv", ".link.1.part.csv", own.name]
             )

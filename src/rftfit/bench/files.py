@@ -1,4 +1,4 @@
-"""Which files are still: they are asked for size and time, since notifications fail on network drives."""
+"""Find files that no longer change, by size and time of change: notifications fail on network drives."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Stamp = tuple[int, int] | None
 """Size and time of change of a file, ns; None where there is none."""
 
 _TURNS = 4
-"""A file that is still is asked every fourth time: most files of a campaign never change again."""
+"""A file that no longer changes is checked every fourth time only: most files never change again."""
 
 
 class _Seen(NamedTuple):
@@ -21,7 +21,7 @@ class _Seen(NamedTuple):
 
 
 def stamp_of(path: str) -> Stamp:
-    """Ask a file for its stamp."""
+    """Read size and time of change of a file."""
     try:
         found = os.stat(path)  # noqa: PTH116 (thousands of files, twice a second)
     except (OSError, ValueError):
@@ -52,7 +52,7 @@ class Files:
         return self._below
 
     def look(self, paths: Iterable[str], now: float) -> bool:
-        """Ask the files that may have changed; whether one did, came to rest, or is new or gone."""
+        """Check the files that may have changed; True if one changed, stopped changing, appeared or disappeared."""
         self._turn += 1
         before, self.seen = self.seen, {}
         for place, path in enumerate(paths):
@@ -65,6 +65,6 @@ class Files:
         return before != self.seen
 
     def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
-        """Stamps of some files; None where one of them moves."""
+        """Stamps of some files; None where one of them still changes."""
         found = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
         return tuple(one.stamp for one in found) if all(one.still for one in found) else None

@@ -58,7 +58,7 @@ class Medium:
 
     `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `map`: None where
     no push tells of the medium yet. `width`: half width of the target's interval, percent; `before`: at the
-    push before. `last`: plate run that was measured last, at the time `heard`, `seconds` after its files changed.
+    push before. `last`: plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Medium:
     width: float = np.nan
     before: float = np.nan
     last: str = ""
-    heard: float = 0.0
+    measured_at: float = 0.0
     seconds: float = np.nan
 
 

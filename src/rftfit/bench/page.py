@@ -27,7 +27,7 @@ def page_of(watch: Watch, query: str) -> str:
     if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _problems(watch)
     asked = {key: values[-1] for key, values in parse_qs(query).items()}
-    newest = max(watch.media.values(), key=lambda one: one.heard)
+    newest = max(watch.media.values(), key=lambda one: one.measured_at)
     medium = watch.media.get(asked.get("medium", ""), newest)
     run = asked["run"] if asked.get("run") in medium.runs else medium.last
     tabs = "".join(

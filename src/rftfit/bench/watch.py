@@ -48,7 +48,7 @@ _PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.o
 
 
 class Event(NamedTuple):
-    """Something to be told: ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
+    """Something to report: ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
 
     kind: str
     facts: Mapping[str, Any]
@@ -168,7 +168,7 @@ class Watch:
                 yield _withdrawn(medium, name, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
-                medium.last, medium.heard = name, time.time()
+                medium.last, medium.measured_at = name, time.time()
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 
@@ -278,7 +278,7 @@ class Watch:
     # --- files that no row names
 
     def _look_into(self, below: list[str]) -> Iterator[Event]:
-        """Tell what the files are that no row names, and the row that would name each."""
+        """Report the files that no row names: the kind of each, and a row that would name it."""
         if self._files.stamps(self._settings()) is None:
             return  # a row for them may be in the sheet that is being written
         raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot

@@ -41,7 +41,7 @@ def read_calibration(path: Path) -> Calibration:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read as UTF-8 text: {error}") from None
     except csv.Error as error:
-        raise InputError(f"cannot be taken apart into cells: {error}") from None
+        raise InputError(f"cannot be split into cells: {error}") from None
     gauges = tuple(header[2:])
     if header[:2] != ["load", "unit"] or not gauges or len(set(gauges)) < len(gauges):
         raise InputError(

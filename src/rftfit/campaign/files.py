@@ -1,4 +1,4 @@
-"""Files that a user names: read without harm, their paths kept where they belong."""
+"""Files that a user names: read with limits of size and kind, their paths kept inside a folder."""
 
 from __future__ import annotations
 

@@ -108,11 +108,11 @@ class Campaign:
         media = self.config.media
         return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
-    def of_logs(self, role: str = "") -> tuple[str, ...]:
+    def media_with_logs(self, role: str = "") -> tuple[str, ...]:
         """Media whose runs were recorded: none of a campaign that is a table."""
         return () if self.numbers else self.of_role(role)
 
-    def of_samples(self, role: str = "") -> tuple[str, ...]:
+    def media_with_samples(self, role: str = "") -> tuple[str, ...]:
         """Media with stress against depth: none of a campaign that is a table of alpha."""
         table = self.config.table
         return () if table is not None and table.holds == "alpha" else self.of_role(role)
@@ -136,7 +136,7 @@ class Campaign:
         return {name: medium.title for name, medium in self.config.media.items()}
 
     @cached_property
-    def unclaimed(self) -> tuple[Run, ...]:
+    def unassigned_air_runs(self) -> tuple[Run, ...]:
         """The in-air runs that no leg names, so that they belong to no medium, by run_id."""
         named = {run.tare_run for run in self.runs if run.kind == "leg"}
         loose = [run for run in self.runs if not run.medium and run.run_id not in named]
@@ -310,7 +310,7 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
     if not inside(place, results) and not (key == "raw" and inside(results, place)):
         return "", ""
     # the program would overwrite it, or write among the logs
-    text = f"a place apart from {RESULTS}/, which the program writes and anybody may delete"
+    text = f"a place outside of {RESULTS}/, which the program writes and anybody may delete"
     if not inside(entry.path, RESULTS):
         text += f"; a link brings the two together: {RESULTS} is {results}"
     return "in-results", text
@@ -331,8 +331,8 @@ def _check_rigid_contact(
         if clock != "same_clock":
             file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
     elif paths[0] and folded(paths[0]) == folded(paths[1]):
-        allowed = f"a file of its own; force_log names it as {paths[0]}: not every disk tells the "
-        file.note(here, "shared-file", contact.motion_log, f"{allowed}two apart")
+        allowed = f"a file of its own; force_log names it as {paths[0]}: some disks "
+        file.note(here, "shared-file", contact.motion_log, f"{allowed}treat both names as one")
 
 
 def _check_calibration(file: ModelFile[Config], named: str | None, logs: Folder) -> None:

@@ -279,7 +279,7 @@ def _drafts(
             bad = table.bad.get((number, at)) if table.bad and at is not None else None
             _read_cell(draft, column, named, bad, scale)
         if schema.others != "ignored":
-            _check_beyond(draft, header, cells)
+            _check_cells_without_header(draft, header, cells)
         drafts.append(draft)
     return drafts
 
@@ -342,7 +342,7 @@ def read_columns(
 
     try:
         data = _long_text(path, schema)
-        at = _behind_line(data, 0, _HEAD)
+        at = _next_row_start(data, 0, _HEAD)
         at = at if data[:at].strip() else len(data)
         suffix = path.suffix.lower()
         table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
@@ -351,8 +351,8 @@ def read_columns(
         columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
         join(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
         while at < len(data):
-            block = data[at : (at := _behind_line(data, at, _BLOCK))]
-            part = _quick(block, table, found, schema, texts)
+            block = data[at : (at := _next_row_start(data, at, _BLOCK))]
+            part = _read_valid_rows(block, table, found, schema, texts)
             if part is None:
                 table.rows = []
                 _take(table, block.decode(), schema)
@@ -370,10 +370,10 @@ def read_columns(
     return Rows(columns, texts), names, problems
 
 
-def _quick(
+def _read_valid_rows(
     block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
-    """Read lines in which every cell is as it must be; None where one is not."""
+    """Read rows in which every cell is valid; None where one is not."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -634,7 +634,9 @@ def _column_of(name: str, names: Mapping[str, Column]) -> tuple[Column | None, f
     return column, column.units.get(parts[2] or parts[3])
 
 
-def _check_beyond(draft: DraftRow, header: Sequence[str], cells: Sequence[str]) -> None:
+def _check_cells_without_header(
+    draft: DraftRow, header: Sequence[str], cells: Sequence[str]
+) -> None:
     """Note filled cells that stand under no header."""
     for at, cell in enumerate(cells):
         if cell and (at >= len(header) or not header[at]):
@@ -677,8 +679,8 @@ def _long_text(path: Path, schema: Schema) -> bytes:
     return data if plain else decode(data, schema.file, schema.area).encode()
 
 
-def _behind_line(text: bytes, begin: int, size: int) -> int:
-    """Where the first row after `size` more bytes begins; a line end in quotes ends none."""
+def _next_row_start(text: bytes, begin: int, size: int) -> int:
+    """Position of the first row after `size` more bytes; a line end inside quotes does not end a row."""
     stop = text.find(b"\n", begin + size) + 1 or len(text)
     quotes = text.count(b'"', begin, stop)
     while quotes % 2 and stop < len(text):
@@ -718,7 +720,7 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
                 raise _too_many_rows(schema)
             table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
-        allowed = f"this row cannot be taken apart into cells ({error}); look for a stray quote"
+        allowed = f"this row cannot be split into cells ({error}); look for a stray quote"
         raise schema.refusal("not-csv", allowed, row=table.last + 1) from None
 
 

@@ -74,12 +74,12 @@ class Run:
     stroke: int | None = None
 
     @property
-    def way_deg(self) -> float:
+    def motion_gamma_deg(self) -> float:
         """Angle gamma of the motion itself: an extraction goes back along a path that is stated on the way down."""
-        return _way_deg(self.direction, self.gamma_deg)
+        return _motion_gamma_deg(self.direction, self.gamma_deg)
 
 
-def _way_deg(direction: str, gamma_deg: float) -> float:
+def _motion_gamma_deg(direction: str, gamma_deg: float) -> float:
     return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
 
 
@@ -289,25 +289,30 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 same_row = other is draft and other.text[use] == path
                 if same_row and method != "same_clock":
                     draft.note(name, "one-file", path, same_file_needs_one_clock(method))
-                elif other.text[use] == path and (same_row or _apart(draft, other, tolerance)):
+                elif other.text[use] == path and (
+                    same_row or _are_different_strokes(draft, other, tolerance)
+                ):
                     continue
                 else:
                     where = "of this row" if other is draft else f"of row {other.row}"
                     allowed = f"a file of its own; {use} {where} names this one"
                     if other.text[use] != path:
-                        allowed += f", as {other.text[use]}: not every disk tells the two apart"
+                        allowed += f", as {other.text[use]}: some disks treat both names as one"
                     draft.note(name, "shared-file", path, allowed)
                 break
             named.append((draft, name))
             alike.append((draft, name))
 
 
-def _apart(one: DraftRow, other: DraftRow, tolerance_deg: float) -> bool:
+def _are_different_strokes(one: DraftRow, other: DraftRow, tolerance_deg: float) -> bool:
     """Whether two rows name different strokes of one log: of a push and its pull back, 1 and 1."""
     first, second = one.number.get("stroke"), other.number.get("stroke")
     if first is None or second is None or first != second:
         return None not in (first, second)
-    ways = [_way_deg(row.text["direction"], row.number.get("gamma_deg", 0)) for row in (one, other)]
+    ways = [
+        _motion_gamma_deg(row.text["direction"], row.number.get("gamma_deg", 0))
+        for row in (one, other)
+    ]
     # within the arm's tolerance both would be found along either way
     return abs((ways[0] - ways[1] + 180) % 360 - 180) > 2 * tolerance_deg
 
@@ -323,7 +328,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         for kind in _TARE
     }
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
-    bare: list[tuple[DraftRow, str]] = []
+    untared: list[tuple[DraftRow, str]] = []
     searches = 0
     for draft in drafts:
         kind, name = draft.text["kind"], draft.text["tare_run"]
@@ -341,8 +346,8 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             allowed = f"the run_id of {wanted} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
-            bare.append((draft, wanted))
-    _note_bare(bare, missing_tare, alone=not any(users.values()))
+            untared.append((draft, wanted))
+    _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
         _check_shared(name, several)
     named = {draft.text["tare_run"] for draft in drafts}
@@ -352,13 +357,15 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
 
 
-def _note_bare(bare: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool) -> None:
+def _warn_without_tare(
+    untared: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool
+) -> None:
     """Warn of runs without a tare; where no run has one and the config allows it, once for all."""
-    if alone and missing_tare == "flag" and len(bare) > 1:
-        text = f"no tare in any of {len(bare)} runs: they will come out {_WITHOUT_TARE['flag']}"
-        bare[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
+    if alone and missing_tare == "flag" and len(untared) > 1:
+        text = f"no tare in any of {len(untared)} runs: they will come out {_WITHOUT_TARE['flag']}"
+        untared[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
         return
-    for draft, wanted in bare:
+    for draft, wanted in untared:
         text = f"no tare: this run will come out {_WITHOUT_TARE[missing_tare]}"
         text += f"; name {wanted} to subtract"
         draft.note("tare_run", "tare-missing", None, text, severity="warning")

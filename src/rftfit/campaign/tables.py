@@ -334,7 +334,7 @@ def _push(
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
-        columns["other_sense"], again = other_sense(depth, gamma)
+        columns["other_sense"], again = rows_against_gamma(depth, gamma)
         if not draft.yes("excluded"):
             _note_depths(draft, own, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
@@ -350,18 +350,18 @@ def _note_depths(
     draft: DraftRow, own: dict[str, npt.NDArray[Any]], other: npt.NDArray[np.bool_], again: int,
     name: str, given: str,
 ) -> None:  # fmt: skip
-    """Note what the depths of a run tell: several runs in one, or rows that are left out."""
+    """Note problems that the depths of a run show: several pushes in one run, or rows that are left out."""
     depth = own["depth_cm"]
     ask = "give each push a run_id of its own"
     if not given:
-        ask = "which column tells the runs apart? Its name is run_id, or is given as run_id in table.columns of the config"
+        ask = "which column identifies the runs? Its name is run_id, or is given as run_id in table.columns of the config"
     times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
     if again:
         draft.row = int(own["row"][again])
         allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
         draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
     elif 1 < times[0] <= _REPEATS and (times == times[0]).all():
-        text = f"each depth of the run {name} stands {times[0]} times; if these are so many pushes: {ask}"
+        text = f"each depth of the run {name} occurs {times[0]} times; if these are so many pushes: {ask}"
         draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
     if other.any() and not again:
         draft.row = int(own["row"][other][0])
@@ -369,8 +369,8 @@ def _note_depths(
         draft.note("depth_cm", "other-sense", None, text, severity="warning")
 
 
-def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
-    """Rows (n,) in which depth changes against the sense of gamma, deg; and the one where it starts again, or 0.
+def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
+    """Rows (n,) in which depth changes opposite to gamma, deg; and the row where a second push starts, or 0.
 
     A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
     """
@@ -383,7 +383,7 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
         _, first = np.unique(level[starts], return_index=True)
         twice = np.setdiff1d(np.arange(starts.size), first)
         return wrong, int(starts[twice[0]]) if twice.size else 0
-    turns, sense = _turns(depth, gamma)
+    turns, sense = _reversals(depth, gamma)
     right = 0
     for place, (start, stop) in enumerate(pairwise([0, *turns, depth.size - 1]) if turns else ()):
         is_right = sense * (-1) ** place * gamma > 0
@@ -394,8 +394,8 @@ def other_sense(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_],
     return wrong, 0
 
 
-def _turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
-    """Where the depth turns by more than noise, the first of many, and the sense in which it begins.
+def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
+    """Rows where the change of depth reverses by more than noise (the first of many), and the sign at the start.
 
     A pause there is left to the sense that is not that of gamma.
     """

@@ -20,7 +20,7 @@ from rftfit.cli.output import (
     table,
     warn,
 )
-from rftfit.errors import AllAtOnce, InputError
+from rftfit.errors import CollectedErrors, InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,14 +80,14 @@ def predict(
 
     known.check(se)
     _check_words(body, mesh, unit, sheet, figure)
-    inputs = AllAtOnce()
+    inputs = CollectedErrors()
     shape: Any = None
     motion: Any = None
-    with inputs.part():
+    with inputs.collect():
         shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
-    with inputs.part():
+    with inputs.collect():
         motion = body.make_motion() if mesh is None else rftfit.Motion3D.read(str(body.path))
-    with inputs.part():
+    with inputs.collect():
         options.check_confidence(confidence)
         source = known.find(se or 0.0)
     inputs.check()

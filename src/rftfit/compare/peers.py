@@ -1,4 +1,4 @@
-"""Each run beside what the other runs of its medium say of its direction.
+"""Comparison of each run with the alpha that the other runs of its medium give for its direction.
 
 Three runs of one direction or more are compared with one another, in units of how repeats of this medium
 differ. A single run is compared with what all other runs and the shape that granular media share
@@ -54,10 +54,10 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         return pd.DataFrame(columns=COLUMNS)
     alpha = known[names].to_numpy(float).T
     groups = directions_of(known)
-    others, times, apart, seen = _beside_repeats(alpha, groups)
+    others, times, apart, seen = _compare_with_repeats(alpha, groups)
     single = np.array([(groups == own).sum() < 3 for own in groups])
     if single.any():
-        said, of_map, far, least = (part[..., single] for part in _beside_map(known, alpha))
+        said, of_map, far, least = (part[..., single] for part in _compare_with_map(known, alpha))
         others[:, single], times[single], apart[single], seen[single] = said, of_map, far, least
     # of a medium without any force nothing is relative
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
@@ -68,17 +68,17 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         "beside": np.where(single, MAP, REPEATS), "off_z_ratio": off[0], "off_x_ratio": off[1],
         "times_spread": times, "apart": apart, "seen_from_ratio": seen / largest,
     }  # fmt: skip
-    felt_by_all = _least(
+    smallest = _smallest_published(
         *(np.radians(known[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     )
     for place, c in enumerate("zx"):
-        rows |= {f"known_{c}_ratio": felt_by_all[place]}
+        rows |= {f"known_{c}_ratio": smallest[place]}
         rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others[place]}
     return pd.DataFrame(rows)[COLUMNS]
 
 
-def _least(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Least of what all published media feel, with its sign, shape (2, n); 0 where they differ in sign."""
+def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Smallest alpha of all published media, with its sign, shape (2, n); 0 where the signs differ."""
     shapes = published_shapes()
     media = np.split(shapes.of_media(beta, gamma), 2, axis=1)
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
@@ -87,8 +87,8 @@ def _least(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     return np.where(alike, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 
 
-def apart(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """By how much each run that stands apart differs from what the others say, z and x, N/cm^3."""
+def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """Alpha of each outlier minus the alpha that the other runs give, z and x, N/cm^3."""
     rows = peers[peers["apart"].astype(bool)].to_dict("records")
     return {
         str(row["run_id"]): (
@@ -111,10 +111,10 @@ def directions_of(runs: pd.DataFrame) -> FloatArray:
     return np.asarray(near.argmax(axis=1), dtype=float)
 
 
-def _beside_repeats(
+def _compare_with_repeats(
     alpha: FloatArray, groups: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Median of the other runs of a direction; how far each run is from it; whether that is far; what is seen."""
+    """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
     others = np.full(alpha.shape, math.nan)
     members = [
         here for own in np.unique(groups) if (here := np.flatnonzero(groups == own)).size > 2
@@ -139,17 +139,17 @@ def _beside_repeats(
     return others, times, far, seen
 
 
-def _beside_map(
+def _compare_with_map(
     runs: pd.DataFrame, alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """What a map of all other runs says of each; the difference from it; whether that is far; what is seen."""
+    """Alpha of each run by a map of all others; distance; whether it is an outlier; smallest distance detected."""
     beta, gamma = (np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)
 
     def beside(given: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        said, error = _left_out(beta, gamma, np.where(given, alpha, math.nan), alpha, se)
+        said, error = _predict_from_others(beta, gamma, np.where(given, alpha, math.nan), alpha, se)
         return said, np.nan_to_num(np.abs(alpha - said) / error), error
 
     said, times, error = beside(~far)
@@ -158,7 +158,7 @@ def _beside_map(
         rest = ~far & (np.arange(beta.size) != farthest)
         if rest.sum() < max(_FEWEST, 2 * far.sum()):
             break
-        # a run that is wrong pulls the map at its neighbours: how far is far is told without it
+        # a wrong run distorts the map near itself, so the limit is estimated without this run
         without, apart, its_error = beside(rest)
         unit = max(float(np.quantile(apart[:, rest], _TAIL)), 0.1)
         off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
@@ -167,12 +167,12 @@ def _beside_map(
             return said, times.max(axis=0) / unit, far, seen
         far[farthest] = True
         said, times, error = without, apart, its_error
-    # too few runs, or too many that are far, to say how far is far
+    # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
     return said, unknown, np.zeros(beta.size, dtype=bool), unknown
 
 
-def _left_out(
+def _predict_from_others(
     beta: FloatArray, gamma: FloatArray, given: FloatArray, alpha: FloatArray, se: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """What the `given` runs but itself say of each run: alpha, N/cm^3, and its error, shape (2, n)."""

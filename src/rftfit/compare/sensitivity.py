@@ -1,4 +1,4 @@
-"""How far the predicted peaks of legs hang on what is not stated of the legs' shape."""
+"""How much the predicted peaks of legs depend on details of the legs' shape that are not stated."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def first_peaks(results: Results) -> Figure:
     media=when(
         lambda c: (
             not c.with_legs("laboratory") + c.with_legs("natural_sand")
-            and c.of_samples() == c.media_with_runs
+            and c.media_with_samples() == c.media_with_runs
             and stress_runs(c)
         )
     ),

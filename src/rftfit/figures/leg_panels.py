@@ -171,7 +171,7 @@ def rows_of(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
     return table.sort_values(order, kind="stable")
 
 
-def broken(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
+def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     """Theta and columns of `rows_of`, with a NaN in each gap and between runs: lines break there."""
     theta = rows["theta_deg"].to_numpy(float)
     step = np.diff(theta)
@@ -202,7 +202,7 @@ def add_predicted(
     axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-"
 ) -> None:
     """Draw a predicted curve of one medium, leg and profile with its interval."""
-    theta, force, low, high = broken(rows, *force_columns(component))
+    theta, force, low, high = with_gaps(rows, *force_columns(component))
     axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 

@@ -96,7 +96,7 @@ def _draw_models(
     dots: dict[str, Any] = {"color": leg_panels.MEASURED, "marker": "o", "linestyle": "",
                             "markeredgewidth": 0}  # fmt: skip
     if leg_panels.has_force(measured, component):
-        theta, force = leg_panels.broken(measured, column)
+        theta, force = leg_panels.with_gaps(measured, column)
         axes.plot(theta, force, markersize=1.3, **dots)
         seen.append(force)
     else:
@@ -243,7 +243,7 @@ def _draw_leg(
             notes.append(f"{component}{lack}{leg_panels.why_missing(table)}")
     for c in "zx":
         if leg_panels.has_force(measured, c):
-            theta, force = leg_panels.broken(measured, f"force_{c}_N")
+            theta, force = leg_panels.with_gaps(measured, f"force_{c}_N")
             axes.plot(theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5,
                       markeredgewidth=0)  # fmt: skip
             seen.append(force)
@@ -252,7 +252,7 @@ def _draw_leg(
             leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
             seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
-            theta, force = leg_panels.broken(beside, f"force_{c}_N")
+            theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
             seen.append(force)
     leg_panels.force_range(axes, seen, notes)
@@ -374,7 +374,7 @@ def _draw_scaled(
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = rows_of(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
-            theta, force = leg_panels.broken(rows, f"force_{component}_N")
+            theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
             line = _DASHES[i % len(_DASHES)]
             axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
             seen.append(force / zeta)

@@ -78,7 +78,7 @@ def _reach(config: Config) -> float:
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
     settings=("intruders", "fit", "figures"),
-    media=when(lambda campaign: campaign.of_samples() and stress_runs(campaign)),
+    media=when(lambda campaign: campaign.media_with_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
     caption=(
@@ -180,7 +180,7 @@ _NOTE_PT = 5.5
     reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
            "alpha/{laboratory}.csv"),
     settings=("intruders", "fit"),
-    media=when(lambda campaign: campaign.of_samples("laboratory")),
+    media=when(lambda campaign: campaign.media_with_samples("laboratory")),
     section="Measurement",
     caption=(
         "Is stress in proportion to depth? Lines are alpha times depth; samples outside the window of the fit are "

@@ -159,7 +159,7 @@ def _about(run: Run) -> str:
     reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
            "fits/{medium}.csv", "legs/{medium}.csv"),
     settings=("intruders", "fit"),
-    media=lambda campaign: campaign.of_logs("laboratory")[:1],
+    media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
         "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result. "
@@ -323,7 +323,7 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
     settings=("fit",),
-    media=lambda campaign: campaign.of_logs("laboratory")[:1],
+    media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
         "The force on the rod and the mount alone along the deepest slanted path in {medium}; outside the shaded "
@@ -387,7 +387,7 @@ _GOOD = (
     settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock", "surface",
               "rigid_contact", "intruders", "fit"),
     logs=True,
-    media=lambda c: c.of_logs() if c.config.clock.method == "estimate" else (),
+    media=lambda c: c.media_with_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
     caption=(
         "How the clocks of force and motion log were brought together in {medium}, run by run. "

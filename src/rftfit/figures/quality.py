@@ -40,7 +40,7 @@ def _count(fits: pd.DataFrame, title: str, what: str = "run") -> str:
     "{medium}",
     reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
     settings=("intruders",),
-    media=lambda campaign: campaign.of_samples(),
+    media=lambda campaign: campaign.media_with_samples(),
     folder="quality",
     section="Measurement",
     caption=lambda results, medium: _count(results[medium].fits, results[medium].title),
@@ -475,7 +475,7 @@ def _summary(table: pd.DataFrame) -> str:
     """Say how many runs there are and how far they differ."""
     times = table["times_spread"]
     if times.isna().all():
-        return f"{len(table)} runs: too few to tell how far runs differ"
+        return f"{len(table)} runs: too few to estimate how much runs differ"
     half = [
         style.number((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs().median(), 4)
         for c in "zx"

@@ -155,7 +155,7 @@ def search_lags(
     for place, offset in enumerate(lag):
         there = np.interp(time + offset, motion_time, depth)
         contact = contact_depth(there, force)
-        # in air the force says nothing, and bends of the function would be lost on it
+        # in air the force has no information, and knots of the function would be wasted there
         there = np.maximum(there, contact - 0.1 * (there.max() - contact))
         if np.ptp(there) <= 0:
             continue
@@ -252,7 +252,7 @@ def estimate_clocks(
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
     chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
-    # what stiffness is right nobody knows: how far the answers lie apart is part of the error
+    # the right stiffness is unknown: the spread of the results with each is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
     if not se <= max_se_s:
@@ -357,7 +357,7 @@ def _refine(
         jacobian = np.stack([slope, slope * (time - reference), raised])
         jacobian -= (jacobian @ space) @ space.T
         lever = jacobian[1]
-        # a drift is believed as far as the data tell it from none: clocks differ by max_drift
+        # a prior of standard deviation max_drift keeps the drift small unless the data show one
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
         stiff = variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
         normal = jacobian @ jacobian.T + np.diag(stiff + 1e-12 * power)

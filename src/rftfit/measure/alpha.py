@@ -77,7 +77,7 @@ def alpha_table(
     grid: Grid | None = None,
     surface: SurfaceError | None = None,
     at_cm: float | None = None,
-    apart: Mapping[str, tuple[float, float]] | None = None,
+    outliers: Mapping[str, tuple[float, float]] | None = None,
 ) -> pd.DataFrame:
     """Combine the fits of one medium into its cells, one row each.
 
@@ -86,9 +86,9 @@ def alpha_table(
     and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
     the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
-    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `apart`: by how much
-    runs that stand apart differ from what the others say, z and x, N/cm^3: they do not tell how beds differ,
-    and the interval of their cell reaches the others.
+    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `outliers`:
+    alpha of outlying runs minus that of the others, z and x, N/cm^3: these runs are left out of the estimate
+    of how beds differ, and the interval of their cell reaches the others.
 
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
@@ -103,8 +103,8 @@ def alpha_table(
         [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
         for cell in directions
     ]
-    apart = apart or {}
-    alike = [[run for run in runs if run["run_id"] not in apart] for runs in own]
+    outliers = outliers or {}
+    alike = [[run for run in runs if run["run_id"] not in outliers] for runs in own]
     found = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
     spread = dict(zip(COMPONENTS, found, strict=True))
     shared = shared_flags(fits)
@@ -112,7 +112,9 @@ def alpha_table(
         _cell(here, gamma == 0, depths, shared, at_cm)
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
-    parts = _errors(cells, directions, errors, surface or SurfaceError(), spread, confidence, apart)
+    parts = _errors(
+        cells, directions, errors, surface or SurfaceError(), spread, confidence, outliers
+    )
     rows = []
     for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
         place = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
@@ -257,7 +259,7 @@ def _errors(
     surface: SurfaceError,
     spread: dict[str, Spread],
     confidence: float,
-    apart: Mapping[str, tuple[float, float]],
+    outliers: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, float | str]]:
     """Alpha of each cell with its errors by name, and the interval that holds them all."""
     alpha = {c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
@@ -275,12 +277,12 @@ def _errors(
         turned = {"z": -side * alpha["x"][i], "x": side * alpha["z"][i]}
         for c in COMPONENTS:
             found = _of_runs(cell, c, surface, spread[c])
-            found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _together(cell))
+            found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _mean_of_independent(cell))
             found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
             found[ROD] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(found, cell, c, spread[c], confidence)
-            off = [apart.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
-            found[BED] = max(found[BED], _apart(cell, c, np.array(off)),
+            off = [outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
+            found[BED] = max(found[BED], _outlier_error(cell, c, np.array(off)),
                              key=lambda part: half_width([part], confidence))  # fmt: skip
             half = half_width(found.values(), confidence)
             se = math.sqrt(sum(part.sd**2 for part in found.values()))
@@ -294,8 +296,8 @@ def _errors(
     return rows
 
 
-def _apart(cell: _Cell, c: str, off: FloatArray) -> Part:
-    """Error of a cell with runs that stand apart by `off`: the scatter of its repeats, or what they are off by."""
+def _outlier_error(cell: _Cell, c: str, off: FloatArray) -> Part:
+    """Error of a cell with outlying runs: the scatter of its repeats, or the differences `off` of these runs."""
     n = len(cell.runs)
     if off.any() and n > 2 and not cell.level:
         return Part(float(cell.of(column(c)).std(ddof=1)) / math.sqrt(n), n - 1.0)
@@ -306,8 +308,8 @@ _REACH = 1.96
 """Standard errors to the end of an interval of 95 %."""
 
 
-def _together(cell: _Cell) -> float:
-    """Standard deviation of the mean of errors that each run has for itself, relative to one's."""
+def _mean_of_independent(cell: _Cell) -> float:
+    """Standard deviation of the mean of independent errors of the runs, relative to that of one run."""
     return math.sqrt(float(cell.share @ cell.share))
 
 
@@ -380,7 +382,7 @@ def alpha_columns(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
-    """Cells whose alpha no line, or too few depths, stand behind, shape (n,)."""
+    """Cells whose alpha comes from nonlinear stress or from too few depths, shape (n,)."""
     return np.isfinite(alpha_columns(table)[0]) & flagged_with(table, "not-linear", "few-depths")
 
 

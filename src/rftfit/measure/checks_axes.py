@@ -31,21 +31,23 @@ def check_work(measured: Measured) -> Check:
     back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
     runs = " ".join(back["run_ids"]).split()
     where = "the columns of the table" if measured.config.table else "transducer.axes"
-    given = f"{cells.back} of {count} cells give energy back"
+    given = f"{cells.n_negative_work} of {count} cells give energy back"
     sentence = (
         f"The signs of forces or motion are wrong in some runs ({given}: {rows_of(runs, sheet)}): look at "
         f"the direction, the angles and the logs of these runs, then at {where}."
     )
     if (other := other_axes(cells)) is not None:
         name, then = other
-        after = f"{then.back or 'none'} of them with that put right"
+        after = f"{then.n_negative_work or 'none'} of them with that put right"
         sentence = f"{name} ({given}; {after}): look at {where}."
         # the axes are those of all runs
         runs = []
     worst = int((done / least).argmin())
     found = f"{given}, the lowest D = {done[worst]:.3g} N/cm^3"
     allowed = f"D of {-least[worst]:.3g} N/cm^3 or more in all but {_CELLS - 1} cells"
-    return judged("work", cells.resists, found, allowed, sentence, flags_on(runs, "gives-back"))
+    return judged(
+        "work", cells.takes_energy, found, allowed, sentence, flags_on(runs, "gives-back")
+    )
 
 
 def check_symmetry(measured: Measured) -> Check:
@@ -59,10 +61,10 @@ def check_symmetry(measured: Measured) -> Check:
     found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
     allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
     sentence = (
-        f"Plates straight down feel a horizontal force to one side ({found}): look at transducer.turn_deg and "
+        f"On plates pushed straight down a horizontal force acts to one side ({found}): look at transducer.turn_deg and "
         "transducer.axes, and for a bent plate or a slanted bed."
     )
-    return judged("symmetry", cells.upright, found, allowed, sentence)
+    return judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)
 
 
 def check_up_down(measured: Measured) -> Check:
@@ -77,7 +79,7 @@ def check_up_down(measured: Measured) -> Check:
         "intrusions and extractions are exchanged in the run sheet."
     )
     allowed = "alpha_z(0, 90) above the size of alpha_z(0, -90)"
-    return judged("up_down", cells.heavier_down, found, allowed, sentence)
+    return judged("up_down", cells.push_exceeds_pull, found, allowed, sentence)
 
 
 @dataclass(frozen=True)
@@ -137,17 +139,17 @@ class Cells:
         return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
 
     @property
-    def back(self) -> int:
+    def n_negative_work(self) -> int:
         """Number of cells in which the medium gives energy back."""
         done, least = self.work
         return int(np.count_nonzero(done < -least))
 
     @property
-    def resists(self) -> bool:
+    def takes_energy(self) -> bool:
         """Whether the medium takes energy, as it must."""
         done, least = self.work
         pulled = self.push is not None and done[self.push] < -least[self.push]
-        return self.back < _CELLS and not pulled
+        return self.n_negative_work < _CELLS and not pulled
 
     @property
     def turn_rad(self) -> tuple[float, float]:
@@ -167,13 +169,13 @@ class Cells:
         return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ error)) / size
 
     @property
-    def upright(self) -> bool:
+    def mirror_images_agree(self) -> bool:
         """Whether mirror images straight down feel opposite horizontal forces."""
         turn, se = self.turn_rad
         return not abs(turn) > _TURN + _SIGMAS * se
 
     @property
-    def heavier_down(self) -> bool:
+    def push_exceeds_pull(self) -> bool:
         """Whether pushing a level plate down takes more than pulling it up."""
         if self.push is None or self.pull is None:
             return True
@@ -183,7 +185,10 @@ class Cells:
     @property
     def rank(self) -> tuple[int, int]:
         """Number of these tests that fail, and of cells that give energy back: the fewer the better."""
-        return 3 - self.resists - self.upright - self.heavier_down, self.back
+        return (
+            3 - self.takes_energy - self.mirror_images_agree - self.push_exceeds_pull,
+            self.n_negative_work,
+        )
 
 
 _OTHER_AXES = {
@@ -199,8 +204,10 @@ _OTHER_AXES = {
 
 def other_axes(cells: Cells) -> tuple[str, Cells] | None:
     """The other axes with which a table that gives energy back is as it should be, if there are any."""
-    if cells.resists:
+    if cells.takes_energy:
         return None
     tried = {name: cells.turned(np.array(matrix)) for name, matrix in _OTHER_AXES.items()}
     best = min(tried, key=lambda name: tried[name].rank)
-    return (best, tried[best]) if tried[best].resists and tried[best].rank < cells.rank else None
+    return (
+        (best, tried[best]) if tried[best].takes_energy and tried[best].rank < cells.rank else None
+    )

@@ -15,7 +15,7 @@ from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import Remark
-from rftfit.measure.levels import Mask, two_heaps
+from rftfit.measure.levels import Mask, two_clusters
 from rftfit.measure.verdicts import (
     Check,
     Measured,
@@ -26,9 +26,9 @@ from rftfit.measure.verdicts import (
     rows_of,
 )
 
-_CLIPPED, _FROZEN, _LOGS, _SIDEWAYS = 0.03, 0.5, 3, 2.0
+_CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
-"""Relative to alpha_z(0, 90): less is silence; all published media feel more than the second in some directions;
+"""Relative to alpha_z(0, 90): less counts as no force; the alpha of all published media exceeds the second in some directions;
 above the third no ordinary turn of the mount changes a sign."""
 _MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
 
@@ -37,13 +37,13 @@ Cause = tuple[str, list[Remark]]
 
 
 def check_channels(measured: Measured) -> Check:
-    """Look for a channel that is constant, frozen or cut off, feels nothing, or is another's or reversed."""
+    """Look for a channel that is constant, frozen, clipped, without force, exchanged or reversed."""
     facts = measured.tables["runs"]
     read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
     logs = [(measured.sheet[row["run_id"]], row) for row in read]
     logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
-    # what stands still or stops, or an exchange, is the first name of what feels nothing
-    causes = stuck(measured.config, logs) or sideways(measured.config, logs)
+    # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
+    causes = stuck(measured.config, logs) or exchanged_channels(measured.config, logs)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
         return not_checked("channels", "no readings of channels")
@@ -64,12 +64,12 @@ def _measured_channel(config: Config, axis: str) -> str | None:
 
 
 def _pushes(logs: Logs) -> Logs:
-    """What goes deeper feels more and more; a level path or a pull need not."""
+    """Logs of intrusions, in which the force grows with depth; on a level path or in a pull it need not."""
     return [one for one in logs if one[0].direction not in ("horizontal", "extraction")]
 
 
 def stuck(config: Config, logs: Logs) -> list[Cause]:
-    """Channels along x and z that stand still, or that stop below their range in several logs."""
+    """Channels along x and z that are frozen, or that stop below their range in several logs."""
     causes = []
     for axis in "xz":
         if (name := _measured_channel(config, axis)) is None:
@@ -79,7 +79,7 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
         if len(dead) >= min(_LOGS, len(feels)) > 0:
             whole = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
             words = (
-                f"{name}, along {axis}, {'is constant' if whole else 'stands still'} in "
+                f"{name}, along {axis}, {'is constant' if whole else 'is frozen'} in "
                 f"{len(dead)} of {len(feels)} logs: look at its cable and its column"
             )
             runs = [row["run_id"] for row in dead]
@@ -106,8 +106,8 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
     return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
 
 
-def sideways(config: Config, logs: Logs) -> list[Cause]:
-    """Channels x and y exchanged: what lies across the motion feels more than what lies along it."""
+def exchanged_channels(config: Config, logs: Logs) -> list[Cause]:
+    """Channels x and y exchanged: the force across the motion is larger than the force along it."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = (getattr(config.transducer.axes, axis)[1:] for axis in "yx")
     across, along = (
@@ -118,10 +118,10 @@ def sideways(config: Config, logs: Logs) -> list[Cause]:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
     words = (
-        f"x and y look exchanged: {y}, across the motion, feels {ratio:.3g} times what {x}, along it, does: "
+        f"x and y look exchanged: {y}, across the motion, shows {ratio:.3g} times the force of {x}, along it: "
         "look at transducer.axes"
     )
-    return [(words, [])] if ratio > _SIDEWAYS else []
+    return [(words, [])] if ratio > _EXCHANGED else []
 
 
 def _already_explained(measured: Measured) -> tuple[set[str], bool]:
@@ -132,7 +132,7 @@ def _already_explained(measured: Measured) -> tuple[set[str], bool]:
 
 
 def against_known(measured: Measured, exchanged: set[str], explained: bool) -> list[Cause]:
-    """Runs in which a channel feels nothing of what every known medium makes it feel, the opposite, or a part."""
+    """Runs in which a channel shows none, the opposite, or a part of the force that every known medium gives."""
     config, tables, sheet = measured.config, measured.tables, measured.sheet
     known_z_x = ["known_z_ratio", "known_x_ratio"]
     table = tables["fits"].merge(tables["peers"][["run_id", *known_z_x]], on="run_id")
@@ -170,11 +170,13 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         values: dict[str, Any] = {"channel": name}
         if not explained and silent.sum() >= fewest > 0:
             code, runs = "channel-silent", runs[faint]
-            what = f"feels nothing in {silent.sum()} of {must.sum()} runs that must feel something"
+            what = (
+                f"shows no force in {silent.sum()} of {must.sum()} runs in which it must show one"
+            )
             look = "its cable and its column"
         elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
             code, runs = "channel-reversed", runs[opposite]
-            what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs that tell"
+            what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs with a clear sign"
             look = "its wires and at the motion of these runs"
         elif gain := _other_gain(
             table[f"{name}_noise_N"].to_numpy(float), mount[place], known[place], strong[place]
@@ -197,9 +199,9 @@ def _other_gain(
     noise: FloatArray, force: FloatArray, known: FloatArray, strong: Mask
 ) -> tuple[float, Mask] | None:
     """Runs in which noise and force of a channel are both so many times those of the others."""
-    if not (noise > 0).all() or (heaps := two_heaps(np.log(noise))) is None:
+    if not (noise > 0).all() or (clusters := two_clusters(np.log(noise))) is None:
         return None
-    other = heaps[1]
+    other = clusters[1]
     if not (strong & other).any() or not (strong & ~other).any():
         return None
     share = np.abs(force / np.where(strong, known, 1.0))

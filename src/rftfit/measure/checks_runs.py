@@ -45,9 +45,9 @@ def check_rods(measured: Measured) -> Check:
     clear = tare - force > _ROD_FORCE * np.nanmedian(np.fmax(tare, force))
     wrong = (ratio == 1) | (ratio >= np.where(clear, _ROD_ALONE, _ROD_CLEAR))
     stronger = table["run_id"][wrong]
-    found = f"a rod alone feels {np.nanmedian(ratio):.3g} times what plate and rod feel (median of {known.sum()} runs)"
+    found = f"the force on a rod alone is {np.nanmedian(ratio):.3g} times that on plate and rod (median of {known.sum()} runs)"
     if wrong.any():
-        found = f"in {wrong.sum()} of {known.sum()} runs a rod alone feels more than plate and rod"
+        found = f"in {wrong.sum()} of {known.sum()} runs the force on a rod alone is larger than on plate and rod"
     allowed = f"a ratio below {_ROD_ALONE:g} in each run ({_ROD_CLEAR:g} where forces are weak), and not 1"
     sentence = (
         f"Logs of plates and rods look exchanged, or are the same ({found}: {rows_of(stronger, sheet)}): "
@@ -140,12 +140,12 @@ def check_repeats(measured: Measured) -> Check:
     peers = measured.tables["peers"]
     known = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
     if known.empty:
-        return not_checked("repeats", "too few runs to tell how far runs differ")
+        return not_checked("repeats", "too few runs to estimate how much runs differ")
     apart = known[known["apart"].to_numpy(bool)]
     first = apart.sort_values("times_spread", ascending=False).to_dict("records")[:MOST_NAMED]
     values = "; ".join(map(_beside_others, first))
     found = (
-        f"{len(apart)} of {len(known)} runs stand apart, the farthest by "
+        f"{len(apart)} of {len(known)} runs differ from the others, the most by "
         f"{known['times_spread'].max():.1f} times the spread"
     )
     sentence = (
@@ -158,8 +158,8 @@ def check_repeats(measured: Measured) -> Check:
     ]
     seen = known["seen_from_ratio"]
     allowed = (
-        f"no run apart; a run off by less than {seen.median():.0%} of the largest alpha "
-        f"(median; at most {seen.max():.0%}) is not seen"
+        f"no run differs; a difference below {seen.median():.0%} of the largest alpha "
+        f"(median; at most {seen.max():.0%}) is not detected"
     )
     return judged("repeats", apart.empty, found, allowed, sentence, flags)
 

@@ -16,7 +16,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, flagged_with
-from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, stretch_apart, two_heaps
+from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.verdicts import (
     FAILED,
     Check,
@@ -51,7 +51,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     """Where stress begins, by lines with a free intercept, against the surface; and whether it is a line.
 
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
-    opposite sign in pulls, is a lag. A step along the sheet, or two heaps, are two surfaces or two lags.
+    opposite sign in pulls, is a lag. A step along the sheet, or two clusters, are two surfaces or two lags.
     """
     from scipy.special import ndtr, stdtrit
 
@@ -123,7 +123,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
             # a line through curved stress has a start that is no surface
             why = "stress looks curved, so where a line through it begins does not tell the surface"
             if line.verdict != FAILED:
-                either = f"{as_sentence(f'{line.found}, or {surface}')} These logs do not tell the two apart."
+                either = f"{as_sentence(f'{line.found}, or {surface}')} These logs cannot distinguish the two."
                 line = replace(line, verdict=FAILED, sentence=either)
             return not_checked("surface", why), line
         sentences.append(as_sentence(surface))
@@ -178,20 +178,20 @@ def _two_levels(
     # pulls are too weak to find it by
     down = starts[starts.pushes]
     found, _, sigma = down.fit()
-    heaps = two_heaps(down.start - down.paths @ found)
+    clusters = two_clusters(down.start - down.paths @ found)
     other = np.zeros(starts.start.size, dtype=bool)
     clear = 1.0
-    if heaps is not None:
-        clear, other[starts.pushes] = heaps
+    if clusters is not None:
+        clear, other[starts.pushes] = clusters
     for _ in range(2):
-        stretch = stretch_apart(down.paths, down.start, sigma)
+        stretch = shifted_runs(down.paths, down.start, sigma)
         found, covariance, sigma = down.fit(stretch)
     if stretch.any() and abs(found[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
         # a pull is as the push before it
         other = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
-    elif heaps is None:
+    elif clusters is None:
         return None
     gaps = {}
     for kind, moves in zip(("surface", "lag"), starts.paths.T, strict=False):
@@ -252,5 +252,5 @@ def _looks_curved(pushes: pd.DataFrame) -> bool:
 
 
 def _clear_share(runs: int) -> float:
-    """Share of runs that has to speak for one of two models: two standard errors above a half."""
+    """Share of runs that must agree with one of two models: two standard errors above a half."""
     return min(0.5 + 1 / math.sqrt(max(runs, 1)), 0.95)

@@ -76,7 +76,7 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     for group in groups:
         noise = {name: _noise(force[where[name]]) for name in group if name in where}
         names = [name for name in noise if noise[name].size >= _SHORTEST]
-        for pair in _alike([noise[name] for name in names]):
+        for pair in _pairs_with_same_noise([noise[name] for name in names]):
             one, other = (names[place] for place in pair)
             found.setdefault(one, []).append(other)
             found.setdefault(other, []).append(one)
@@ -95,7 +95,7 @@ def _noise(force: FloatArray) -> FloatArray:
     return own / own.std() if own.std() > 0 else np.zeros(0)
 
 
-def _alike(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
+def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
     """Pairs of noises that are one, shifted by some samples."""
     sizes = np.array([one.size for one in noise], dtype=int)
     size = 1 << (2 * int(sizes.max(initial=1))).bit_length()

@@ -32,7 +32,7 @@ common to all runs of a medium; turn: of the mount, likewise.
 """
 
 LEAST_DOF = 5
-"""Fewer repeats than this say too little to speak for the runs of other cells."""
+"""With fewer repeats than this, their spread is not used for the runs of other cells."""
 
 AS_PREPARED, REPEATS, STATED, ASSUMED = "one bed as prepared", "repeats", "stated", "assumed"
 OF_CELL = "repeats of the cell"

@@ -35,7 +35,7 @@ from rftfit.measure.slopes import (
     Slope,
     fit_few,
     fit_slope,
-    unfinished_start,
+    startup_bias,
     zero_intercept,
 )
 
@@ -219,12 +219,12 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     stress[1] *= sign_x
     startup = None
     if run.direction == "horizontal":
-        startup = unfinished_start(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
+        startup = startup_bias(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
     if config.table and (depth.size < FEWEST or not run.gamma_deg):
         slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
         return RunFit(
             beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
-            flags=stroke.flags + exact + _gives_back(slope, gamma_deg),
+            flags=stroke.flags + exact + _flag_negative_work(slope, gamma_deg),
         )  # fmt: skip
     slope = fit_slope(
         depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
@@ -238,7 +238,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if stroke.tare is not None:
         rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
     laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
-    flags += _gives_back(slope, gamma_deg)
+    flags += _flag_negative_work(slope, gamma_deg)
     return RunFit(
         beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
         by_law(slope, laws, config.fit.law), laws, slope.alpha, rod, why, flags,
@@ -258,7 +258,7 @@ def _of_table(
     return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
 
 
-def _gives_back(slope: Slope, gamma_deg: float) -> tuple[Remark, ...]:
+def _flag_negative_work(slope: Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its way, as a turned sign makes it."""
     share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
     noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))

@@ -429,10 +429,10 @@ def _account_refused(
         _account_left_out(ledger, run, file, log)
 
 
-def account_unclaimed(campaign: Campaign) -> Ledger:
+def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
     """Account for in-air runs that no leg names: they belong to no medium and no stage reads them."""
     ledger = Ledger()
-    for run in campaign.unclaimed:
+    for run in campaign.unassigned_air_runs:
         files = [run.force_log, run.motion_log]
         counts = []
         for file, reader in zip(files, readers(campaign), strict=True):

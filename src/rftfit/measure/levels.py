@@ -1,4 +1,4 @@
-"""One level or two: the median of some runs, heaps of values, and stretches of runs with a level of their own."""
+"""Runs at one level or at two: median of runs, clusters of values, and consecutive runs with a shifted level."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from rftfit.conventions import FloatArray
 Mask = npt.NDArray[np.bool_]
 
 FEW_RUNS = 3
-MODES, _LEAST_SPREAD, _HEAP = 8.0, 0.03, 0.2
-"""Two heaps: least difference in spreads; least spread, cm or ratio; least share of the runs."""
+MODES, _LEAST_SPREAD, _CLUSTER = 8.0, 0.03, 0.2
+"""Two clusters: least difference in spreads; least spread, cm or ratio; least share of the runs."""
 
 
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
@@ -27,13 +27,13 @@ def median_of_runs(values: FloatArray) -> tuple[float, float]:
 
 
 def _fewest(count: int) -> int:
-    return max(FEW_RUNS + 1, math.ceil(_HEAP * count))
+    return max(FEW_RUNS + 1, math.ceil(_CLUSTER * count))
 
 
-def two_heaps(values: FloatArray) -> tuple[float, Mask] | None:
-    """Tell which of some values lie in a heap of their own; None where there is one heap.
+def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
+    """Split values into two clusters and mark one of them; None where there is only one cluster.
 
-    The smaller one, or of two equal ones that which is farther from 0, with how clear it is.
+    Marked is the smaller cluster or, of two equal ones, the one farther from 0; also returns how clear the split is.
     """
     count, fewest = values.size, _fewest(values.size)
     best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
@@ -44,7 +44,7 @@ def two_heaps(values: FloatArray) -> tuple[float, Mask] | None:
         part = ranks >= split
         middles = np.median(values[part]), np.median(values[~part])
         rest = np.abs(values - np.where(part, *middles))
-        # of few runs, parted where they lie apart, the median deviation is small by chance
+        # in a cluster of few runs the median deviation can be small by chance: take the mean
         spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), _LEAST_SPREAD)
         clear = float(abs(middles[0] - middles[1])) / spread / MODES
         if clear > 1.0 and rest.sum() < least_rest - 1e-9:
@@ -62,8 +62,8 @@ _MOST_ENDS = 300
 """A stretch begins or ends at so many places at most."""
 
 
-def stretch_apart(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
-    """Find the stretch of runs, in order, whose start least squares move farthest, in standard errors."""
+def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
+    """Find the consecutive runs whose common shift of `start` is the most significant, in standard errors."""
     count, fewest = start.size, _fewest(start.size)
     ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))

@@ -43,7 +43,7 @@ def weighted_sum_variance(
     n = weight.size
     if n < FEWEST:
         raise ValueError(
-            f"{n} samples are too few to tell their autocorrelation; at least {FEWEST}"
+            f"{n} samples are too few to estimate their autocorrelation; at least {FEWEST}"
         )
     memory = _autoregression(residual, min(ORDER, n // 8))
     order = memory.shape[1]
@@ -53,7 +53,7 @@ def weighted_sum_variance(
     inner = weight[order:]
     count = min(COSINES, inner.size // 4)
     level = _level(white, inner, weight[None, :] if fitted is None else fitted, count)
-    growth, gain = _growth(weight, memory)
+    growth, gain = _variance_ratios(weight, memory)
     effective = n / growth
     # one parameter was fitted, at the cost of one of the effectively independent samples
     loss = effective / np.maximum(effective - 1, 0.5)
@@ -99,7 +99,7 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     return memory
 
 
-def _growth(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _variance_ratios(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Variance of the weighted sum over that for independent errors; that of errors over white."""
     # twice as long as the weights, so that the ends do not meet
     size = 1 << (2 * weight.size - 1).bit_length()
@@ -128,7 +128,7 @@ _LEAST = 8
 _SLOWEST = 0.5
 
 
-def unfinished_start(
+def startup_bias(
     path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
 ) -> FloatArray:
     """Estimate the mean over the steady part less the steady value, N/cm^2, shape (k,).
@@ -168,7 +168,7 @@ class Slope:
     `alpha`: sum(sigma z) / sum(z^2), N/cm^3; `se` allows for autocorrelation and for the error of the
     zero, `ols_se` takes samples for independent.
     `intercept`, `free_slope`: of the line with a free intercept, N/cm^2 and N/cm^3; `offset`, `offset_se`:
-    depth at which it has no stress, cm; `start`: of `stress_begins`. These and the nonlinearity are NaN in a
+    depth at which it has no stress, cm; `start`: of `stress_onset`. These and the nonlinearity are NaN in a
     horizontal run.
     `nonlinear_p`: probability that a straight line through zero shows this much curvature by noise;
     `nonlinear_ratio`: how far a parabola through zero leaves it at the end of the window, relative
@@ -237,7 +237,7 @@ def fit_slope(
     `depth` (n,): |z| in the order of recording, cm; at least 8 samples, not all at zero; `stress` (k, n):
     tared, N/cm^2. `zero_variance`, `zero_dof` (m, k): of the stress zero of the run and of its tare,
     (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it; so is
-    that of the depth, `depth_sd`, cm (of the clocks). `startup` (k,): of `unfinished_start`, N/cm^2.
+    that of the depth, `depth_sd`, cm (of the clocks). `startup` (k,): of `startup_bias`, N/cm^2.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
@@ -262,7 +262,7 @@ def fit_slope(
     return Slope(
         alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
         depth.size, moved, np.sqrt(tare), curvature, lever,
-        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)), stress_begins(depth, stress),
+        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)), stress_onset(depth, stress),
         shift.sum(axis=0), zero_variance[1:].sum(axis=0),
     )  # fmt: skip
 
@@ -283,7 +283,7 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     lever = float(depth.sum() / (depth @ depth))
     return Slope(
         alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size, nothing,
-        nothing, nothing, lever, unknown[0], unknown[1], stress_begins(depth, stress), nothing, nothing,
+        nothing, nothing, lever, unknown[0], unknown[1], stress_onset(depth, stress), nothing, nothing,
     )  # fmt: skip
 
 
@@ -298,7 +298,7 @@ def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, F
     return stress.mean(axis=1) - slope * depth.mean(), slope
 
 
-def stress_begins(depth: FloatArray, stress: FloatArray) -> FloatArray:
+def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
     """Depth at which each stress begins, cm: of a line whose weight falls with depth, as a bed is uneven by so many percent."""
     nothing = np.full(len(stress), np.nan)
     if depth.size < 3 or level_path(depth):

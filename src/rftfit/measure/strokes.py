@@ -122,7 +122,7 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         upside_down = motion.z[0] < min(lowest + 0.1, motion.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
-    start, end = _chosen(_along(motion, spans, run, arm), run, "cm")
+    start, end = _chosen(_stretches_along_path(motion, spans, run, arm), run, "cm")
     _check_plate(motion, start, end, run, arm)
     return start, end
 
@@ -145,14 +145,16 @@ def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, floa
     return strokes[(run.stroke or 1) - 1][1:]
 
 
-def _along(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> list[_Found]:
+def _stretches_along_path(
+    motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
+) -> list[_Found]:
     """Straight stretches below the surface along the path that the sheet names."""
-    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.way_deg)))
+    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.motion_gamma_deg)))
     along: list[_Found] = []
     seen: list[str] = []
     parts = [part for first, last in spans for part in _straight(motion, float(first), float(last))]
     for first, last in parts:
-        start, end = _below(motion, first, last)
+        start, end = _part_below_surface(motion, first, last)
         (x0, x1), (z0, z1), _ = motion.at(np.array([start, end]))
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
@@ -172,7 +174,7 @@ def _along(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> list[
             seen=", ".join(seen),
             direction=run.direction,
             gamma=run.gamma_deg,
-            way=run.way_deg,
+            way=run.motion_gamma_deg,
         )
     return along
 
@@ -183,7 +185,7 @@ def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[floa
     time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
     if x.size < 3:
         return [(start, end)]
-    at = [float(time[turn]) for turn in _turns(x - x.mean(), z - z.mean())]
+    at = [float(time[turn]) for turn in _reversals(x - x.mean(), z - z.mean())]
     if not at and (corner := _corner(x, z)) is not None:
         at = [float(time[corner])]
     if not at:
@@ -191,7 +193,7 @@ def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[floa
     return [part for ends in pairwise([start, *at, end]) for part in _straight(motion, *ends)]
 
 
-def _turns(x: FloatArray, z: FloatArray) -> list[int]:
+def _reversals(x: FloatArray, z: FloatArray) -> list[int]:
     """Where a path about its middle turns back along its own main direction, noise left out."""
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
     way = x * math.cos(main) + z * math.sin(main)
@@ -228,7 +230,7 @@ def _corner(x: FloatArray, z: FloatArray) -> int | None:
     return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner
 
 
-def _below(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
+def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
     """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])

@@ -238,7 +238,7 @@ _CONTACT_TO_NOISE = 20.0
 
 @dataclass(frozen=True)
 class Compliance:
-    """Travel that the machine itself swallows, as a curve over the lift; it never extrapolates.
+    """Deflection of the machine under load, as a curve over the lift; it never extrapolates.
 
     `force` (N) increases from 0; `travel` (cm) is 0 at no force and never falls.
     """

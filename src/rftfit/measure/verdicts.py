@@ -44,7 +44,7 @@ _ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
 CHECKS: dict[str, Rule] = {
     "channels": Rule(UNUSABLE, "no force channel is dead, frozen, clipped, reversed or exchanged in some runs",
                      "a force channel is dead, frozen, clipped, reversed or exchanged"),
-    "rods": Rule(UNUSABLE, "rods feel less than plates", "rods feel as much as plates", ("channels",)),
+    "rods": Rule(UNUSABLE, "the force on rods is smaller than on plates", "the force on rods is as large as on plates", ("channels",)),
     "work": Rule(UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS),
     "symmetry": Rule(UNUSABLE, "plates straight down are not pushed to one side",
                      "plates straight down are pushed to one side", _ALPHA),

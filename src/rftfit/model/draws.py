@@ -39,7 +39,7 @@ def alpha_draws(
     result = []
     # by direction, so that the order of the rows does not choose the numbers
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
-    twins = _twins(table)
+    equivalent = _equivalent_rows(table)
     shared = _shared_normals(table, draws, random.spawn(1)[0])
     for component in COMPONENTS:
         centre, low, high, se = (
@@ -60,7 +60,7 @@ def alpha_draws(
         if only and only not in shared:
             own = _part(table, component, only) ** 2
         if only not in shared:
-            moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, twins]
+            moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, equivalent]
         result.append(centre + wide * moved)
     return result[0], result[1]
 
@@ -117,7 +117,7 @@ def _shared_normals(
     return result
 
 
-def _twins(table: pd.DataFrame) -> npt.NDArray[np.intp]:
+def _equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
     """The last row of an alpha table that is the same plate in the same motion, for each row."""
     keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
     order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")

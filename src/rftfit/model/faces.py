@@ -98,7 +98,7 @@ def _times(size: FloatArray, direction: FloatArray) -> FloatArray:
     return size[..., None] * direction
 
 
-def wet_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Submerged share of the area of triangles (..., 3, 3), and its centroid (..., 3)."""
     below = triangles[..., 2] < 0
     count = below.sum(axis=-1)
@@ -124,7 +124,7 @@ def moving_faces(
     position, velocity, rate = frame[:9].reshape(3, 3)
     corners = mesh.triangles @ frame[9:].reshape(3, 3).T
     areas = area_vectors(corners)
-    share, centre = wet_parts(corners + position)
+    share, centre = submerged_parts(corners + position)
     arm = centre - position
     moves = velocity + np.cross(rate, arm)
     outward = (areas * moves).sum(axis=-1)

@@ -83,7 +83,7 @@ def fit_lsq(
         if np.linalg.matrix_rank(design) < used.size:
             # the smallest of many solutions would pass for a measurement
             raise ValueError(
-                f"the {measured} measured directions do not tell {used.size} terms apart: "
+                f"the {measured} measured directions do not determine {used.size} separate terms: "
                 "more directions of plate and motion are needed"
             )
         solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., there])

@@ -467,7 +467,7 @@ def estimate(
     posterior = _Posterior(
         prior, seen[told], y[told], errors[np.ix_(told, told)], shapes.variation, size
     )
-    kept = _Kept(nodes, pushes, told)
+    kept = _PushedNodes(nodes, pushes, told)
     draws, share = posterior.draws(kept, nodes[1])
     usual = posterior.given[0]
     expected = usual.expected(size)
@@ -497,8 +497,8 @@ _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 """Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
 
 
-class _Kept:
-    """Nodes that were pushed: each keeps its number, with the error of that."""
+class _PushedNodes:
+    """Nodes of the map that were pushed: each keeps its measured value and the error of that value."""
 
     def __init__(self, nodes: Angles, pushes: Pushes, told: npt.NDArray[np.bool_]) -> None:
         count, every = nodes[0].size, pushes.beta.size
@@ -555,7 +555,7 @@ class _Posterior:
         beforehand = np.log(ends)[:, None, None] + before[:, None]
         self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
 
-    def draws(self, kept: _Kept, gamma: FloatArray) -> tuple[FloatArray, float]:
+    def draws(self, kept: _PushedNodes, gamma: FloatArray) -> tuple[FloatArray, float]:
         """Draws of alpha at the nodes, shape (draws, 2, n), and the share left out as they give energy back.
 
         `gamma`: of the nodes, rad.
@@ -586,7 +586,7 @@ class _Posterior:
         return drawn, share
 
     def _some(
-        self, at: npt.NDArray[np.intp], kept: _Kept, random: np.random.Generator
+        self, at: npt.NDArray[np.intp], kept: _PushedNodes, random: np.random.Generator
     ) -> FloatArray:
         """Draws of size, departure and roughness, and of the shape given them and the pushes.
 

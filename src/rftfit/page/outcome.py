@@ -117,8 +117,8 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     return records(sums.sort_values(["fate", "rows"], ascending=[False, False]))
 
 
-def gravest_doubt(results: Results, medium: str) -> tuple[str, int]:
-    """Find the gravest doubt about what is in use of one medium, and count runs and cells with one."""
+def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
+    """Find the most serious flag of the runs and cells of one medium that are used, and count those with a flag."""
     own = results[medium]
     shared = shared_flags(own.fits)
     doubts = [
@@ -172,8 +172,8 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
     return found or [("", NOT_TESTED, why)]
 
 
-def believed(results: Results) -> dict[str, Any]:
-    """What the checks come to: failed ones by medium, what all media passed, what was not checked."""
+def summary_of_checks(results: Results) -> dict[str, Any]:
+    """Sum up the checks: failed ones by medium, those that all media passed, those that were not made."""
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     good = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
@@ -188,7 +188,7 @@ def believed(results: Results) -> dict[str, Any]:
             (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
             for row in records(failed)
         ]
-        # what no check tells
+        # doubts that no check reports
         + [
             (medium, titles[medium], word, as_sentence(why))
             for medium, (word, why) in verdicts.items()

@@ -36,7 +36,7 @@ from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
-from rftfit.page.outcome import Outcome, believed, gravest_doubt, outcome_of_runs
+from rftfit.page.outcome import Outcome, most_serious_flag, outcome_of_runs, summary_of_checks
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
 from rftfit.store.environment import versions
@@ -133,7 +133,7 @@ def context(results: Results) -> dict[str, Any]:
         "intervals": any(one.alpha["alpha_z_lo_N_per_cm3"].notna().any() for one in results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
-        "believed": believed(results),
+        "believed": summary_of_checks(results),
         "in_air": outcome.used[""],
         "kinds": listed(_kinds(results)),
         "notes": [
@@ -144,7 +144,7 @@ def context(results: Results) -> dict[str, Any]:
         "doubts": [
             (one.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
             for one in results
-            for flag, count in [gravest_doubt(results, one.name)]
+            for flag, count in [most_serious_flag(results, one.name)]
             if flag
         ],
         "of_all": [

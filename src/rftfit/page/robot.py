@@ -14,7 +14,7 @@ from rftfit.figures.style import number
 from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
 from rftfit.page.live import as_lists
 from rftfit.results import Results
-from rftfit.robot.speeds import held_from_alpha, share_within
+from rftfit.robot.speeds import count_within_alpha_error, share_within
 
 DIGITS = 5
 CURVATURE = "R\N{PRIME}/r"
@@ -58,7 +58,7 @@ def _shares(errors: pd.DataFrame) -> Table:
         return Column(heading, cell, "num")
 
     def held(row: Row) -> Cell:
-        found, known = held_from_alpha(parts[row["profile"]])
+        found, known = count_within_alpha_error(parts[row["profile"]])
         return Cell(f"{found} of {known}" if known else "no value")
 
     return Table(

@@ -29,7 +29,7 @@ from rftfit.page.outcome import (
     SOUND,
     VERDICT_WORDS,
     Outcome,
-    gravest_doubt,
+    most_serious_flag,
     rows_by_reason,
     verdict_of,
     verdicts_on_legs,
@@ -65,7 +65,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def data(row: Row) -> Cell:
         word, why = verdict_of(results, row["medium"])
-        count = gravest_doubt(results, row["medium"])[1]
+        count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
         places = {SOUND: "", NOTHING: "#dropped"}
         look = {SOUND: "same", DOUBTFUL: "doubtful"}.get(word, "differs")
@@ -226,7 +226,7 @@ def scaling(results: Results) -> tuple[Table, Table]:
         text_column(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
     ]  # fmt: skip
     method = results.config.fourier.method
-    rows = _untold(results, "penetration.csv")
+    rows = _without_repeated_reasons(results, "penetration.csv")
     own = (method, *routines(method))
     return (
         Table("Scaling table", columns, [row for row in rows if row["method"] in own]),
@@ -270,7 +270,7 @@ def leg_errors(results: Results) -> Table:
             for name, names in order.items()
         ]
 
-    rows = _untold(results, "leg_errors.csv")
+    rows = _without_repeated_reasons(results, "leg_errors.csv")
     return Table(
         "Leg errors",
         [
@@ -316,11 +316,11 @@ def sands(results: Results) -> Table:
             number_column("Departure from a line", "nonlinear_z_ratio", show=share),
             number_column(ZETA, "zeta", ends="zeta_{}"),
         ],
-        _untold(results, "sands.csv"),
+        _without_repeated_reasons(results, "sands.csv"),
     )
 
 
-def _untold(results: Results, name: str) -> list[dict[str, Any]]:
+def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
     """Rows of a table, without the reasons that the page says once."""
     once = {one.name: codes_of(shared_flags(one.fits)).split() for one in results}
     rows = records(results.table(name))

@@ -140,7 +140,7 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
     return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(known)
 
 
-def held_from_alpha(errors: pd.DataFrame) -> tuple[int, int]:
+def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:
     """Count measured speeds that lie in what the errors of alpha alone leave open, and those with such ends."""
     names = ("measured", "simulated_from_alpha_lo", "simulated_from_alpha_hi")
     measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)

@@ -79,7 +79,7 @@ def digest_of(*values: object) -> str:
 
 
 def seal(data: bytes) -> str:
-    """Digest of bytes that no other code may read than that which wrote them."""
+    """Digest of bytes and of all code of the program: only the same code may read them again."""
     return digest_of(hashlib.sha256(data).hexdigest(), source_digests())
 
 

@@ -37,7 +37,7 @@ def atomic_path(target: str | Path) -> Iterator[Path]:
         if target.parent not in _cleared:
             # once a process: a campaign may have thousands of files in a folder
             _cleared.add(target.parent)
-            clear_rests(target.parent)
+            remove_temporary(target.parent)
         with _claimed(temporary):
             yield temporary
             temporary.replace(target)
@@ -52,12 +52,12 @@ def atomic_path(target: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
-def is_rest(name: str) -> bool:
+def is_temporary(name: str) -> bool:
     """Tell whether a file's name is that of an unfinished file."""
     return _REST.fullmatch(name) is not None
 
 
-def clear_rests(folder: Path) -> int:
+def remove_temporary(folder: Path) -> int:
     """Remove what processes that were killed have left in a folder; returns how many files.
 
     What a living process still writes stays, and so does everything where the system or the disk has
@@ -65,7 +65,7 @@ def clear_rests(folder: Path) -> int:
     """
     removed = 0
     with contextlib.suppress(OSError):
-        rests = [entry.path for entry in os.scandir(folder) if is_rest(entry.name)]
+        rests = [entry.path for entry in os.scandir(folder) if is_temporary(entry.name)]
         for rest in rests:
             with contextlib.suppress(OSError), _opened(rest, _NO_LINKS) as handle:
                 if lock(handle):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
-from rftfit.compare.peers import apart, compare_runs
+from rftfit.compare.peers import compare_runs, outlier_differences
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
@@ -13,7 +13,7 @@ from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
 from rftfit.measure.flags import MARKS, reason_columns
-from rftfit.measure.ingest import account_unclaimed, ingest_medium
+from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
@@ -60,7 +60,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     peers = compare_runs(fits, medium)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
-    grid, off = config.grid_of(medium), apart(peers)
+    grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
         return alpha_table(
@@ -113,7 +113,7 @@ def ledger(results: Results) -> pd.DataFrame:
     ]
     if campaign.robot_medium:
         parts.append(results.table("ledger/robot.csv"))
-    book = join([*parts, account_unclaimed(campaign).table()])
+    book = join([*parts, account_unassigned_air_runs(campaign).table()])
     one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
     check(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
     return book

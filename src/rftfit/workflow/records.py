@@ -197,7 +197,7 @@ class Recorded:
             name for name in names if name not in self.maker and not name.startswith(_KEPT)
         )
 
-    def plan_again(self, findings: Iterable[Finding]) -> None:
+    def remove_outdated_states(self, findings: Iterable[Finding]) -> None:
         """Remove the state files of jobs that are not as recorded: with new ones Snakemake plans these jobs."""
         for name in {one.job for one in findings}:
             (self.root / STATES / f"{name}.json").unlink(missing_ok=True)

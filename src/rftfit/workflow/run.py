@@ -129,7 +129,7 @@ class Workflow:
         self.reasons = changes(findings)
         for line in self.reasons:
             self.say(line)
-        self.recorded.plan_again(findings)
+        self.recorded.remove_outdated_states(findings)
         return not (findings or self.words)
 
     def unlock(self) -> None:

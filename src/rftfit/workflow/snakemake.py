@@ -174,7 +174,7 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
 
 def failures(progress: Progress, root: Path) -> dict[str, str]:
     """Why each failed job failed, by the job."""
-    jobs = _told_apart(progress, root)
+    jobs = _failed_by_own_log(progress, root)
     return {str(job): "\n".join(_why(job, progress, root)) for job in jobs}
 
 
@@ -199,7 +199,7 @@ def _logs_not_made(job: Job, root: Path) -> list[str]:
     return [name for name in job.logs if job.status == "1" and not (root / name).exists()]
 
 
-def _told_apart(progress: Progress, root: Path) -> list[Job]:
+def _failed_by_own_log(progress: Progress, root: Path) -> list[Job]:
     """Of failed jobs that went to a cluster as one, leave those whose own log says that they failed."""
     jobs = list(progress.failed.values())
     silent = [job for job in jobs if job.grouped and not _message(job, progress, root)]

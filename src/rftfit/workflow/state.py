@@ -217,7 +217,7 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
 
     `medium`: Empty for the runs that belong to none.
     """
-    runs = campaign.runs_of(medium) if medium else campaign.unclaimed
+    runs = campaign.runs_of(medium) if medium else campaign.unassigned_air_runs
     names = {name for run in runs for name in (run.force_log, run.motion_log, run.zero_log)} - {""}
     contact = campaign.config.rigid_contact
     if contact is not None and medium:
