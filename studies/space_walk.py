@@ -17,6 +17,7 @@ import numpy as np
 from PIL import Image
 
 from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import alpha_grid
 from rftfit.robot.mujoco import attach
@@ -148,8 +149,11 @@ def main() -> None:
     options = parser.parse_args()
     print("| step, ms | delta, mm | speed, cm/s | aside, cm/s | greatest tilt, deg | deepest foot, cm | drift in 3 s, micrometres | "
           "taken in a stride (least), J | simulated s a s |\n" + "|---" * 9 + "|")  # fmt: skip
-    for step_s, delta_mm in ((1e-3, 0.3), (5e-4, 0.3), (1e-3, 0.1), (1e-3, 0.9)):
-        print(walk(options, step_s, delta_mm), flush=True)
+    try:
+        for step_s, delta_mm in ((1e-3, 0.3), (5e-4, 0.3), (1e-3, 0.1), (1e-3, 0.9)):
+            print(walk(options, step_s, delta_mm), flush=True)
+    except (InputError, KeyError, ValueError) as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":
