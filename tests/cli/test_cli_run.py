@@ -52,9 +52,7 @@ def fake(campaign):
 
 
 def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
-    began = time.perf_counter()
     said = rftfit("run", *fake, "--cores", "2")
-    whole = time.perf_counter() - began
     assert said.code == 0, said.err
     lines = said.out.splitlines()
     assert sorted(line[6:] for line in lines[:2]) == ["ingest a", "ingest b"]
@@ -71,12 +69,9 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
     assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
     assert '"progress"' in (campaign / "results/logs/snakemake.log").read_text()
 
-    began = time.perf_counter()
     said = rftfit("run", *fake)
-    seconds = time.perf_counter() - began
     assert said.code == 0
     assert said.out.startswith("Nothing to do: all results are up to date.\nOf 2 runs, ")
-    assert seconds < whole
 
 
 def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):

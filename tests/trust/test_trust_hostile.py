@@ -182,7 +182,7 @@ def test_results_and_raw_are_apart(room, raw, sheet, link):
         shutil.rmtree(room.folder / "raw")
         (room.folder / "raw").symlink_to(room.folder / "results" / "logs")
     found = room.problems()
-    assert "apart from results/" in found["config.in-results"]
+    assert "outside of results/" in found["config.in-results"]
 
 
 @pytest.mark.parametrize("path", ["../../secret.csv", "/etc/hostname", "absent.csv", "CON.csv"])
