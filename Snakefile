@@ -9,7 +9,12 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from rftfit.workflow.processes import SHELL_PREFIX, end_group, end_with_parent, hold_lock
+from rftfit.workflow.processes import (
+    SHELL_PREFIX,
+    end_group,
+    end_with_parent,
+    hold_lock,
+)
 
 min_version("9.5")
 
