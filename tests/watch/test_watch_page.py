@@ -100,6 +100,20 @@ def test_the_address_is_the_same_after_a_restart_and_another_campaign_has_its_ow
     other.close()
 
 
+@pytest.mark.parametrize("text", ["", "x 99999999", "f" * 32 + " 99999", "f 80", "\xff"])
+def test_a_damaged_memory_of_the_address_is_forgotten(tmp_path, text):
+    first = Page(tmp_path)
+    first.close()
+    (kept,) = (
+        path for path in (tmp_path / "cache").rglob("watch-*") if first.token in path.read_text()
+    )
+    kept.write_bytes(text.encode("latin-1"))
+    again = Page(tmp_path)
+    again.close()
+    assert len(again.token) == 32
+    assert again.token not in {first.token, "f" * 32}
+
+
 def test_a_port_that_is_taken_is_told(page, tmp_path):
     with pytest.raises(
         InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from rftfit.measure.fits import FIT_COLUMNS, fit_medium
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
 from rftfit.measure.flags import reason_of, say
 from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
+from rftfit.model.planning import Plan
+from rftfit.model.shapes import Map
 from rftfit.results import Results
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
-    from rftfit.measure.fits import Row
-    from rftfit.model.planning import Plan
-    from rftfit.model.shapes import Map
 
 _CSV = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
 _AT_A_TIME = 256

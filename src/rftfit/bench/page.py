@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 
+from rftfit.bench.medium import Medium
 from rftfit.bench.pictures import heat, stress
-from rftfit.bench.watch import REFUSED
+from rftfit.bench.watch import REFUSED, Watch
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rftfit.bench.medium import Medium
-    from rftfit.bench.watch import Watch
 
 _HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
 

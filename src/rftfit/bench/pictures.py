@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
+from rftfit.bench.medium import Measured
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column
 from rftfit.measure.ledger import RowStatus
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import pandas as pd
-
-    from rftfit.bench.medium import Measured
-    from rftfit.conventions import FloatArray
-    from rftfit.model.planning import Plan
+from rftfit.model.planning import Plan
 
 _MOST_DOTS = 250
 _BOX = (46.0, 412.0, 206.0, 10.0)
@@ -81,11 +76,10 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
     """
     betas, gammas = (np.sort(table[f"{one}_deg"].unique()) for one in ("beta", "gamma"))
     alpha, low, high = (table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi"))
-    half, largest = (
-        (high - low) / 2,
-        float(table[[column(c) for c in "zx"]].abs().max().max()) or 1.0,
-    )
-    shares = np.minimum(4 * half if error else np.abs(alpha), largest) / largest
+    half = (high - low) / 2
+    largest = float(table[[column(c) for c in "zx"]].abs().max().max()) or 1.0
+    full = largest / 4 if error else largest
+    shares = np.minimum(half if error else np.abs(alpha), full) / full
 
     def corner(beta: float, gamma: float) -> tuple[int, int]:
         row, col = np.argmin(np.abs(betas - beta)), np.argmin(np.abs(gammas - gamma))
@@ -115,4 +109,5 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
     parts += [_text(right / 2 + 16, bottom, "gamma, deg")]
     what = f"{'half interval of ' if error else ''}alpha_{component}"
     drawn = _svg(right + 6, bottom + 6, f"Map of {what} over beta (upward) and gamma", parts)
-    return f"<figure><figcaption>{what}; beta upward</figcaption>{drawn}</figure>"
+    scale = f"full colour {full:.2g} N/cm³" + ("" if error else ", blue up or forward")
+    return f"<figure><figcaption>{what}; {scale}; beta upward</figcaption>{drawn}</figure>"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import json
 import os
+import re
 import secrets
 import tempfile
 from collections.abc import Callable
@@ -81,10 +82,11 @@ def _file(root: Path) -> Path:
 
 
 def _kept(root: Path) -> tuple[str, int]:
-    """Token and port of the last watch of this campaign; new ones where there was none."""
+    """Token and port of the last watch of this campaign; new ones where there was none, or its file is damaged."""
     with suppress(OSError, ValueError):
-        token, port = _file(root).read_text(encoding="ascii").split()
-        return token, int(port)
+        kept = re.fullmatch("([0-9a-f]{32}) ([0-9]{1,5})", _file(root).read_text(encoding="ascii"))
+        if kept and int(kept[2]) < 65536:
+            return kept[1], int(kept[2])
     return secrets.token_hex(16), 0
 
 

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rftfit.bench.files import Files, Stamp, stamp_of
 from rftfit.bench.medium import Medium, hold, measure
 from rftfit.campaign.files import BAG
-from rftfit.campaign.load import REENACTED, check_campaign
+from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError, Problem
+from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
 from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
@@ -27,12 +29,6 @@ from rftfit.model.shapes import estimate, grid, pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
-    from rftfit.campaign.load import Campaign
-    from rftfit.campaign.sheet import Run
 
 MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
     "measured", "waiting", "growing", "not tared yet", "no alpha", "excluded", "read",

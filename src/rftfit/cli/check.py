@@ -9,7 +9,8 @@ import typer
 
 from rftfit.cli import options
 from rftfit.cli.exit_codes import INPUT_NOT_VALID
-from rftfit.cli.output import count, json_text, megabytes, say, table
+from rftfit.cli.output import count, json_text, megabytes, say
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign

@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, say, say_some, table
+from rftfit.cli.output import count, json_text, say, say_some
+from rftfit.store.text import table
 
 _MOST = 10
 

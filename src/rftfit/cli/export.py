@@ -11,8 +11,9 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, megabytes, say, table, warn
+from rftfit.cli.output import check_target, megabytes, say, warn
 from rftfit.errors import InputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import TableProfile

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, count, json_text, megabytes, say, table
+from rftfit.cli.output import check_picture, count, json_text, megabytes, say
 from rftfit.errors import InputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rftfit.errors import InputError, OutputError
-from rftfit.store.text import table as table  # noqa: PLC0414 - shown here
 from rftfit.version import __version__
 
 if TYPE_CHECKING:

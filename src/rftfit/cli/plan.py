@@ -11,8 +11,9 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, count, json_text, say, table
+from rftfit.cli.output import check_picture, check_target, count, json_text, say
 from rftfit.errors import InputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from rftfit.model.planning import Plan, Target

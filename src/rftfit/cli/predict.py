@@ -10,17 +10,9 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import (
-    check_picture,
-    check_target,
-    comments,
-    count,
-    json_text,
-    say,
-    table,
-    warn,
-)
+from rftfit.cli.output import check_picture, check_target, comments, count, json_text, say, warn
 from rftfit.errors import CollectedErrors, InputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     import pandas as pd

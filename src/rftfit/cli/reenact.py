@@ -10,8 +10,9 @@ import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import count, megabytes, say, table
+from rftfit.cli.output import count, megabytes, say
 from rftfit.errors import InputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign

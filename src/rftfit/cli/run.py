@@ -13,8 +13,9 @@ import typer
 
 from rftfit.campaign.problems import listed
 from rftfit.cli import options
-from rftfit.cli.output import count, say, table, warn
+from rftfit.cli.output import count, say, warn
 from rftfit.errors import InputError, OutputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

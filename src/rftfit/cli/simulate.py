@@ -11,8 +11,9 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, count, json_text, say, table, warn
+from rftfit.cli.output import check_target, comments, count, json_text, say, warn
 from rftfit.errors import InputError, OutputError
+from rftfit.store.text import table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,12 +6,9 @@ import json
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rftfit.store import write_text
-
-if TYPE_CHECKING:
-    from rftfit.workflow.snakemake import Progress
+from rftfit.workflow.snakemake import Progress
 
 FILE = Path(".snakemake/rftfit/durations.json")
 """Beside the results: no time enters any of them."""
