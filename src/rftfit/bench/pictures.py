@@ -109,5 +109,6 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
     parts += [_text(right / 2 + 16, bottom, "gamma, deg")]
     what = f"{'half interval of ' if error else ''}alpha_{component}"
     drawn = _svg(right + 6, bottom + 6, f"Map of {what} over beta (upward) and gamma", parts)
-    scale = f"full colour {full:.2g} N/cm³" + ("" if error else ", blue up or forward")
+    way = "" if error else f", blue {'up' if component == 'z' else 'forward'}"
+    scale = f"full colour {full:.2g} N/cm³{way}"
     return f"<figure><figcaption>{what}; {scale}; beta upward</figcaption>{drawn}</figure>"
