@@ -1,7 +1,6 @@
 """A small campaign, and a way to run the command as a user would."""
 
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -14,24 +13,16 @@ ROOT = Path(__file__).parents[2]
 MEASURED = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
-@dataclass(frozen=True)
-class Said:
-    """What a command answered."""
-
-    code: int
-    out: str
-    err: str
-
-
 @pytest.fixture
 def rftfit(capfd):
-    """Run a command; whatever happens, no traceback may be shown."""
+    """Run a command that ends with a code; whatever happens, no traceback may be shown."""
 
-    def call(*words):
-        code = main([str(word) for word in words])
-        captured = capfd.readouterr()
-        assert "Traceback" not in captured.out + captured.err
-        return Said(code, captured.out, captured.err)
+    def call(*words, code=0):
+        ended = main([str(word) for word in words])
+        said = capfd.readouterr()
+        assert ended == code, said.out + said.err
+        assert "Traceback" not in said.out + said.err
+        return said
 
     return call
 

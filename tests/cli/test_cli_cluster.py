@@ -64,6 +64,5 @@ def test_what_is_missing_is_named(snakefile, monkeypatch):
 
 
 def test_the_command_says_so(rftfit, campaign):
-    said = rftfit("run", "--cluster", "nowhere")
-    assert said.code == 2
+    rftfit("run", "--cluster", "nowhere", code=2)
     assert not (campaign / ".snakemake").exists()

@@ -31,29 +31,25 @@ def test_what_is_written(campaign):
 def test_again_with_another_seed_and_medium(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     before = contents(raw)
-    said = rftfit(*QUICK)
-    assert said.code == 0
-    assert "17 files of the earlier re-enactment cleared" in said.out
+    assert "17 files of the earlier re-enactment cleared" in rftfit(*QUICK).out
     assert contents(raw) == before
-    assert rftfit(*QUICK, "--seed", "7").code == 0
+    rftfit(*QUICK, "--seed", "7")
     assert contents(raw)[LOG] != before[LOG]
     said = rftfit("reenact", "--media", "palms29")
-    assert said.code == 0
     assert sorted(path.name for path in raw.iterdir()) == [MARKER, "air", "palms29", "runs.csv"]
     assert "8 runs, 17 files, " in said.out
     assert "not original recordings" in said.out
-    assert rftfit("check", "--strict").code == 0
+    rftfit("check", "--strict")
 
 
 def test_faults(rftfit, campaign):
     said = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
-    assert said.code == 0
     assert "fault empty: yuma_c_leg: " in said.out
     raw = campaign / "raw" / "paper"
     assert (raw / "yuma/yuma_c_leg_force.csv").read_bytes() == b""
     assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text(encoding="utf-8")
     # files with a fault are of the re-enactment too
-    assert rftfit(*QUICK).code == 0
+    rftfit(*QUICK)
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
 
 
@@ -61,18 +57,16 @@ def test_disturbances(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     before = contents(raw)
     said = rftfit(*QUICK, "--disturb", "pink", "--disturb", "surface=2.5")
-    assert said.code == 0
     assert "disturbed: surface=2.5 mm, pink=0.05 N\n" in said.out
     assert ", disturbed: surface=2.5 mm, pink=0.05 N." in (raw / MARKER).read_text(encoding="utf-8")
     assert contents(raw)[LOG] != before[LOG]
-    assert rftfit("check", "--strict").code == 0
-    assert rftfit(*QUICK, "--disturb", "pink=0").code == 0
+    rftfit("check", "--strict")
+    rftfit(*QUICK, "--disturb", "pink=0")
     assert contents(raw)[LOG] == before[LOG]
 
 
 def test_list_of_faults(rftfit, tmp_path):
     said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
-    assert said.code == 0
     assert {line.split()[0] for line in said.out.splitlines()[1:]} == set(FAULTS)
 
 
@@ -80,15 +74,13 @@ def test_if_missing(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     (raw / "mine.csv").write_text("mine")
     before = contents(raw)
-    said = rftfit(*QUICK, "--if-missing", "--seed", "5")
-    assert said.code == 0
-    assert "is there already: nothing to do" in said.out
+    assert "is there already: nothing to do" in rftfit(*QUICK, "--if-missing", "--seed", "5").out
     assert contents(raw) == before
     (raw / "mine.csv").unlink()
     # stopped half way: the sheet is written last
     (raw / "runs.csv").unlink()
     (raw / LOG).unlink()
-    assert rftfit(*QUICK, "--if-missing").code == 0
+    rftfit(*QUICK, "--if-missing")
     del before["mine.csv"]
     assert contents(raw) == before
 
@@ -106,16 +98,13 @@ def test_if_missing(rftfit, campaign):
 )
 def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
     before = contents(campaign)
-    said = rftfit(*QUICK, *words)
-    assert said.code == 2
+    rftfit(*QUICK, *words, code=2)
     assert contents(campaign) == before
 
 
 def refused(rftfit, campaign, text):
     before = contents(campaign)
-    said = rftfit(*QUICK)
-    assert said.code == 2
-    assert text in said.err
+    assert text in rftfit(*QUICK, code=2).err
     assert contents(campaign) == before
 
 
@@ -157,9 +146,9 @@ def test_a_sheet_of_somebody_else(rftfit, campaign):
     refused(rftfit, campaign, "../../config/runs.csv is not from a re-enactment")
     # one without a run is nobody's work
     sheet.write_text("run_id,kind\n")
-    assert rftfit(*QUICK).code == 0
-    assert rftfit(*QUICK).code == 0
-    assert rftfit("check").code == 0
+    rftfit(*QUICK)
+    rftfit(*QUICK)
+    rftfit("check")
 
 
 def test_a_killed_writer_leaves_a_part(rftfit, campaign):
@@ -167,7 +156,7 @@ def test_a_killed_writer_leaves_a_part(rftfit, campaign):
     before = contents(raw)
     part = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
     part.write_text("half")
-    assert rftfit(*QUICK).code == 0
+    rftfit(*QUICK)
     assert contents(raw) == before
 
 
@@ -180,9 +169,9 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
     before = contents(campaign)
     with monkeypatch.context() as patch:
         patch.setattr("rftfit.lab.enact.run_logs", stop)
-        assert rftfit(*QUICK).code == 130
+        rftfit(*QUICK, code=130)
     assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
-    assert rftfit(*QUICK, "--if-missing").code == 0
+    rftfit(*QUICK, "--if-missing")
     assert contents(campaign) == before
 
 
@@ -201,9 +190,7 @@ def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
     config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
     before = contents(campaign)
-    said = rftfit("reenact")
-    assert said.code == 2
-    assert text in said.err
+    assert text in rftfit("reenact", code=2).err
     assert contents(campaign) == before
 
 
