@@ -107,6 +107,10 @@ class Room:
         return chain(load_campaign(self.write()), medium)
 
     @property
+    def names(self):
+        return [run.run_id for run in self.runs]
+
+    @property
     def counted(self):
         """Data lines of every log the sheet names."""
         return {name: data_lines(content) for name, content in self.logs.items()}
