@@ -1,5 +1,6 @@
 """The run-to-run spread: found from repeats or stated, and where it goes."""
 
+import io
 import math
 
 import numpy as np
@@ -10,12 +11,10 @@ from rigroom import paper, planned
 
 from rftfit.campaign.config import Errors
 from rftfit.compare.coefficients import sand_row
-from rftfit.compare.legs import leg_errors, measured_peak
 from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     AS_PREPARED,
-    ASSUMED,
     LEAST_DOF,
     REPEATS,
     STATED,
@@ -91,25 +90,12 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
     assert np.mean(inside) > 0.93
 
 
-def test_repeats_speak_before_the_config_and_few_do_not():
-    few, many = pairs(LEAST_DOF - 1, 1), pairs(LEAST_DOF, 1)
-    assert spread_of_beds([few], (0.003, 0.0))[0].source == STATED
-    assert spread_of_beds([few], (0.003, 0.01))[0].part(0.4).sd == pytest.approx(0.005)
-    assert spread_of_beds([few], (0.0, 0.0))[0].source == AS_PREPARED
-    # nothing known is not nothing: beds are then taken to differ by 5 %
-    assert spread_of_beds([few])[0].source == ASSUMED
-    assert spread_of_beds([few])[0].part(0.4).sd == pytest.approx(0.02)
-    assert spread_of_beds([many], (0.003, 0.0))[0].source == REPEATS
-    assert spread_of_beds([[]], (0.0, 0.0))[0].part(0.3).sd == 0
-
-
-def test_repeats_that_agree_show_no_spread():
+def test_what_repeats_show_goes_before_what_the_config_states():
     same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
     found = spread_of_beds([same], (0.005, 0.0))[0]
     assert (found.part(0.3).sd, found.source) == (0, REPEATS)
-
-
-def test_mean_of_one_run_has_the_spread_of_others():
+    assert spread_of_beds([same[1:]], (0.0, 0.0))[0].source == AS_PREPARED
+    # a single run has the spread of others
     spread = spread_of_beds([pairs(20, 3)])[0]
     noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
     assert (noise.sd, source) == (0.001, REPEATS)
@@ -118,35 +104,28 @@ def test_mean_of_one_run_has_the_spread_of_others():
 
 
 def fits(run_to_run):
-    rows = [
-        {
-            "run_id": f"{beta}_{gamma}_{depth}", "beta_deg": beta, "gamma_deg": gamma,
-            "depth_from_cm": depth, "depth_to_cm": depth, "flags": "", "reason": "",
-            **{f"alpha_{c}{q}": v for c in "zx" for q, v in (
-                ("_N_per_cm3", 0.1), ("_se_N_per_cm3", 0.0002), ("_dof", GIVEN_DOF),
-                ("_startup_N_per_cm3", 0.0001 if gamma == 0 else 0.0))},
-        }
-        for beta, gamma, depth in ((0, 90, 5.0), (0, 0, 2.54), (0, 0, 5.08), (0, 0, 7.62))
-    ]  # fmt: skip
-    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run or 0)
-    return alpha_table(pd.DataFrame(rows), "m", 0.95, 3, errors)
+    """Alpha table of one push down, of 0.1 N/cm^3 with an error of 0.0002 N/cm^3."""
+    row: dict[str, object] = {
+        "run_id": "a",
+        "beta_deg": 0,
+        "gamma_deg": 90,
+        "flags": "",
+        "reason": "",
+    }
+    row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
+    for c in "zx":
+        row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
+    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
+    return alpha_table(pd.DataFrame([row]), "m", 0.95, 3, errors)
 
 
 def test_stated_spread_in_the_alpha_table():
-    with_it, without = fits(SPREAD), fits(None)
-    np.testing.assert_array_equal(with_it[column("z")], without[column("z")])
-    cell = with_it[(with_it["beta_deg"] == 0) & (with_it["gamma_deg"] == 90)].iloc[0]
-    assert cell["spread"] == STATED
-    assert cell["run_to_run_x_N_per_cm3"] == pytest.approx(SPREAD)
-    assert cell[column("z", "_se")] == pytest.approx(math.hypot(SPREAD, 0.0002))
-    level = with_it[(with_it["beta_deg"] == 0) & (with_it["gamma_deg"] == 0)].iloc[0]
-    depth = np.array([2.54, 5.08, 7.62])
-    share = depth**2 / (depth @ depth)
-    # scatter and beds of the depths are independent; their start-up is the same and adds up
-    own = (0.0002**2 - 0.0001**2 + SPREAD**2) * share @ share + (0.0001 * share.sum()) ** 2
-    assert level[column("z", "_se")] == pytest.approx(math.sqrt(own))
-    assert set(without["spread"]) == {AS_PREPARED}
-    assert without["run_to_run_z_N_per_cm3"].isna().all()
+    with_it, without = fits(SPREAD).iloc[0], fits(0).iloc[0]
+    assert with_it[column("z")] == without[column("z")]
+    assert (with_it["spread"], without["spread"]) == (STATED, AS_PREPARED)
+    assert with_it["run_to_run_x_N_per_cm3"] == pytest.approx(SPREAD)
+    assert with_it[column("z", "_se")] == pytest.approx(math.hypot(SPREAD, 0.0002))
+    assert math.isnan(without["run_to_run_z_N_per_cm3"])
 
 
 def test_interval_of_a_sum_has_more_degrees_of_freedom():
@@ -161,75 +140,31 @@ def test_interval_of_a_sum_has_more_degrees_of_freedom():
 
 
 def test_typical_dof():
-    table = fits(None)
+    table = fits(0)
+    assert typical_dof(table, 0.95) == GIVEN_DOF
     for c in "zx":
         half = float(student_quantile(0.95, 8.0)) * table[column(c, "_se")]
         table[column(c, "_lo")], table[column(c, "_hi")] = -half, half
     assert typical_dof(table, 0.95) == pytest.approx(8.0)
-    assert typical_dof(fits(None), 0.95) == GIVEN_DOF
-    assert math.isnan(typical_dof(fits(None).iloc[:0], 0.95))
-
-
-def test_peak_of_a_noisy_curve_is_not_the_highest_reading():
-    random = np.random.default_rng(5)
-    theta = np.arange(-130.0, 131.0)
-    curve = 3 * np.cos(np.radians(theta - 7.3))
-    found = [measured_peak(theta, curve + random.normal(0, 0.05, theta.size), "z")
-             for _ in range(300)]  # fmt: skip
-    peaks = np.array([peak.force_N for peak in found])
-    # a very flat peak: what is left is within one standard error, the highest reading three above
-    se = float(np.mean([peak.se_N for peak in found]))
-    assert abs(np.mean(peaks) - 3) < se < 0.03
-    assert 0.5 * se < np.std(peaks) < 1.1 * se
-    raw = [float((curve + random.normal(0, 0.05, theta.size)).max()) for _ in range(300)]
-    assert np.mean(raw) > 3.07
-    down = measured_peak(theta, -curve, "x")
-    assert down.force_N == pytest.approx(-3, abs=0.005)
-
-
-def test_a_short_curve_has_its_highest_reading():
-    short = measured_peak(np.arange(4.0), np.array([1.0, 3.0, 2.0, 1.0]), "z")
-    assert short.force_N == 3
-    assert math.isnan(short.se_N)
-
-
-def test_bed_spread_widens_the_peak_error():
-    theta = np.arange(-130.0, 131.0)
-    force = 10 * np.cos(np.radians(theta))
-    measured = pd.DataFrame({"theta_deg": theta, "force_z_N": force, "force_x_N": force,
-                             "zero_se_z_N": 0.01, "zero_se_x_N": 0.01}).assign(medium="m", leg="l")  # fmt: skip
-    ours = measured.assign(profile="table", reason="")
-    for c in "zx":
-        ours[f"force_{c}_lo_N"], ours[f"force_{c}_hi_N"] = force - 0.1, force + 0.1
-    narrow = leg_errors(measured, ours).iloc[0]
-    wide = leg_errors(measured, ours, {"m": 0.02}).iloc[0]
-    assert narrow["peak_error_lo_percent"] == pytest.approx(-1, abs=0.1)
-    assert narrow["peak_error_hi_percent"] == pytest.approx(1, abs=0.1)
-    assert wide["peak_error_hi_percent"] == pytest.approx(math.hypot(1, 2.0639 * 2), abs=0.1)
-    assert wide["peak_error_percent"] == narrow["peak_error_percent"]
+    assert math.isnan(typical_dof(table.iloc[:0], 0.95))
 
 
 def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
-    """Force of runs with a spread less that of the same runs without: alpha times depth and area."""
+    """Force of pushes with a spread less that of the same pushes without: alpha times depth and area."""
     found = []
-    for run in list(planned().values())[:400]:
-        if run.kind != "plate" or run.gamma_deg != 90 or run.beta_deg != 0 or run.natural:
-            continue
-        logs = (run_logs(run, paper(), 3, spread=s)[run.force_log] for s in (0.0, 0.05))
-        plain, spread = (np.genfromtxt(log.decode().splitlines()[3:], delimiter=",")  # type: ignore[union-attr]
-                         for log in logs)  # fmt: skip
-        push = -(spread - plain)[:, 4] / 9.6774
-        found.append(np.abs(push).max() / 8.7 * np.sign(push[np.abs(push).argmax()]))
-    assert len(found) >= 2
+    for run in planned().values():
+        if (run.kind, run.beta_deg, run.gamma_deg, run.natural) == ("plate", 0, 90, False):
+            logs = (run_logs(run, paper(), 3, spread=s)[run.force_log] for s in (0.0, 0.05))
+            plain, spread = (np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",")
+                             for log in logs)  # fmt: skip
+            push = -(spread - plain)[:, 4] / 9.6774
+            found.append(push[np.abs(push).argmax()] / 8.7)
+    assert len(found) == 10
     assert 0.005 < np.std(found) < 0.2
     run = planned()["poppy_LP_c_leg"]
-    same = run_logs(run, paper(), 3), run_logs(run, paper(), 3, spread=0.0)
-    assert same[0] == same[1]
-    assert run_logs(run, paper(), 3, spread=0.05) != same[0]
-
-
-def test_the_demonstration_has_alike_beds_unless_asked():
-    assert paper_config(300).errors.bed == (0, 0)
+    same = run_logs(run, paper(), 3)
+    assert run_logs(run, paper(), 3, spread=0.0) == same
+    assert run_logs(run, paper(), 3, spread=0.05) != same
 
 
 def test_zeta_of_a_sand_knows_how_few_pushes_there_were():

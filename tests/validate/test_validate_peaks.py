@@ -15,7 +15,6 @@ from rftfit.compare.legs import (
     measured_peak,
 )
 from rftfit.measure.flags import REASON, flag_columns, remark
-from rftfit.measure.slopes import student_quantile
 
 THETA = np.arange(-135.0, 136.0)
 
@@ -46,6 +45,9 @@ def test_one_spike_is_not_the_peak():
     curve = parabola(8.0, 30.0).clip(0)
     curve[THETA == -60] = 9.0
     assert measured_peak(THETA, curve, "z").force_N == pytest.approx(8, abs=2e-5)
+    short = np.array(8.0 * (1 - ((np.arange(15.0) - 7) / 8) ** 2))
+    short[0] = 9.0
+    assert measured_peak(np.arange(15.0), short, "z").force_N == pytest.approx(8, abs=1e-9)
 
 
 def test_a_peak_at_the_end_is_not_beyond_it():
@@ -90,33 +92,30 @@ def test_error_of_the_peak_is_its_scatter():
         assert np.mean(stated) == pytest.approx(spread, rel=0.2)
 
 
-def test_interval_of_a_peak_error_by_hand():
-    t = float(student_quantile(0.95, 24.0))
-    assert t == pytest.approx(2.0639, abs=1e-4)
-    # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
-    assert _error_interval(12.0, [11.4, 12.9], 10.0, 0.0, 0.95) == pytest.approx((14, 29))
-    assert _error_interval(12.0, [12.9, 11.4], 10.0, 0.0, 0.95) == pytest.approx((14, 29))
-    # a prediction without error, 10 +- 0.5 N measured: 120 % times 1 -+ 0.05 t
-    assert _error_interval(12.0, [12.0, 12.0], 10.0, 0.5, 0.95) == pytest.approx(
-        (20 - 6 * t, 20 + 6 * t)
-    )
-    # both signs turned is the same error
-    assert _error_interval(-12.0, [-11.4, -12.9], -10.0, 0.0, 0.95) == pytest.approx((14, 29))
-    lo, hi = _error_interval(-12.0, [-11.4, -12.9], 10.0, 0.0, 0.95)
-    assert (lo, hi) == pytest.approx((-229, -214))
-    both = _error_interval(12.0, [11.4, 12.9], 10.0, 0.5, 0.95)
-    assert both == pytest.approx(
-        (20 - 120 * math.hypot(0.05, 0.05 * t), 20 + 120 * math.hypot(0.075, 0.05 * t))
-    )
-    for case in ((0.0, 10.0), (12.0, 0.0)):
-        assert all(math.isnan(end) for end in _error_interval(case[0], [1, 2], case[1], 0.1, 0.95))
+T = 2.0639
+"""Student's factor of 95 % for 24 degrees of freedom."""
 
 
-def test_a_short_curve_is_smoothed_too():
-    theta = np.arange(15.0)
-    curve = np.array(8.0 * (1 - ((theta - 7) / 8) ** 2))
-    curve[0] = 9.0
-    assert measured_peak(theta, curve, "z").force_N == pytest.approx(8, abs=1e-9)
+@pytest.mark.parametrize(
+    ("predicted", "ends", "measured", "se", "wanted"),
+    [
+        # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
+        (12.0, [11.4, 12.9], 10.0, 0.0, (14, 29)),
+        (12.0, [12.9, 11.4], 10.0, 0.0, (14, 29)),
+        # a prediction without error, 10 +- 0.5 N measured: 120 % times 1 -+ 0.05 t
+        (12.0, [12.0, 12.0], 10.0, 0.5, (20 - 6 * T, 20 + 6 * T)),
+        # both signs turned is the same error
+        (-12.0, [-11.4, -12.9], -10.0, 0.0, (14, 29)),
+        (-12.0, [-11.4, -12.9], 10.0, 0.0, (-229, -214)),
+        (12.0, [11.4, 12.9], 10.0, 0.5,
+         (20 - 120 * math.hypot(0.05, 0.05 * T), 20 + 120 * math.hypot(0.075, 0.05 * T))),
+        (0.0, [1, 2], 10.0, 0.1, (math.nan, math.nan)),
+        (12.0, [1, 2], 0.0, 0.1, (math.nan, math.nan)),
+    ],
+)  # fmt: skip
+def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, wanted):
+    found = _error_interval(predicted, ends, measured, se, 0.95)
+    assert found == pytest.approx(wanted, nan_ok=True, rel=1e-5)
 
 
 def curves(measured, predicted):
@@ -134,38 +133,37 @@ def wide(top_N):
     return np.asarray(top_N * (1 - (THETA / 150) ** 2))
 
 
+def error_of(row):
+    """Middle and half width of the interval of a peak's error, percent."""
+    lo, hi = row["peak_error_lo_percent"], row["peak_error_hi_percent"]
+    return (lo + hi) / 2, (hi - lo) / 2
+
+
 def test_peak_errors_have_the_errors_they_are_told_of():
     measured, predicted = curves(wide(10.0), wide(12.0))
-    t = float(student_quantile(0.95, 24.0))
-    row = leg_errors(measured, predicted).iloc[0]
-    assert list(row[["peak_error_lo_percent", "peak_error_hi_percent"]]) == pytest.approx([19, 21])
-    known = leg_errors(measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0), predicted, {"m": 0.04})
-    for (_, row), off in zip(known.iterrows(), (math.hypot(0.3, 0.4), 0.4), strict=True):
-        half = 120 * math.hypot(0.1 / 12, t * off / 10)
-        assert row["peak_error_lo_percent"] == pytest.approx(20 - half)
-        assert row["peak_error_hi_percent"] == pytest.approx(20 + half)
-    other = leg_errors(measured, predicted, {"another": 0.04}).iloc[0]
-    assert other["peak_error_hi_percent"] == pytest.approx(21)
+    for spread in (None, {"another": 0.04}):
+        row = leg_errors(measured, predicted, spread).iloc[0]
+        assert error_of(row) == pytest.approx((20, 1))
+    known = measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0)
+    table = leg_errors(known, predicted, {"m": 0.04})
+    for (_, row), off in zip(table.iterrows(), (math.hypot(0.3, 0.4), 0.4), strict=True):
+        half = 120 * math.hypot(0.1 / 12, T * off / 10)
+        assert error_of(row) == pytest.approx((20, half), rel=1e-4)
+    # of 80 % by Student's factor for that
+    row = leg_errors(known, predicted, confidence=0.8).iloc[0]
+    half = 120 * math.hypot(0.1 / 12, 1.3178 * 0.03)
+    assert error_of(row) == pytest.approx((20, half), rel=1e-4)
 
 
 def test_what_a_parabola_does_to_a_corner_is_in_the_interval():
     corner = np.asarray(10.0 * (1 - np.abs(THETA) / 150))
     row = leg_errors(*curves(corner, corner)).iloc[0]
-    lost = 1 - measured_peak(THETA, corner, "z").force_N / 10
+    found = measured_peak(THETA, corner, "z")
+    lost = 1 - found.force_N / 10
     assert 0.005 < lost < 0.02  # a corner of 5 degrees either side, cut off
-    peak = 10 * (1 - lost)
-    t = float(student_quantile(0.95, 24.0))
-    se = measured_peak(THETA, corner, "z").se_N
-    half = 100 * 10 / peak * math.hypot(0.1 / 10, t * math.hypot(se, lost * peak) / peak)
-    assert row["peak_error_hi_percent"] - row["peak_error_percent"] == pytest.approx(half)
-
-
-def test_lift_is_not_suction():
-    lift, suction = (np.exp(-(((THETA - at) / 25) ** 2)) for at in (-40, 60))
-    curve = 5 * lift - 8 * suction
-    table = leg_errors(*curves(curve, curve)).set_index("component")
-    assert table.loc["z", "peak_measured_N"] == pytest.approx(5, abs=0.02)
-    assert table.loc["x", "peak_measured_N"] == pytest.approx(-8, abs=0.02)
+    own = T * math.hypot(found.se_N / found.force_N, lost)
+    half = 100 * 10 / found.force_N * math.hypot(0.1 / 10, own)
+    assert row["peak_error_hi_percent"] - row["peak_error_percent"] == pytest.approx(half, rel=1e-4)
 
 
 def test_no_force_has_no_relative_error():
@@ -202,16 +200,13 @@ def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed():
 
 
 def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error():
-    noise = np.random.default_rng(6).normal(0, 0.1, THETA.size)
-    measured, predicted = curves(wide(8.0) + noise, wide(8.0))
-    found = leg_errors(measured, predicted).iloc[0]
-    peak = measured_peak(THETA, wide(8.0) + noise, "z")
-    own = float(student_quantile(0.95, 24.0)) * peak.se_N / peak.force_N
+    noisy = wide(8.0) + np.random.default_rng(6).normal(0, 0.1, THETA.size)
+    found = leg_errors(*curves(noisy, wide(8.0))).iloc[0]
+    peak = measured_peak(THETA, noisy, "z")
+    own = T * peak.se_N / peak.force_N
     assert own > 0.005
     half = 100 * 8 / peak.force_N * math.hypot(0.1 / 8, own)
-    assert (found["peak_error_hi_percent"] - found["peak_error_lo_percent"]) / 2 == pytest.approx(
-        half, rel=1e-3
-    )
+    assert error_of(found)[1] == pytest.approx(half, rel=1e-3)
     assert found["rms_relative_to_peak"] == pytest.approx(found["rms_error_N"] / peak.force_N)
 
 
@@ -237,15 +232,6 @@ def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone():
     assert len(rest) == 3
     assert (rest["peak_errors"] == "").all()
     assert rest["peak_on_flagged_percent"].isna().all()
-
-
-def test_the_interval_of_a_peak_error_has_the_stated_level():
-    """10 N measured with a zero of 0.3 N; Student, 24 degrees of freedom, 80 %: 1.3178."""
-    measured, predicted = curves(wide(10.0), wide(12.0))
-    row = leg_errors(measured.assign(zero_se_z_N=0.3), predicted, confidence=0.8).iloc[0]
-    half = 120 * math.hypot(0.1 / 12, 1.3178 * 0.03)
-    assert row["peak_error_hi_percent"] == pytest.approx(20 + half, rel=1e-4)
-    assert row["peak_error_lo_percent"] == pytest.approx(20 - half, rel=1e-4)
 
 
 def test_curves_are_compared_over_the_theta_that_both_have():

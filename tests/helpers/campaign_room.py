@@ -1,0 +1,134 @@
+"""A small campaign on disk that is right, to be put wrong in one place."""
+
+import csv
+import io
+
+from rftfit.campaign.columns import COLUMNS
+from rftfit.campaign.load import check_campaign
+
+CONFIG = """\
+title: Test
+raw: raw
+run_sheet: runs.csv
+transducer:
+  name: sensor
+  range_N: [65, 65, 200]
+  axes: {x: "-F2", y: "+F1", z: "-F3"}
+container: {length_cm: 24, width_cm: 22, depth_cm: 15}
+intruders:
+  plate: {shape: plate, length_cm: 3.81, width_cm: 2.54, thickness_cm: 0.64}
+  disc: {shape: plate, length_cm: 2, width_cm: 2, thickness_cm: 0.64}
+  c_leg: {shape: leg, curvature_times_R: 1, max_length_cm: 7.62, width_cm: 2.54, thickness_cm: 0.64, hip_height_cm: 2}
+  flat_leg: {shape: leg, curvature_times_R: 0, max_length_cm: 7.62, width_cm: 2.54, thickness_cm: 0.64, hip_height_cm: 2}
+media:
+  poppy_LP: {title: "poppy seeds, loose"}
+  poppy_CP: {title: "poppy seeds, close"}
+"""
+
+PLATE = {
+    "kind": "plate",
+    "medium": "poppy_LP",
+    "intruder": "plate",
+    "direction": "intrusion",
+    "beta_deg": "30",
+    "gamma_deg": "45",
+}
+LEG = {"kind": "leg", "medium": "poppy_LP", "intruder": "c_leg", "direction": "rotation"}
+
+# rows 2 to 7 of the sheet
+ROWS: dict[str, dict[str, str]] = {
+    "p1": {**PLATE, "tare_run": "t1"},
+    "t1": {**PLATE, "kind": "rod"},
+    "h1": {
+        **PLATE,
+        "direction": "horizontal",
+        "gamma_deg": "0",
+        "depth_cm": "2.54",
+        "tare_run": "th",
+    },
+    "th": {**PLATE, "kind": "rod", "direction": "horizontal", "gamma_deg": "0", "depth_cm": "2.54"},
+    "c1": {**LEG, "tare_run": "a1"},
+    "a1": {**LEG, "kind": "leg_air", "medium": ""},
+}
+
+
+class Room:
+    """A campaign's folder; `rows` and `columns` can be changed before `check`."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.config = CONFIG
+        self.columns = [column.name for column in COLUMNS]
+        self.rows = {
+            name: {
+                **row,
+                "run_id": name,
+                "force_log": f"logs/{name}_force.csv",
+                "motion_log": f"logs/{name}_motion.csv",
+            }
+            for name, row in ROWS.items()
+        }
+        for row in self.rows.values():
+            self.touch(row["force_log"])
+            self.touch(row["motion_log"])
+
+    @property
+    def path(self):
+        return self.folder / "config" / "config.yaml"
+
+    def touch(self, log):
+        path = self.folder / "raw" / log
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("", encoding="utf-8")
+
+    def add(self, name, like, **cells):
+        """Add a run like another one, with log files of its own."""
+        logs = {part: f"logs/{name}_{part}.csv" for part in ("force_log", "motion_log")}
+        self.rows[name] = {**self.rows[like], "run_id": name, **logs, **cells}
+        for log in logs.values():
+            self.touch(log)
+
+    def put(self, change):
+        """Change cells of rows by name; ``new<old``: of a new row like an old one; None: without the row."""
+        for name, cells in change.items():
+            own, _, like = name.partition("<")
+            if like:
+                self.add(own, like)
+            if cells is None:
+                del self.rows[own]
+            else:
+                self.rows[own] |= cells
+
+    def told(self):
+        """Code, row and column of every problem, and the problems."""
+        found = self.check()
+        return [(one.code, one.place.row, one.place.column) for one in found], found
+
+    def text(self, delimiter=","):
+        out = io.StringIO()
+        writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
+        writer.writerow(self.columns)
+        for row in self.rows.values():
+            writer.writerow([row.get(name, "") for name in self.columns])
+        return out.getvalue()
+
+    def write(self, sheet=None, name="runs.csv"):
+        self.path.parent.mkdir(exist_ok=True)
+        self.path.write_text(self.config.replace("runs.csv", name), encoding="utf-8")
+        (self.folder / name).write_bytes(self.text().encode() if sheet is None else sheet)
+
+    def check(self, sheet=None, name="runs.csv"):
+        self.write(sheet, name)
+        return check_campaign(self.path)[1]
+
+    def only(self, code, sheet=None, name="runs.csv"):
+        """The only problem, which must be of this code."""
+        problems = self.check(sheet, name)
+        assert [problem.code for problem in problems] == [code], "\n".join(map(str, problems))
+        return problems[0]
+
+    def campaign(self, sheet=None, name="runs.csv"):
+        self.write(sheet, name)
+        campaign, problems = check_campaign(self.path)
+        assert campaign is not None, "\n".join(map(str, problems))
+        return campaign
