@@ -7,13 +7,13 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+from campaign_room import CONFIG, Room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
 
-from .conftest import CONFIG, Room
 from .test_workbook import book_of
 
 # pieces that lead further in than random bytes do

@@ -1,5 +1,7 @@
 """The zero-intercept slope: certified values, invariances, quality figures."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -195,7 +197,7 @@ def test_a_few_depths_are_fitted_with_the_textbook_error():
     left = np.array([1.0, 2.0, 3.5]) - alpha[0] * depth
     se = [np.sqrt(left @ left / 2 / 21), 0.0]
     slope, intercept = np.polyfit(depth, [1.0, 2.0, 3.5], 1)
-    wanted = {
+    wanted: dict[str, Any] = {
         "alpha": alpha, "se": se, "ols_se": se, "dof": [2, 2],
         "free_slope": [slope, -0.5], "intercept": [intercept, 0.0],
     }  # fmt: skip

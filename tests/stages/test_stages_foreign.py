@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -320,8 +321,8 @@ def test_two_tables_in_one_file(rig, tmp_path):
     counted = {}
     for file, values in together.items():
         half = values[::2]
-        force = {name: (values[:, at], {}) for at, name in enumerate(NAMES[:4])}
-        motion = {NAMES[at]: (half[:, at], {}) for at in (0, 4, 5)}
+        force: Any = {name: (values[:, at], {}) for at, name in enumerate(NAMES[:4])}
+        motion: Any = {NAMES[at]: (half[:, at], {}) for at in (0, 4, 5)}
         room.logs[file] = tdms(tmp_path / "made.tdms", load=force, path=motion)
         counted[file] = len(values) + len(half)
     got = room.chain()

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import pytest
 from campaigns import make_campaign
@@ -226,7 +227,7 @@ def fake(tmp_path):
 
 def rftfit_run(root):
     words = ["rftfit.cli.main", "run", "--snakefile", "Snakefile", "--cores", "1"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([sys.executable, "-m", *words], cwd=root, **pipes)
 
 

@@ -1,6 +1,7 @@
 """Measured against predicted legs: errors by hand, intervals by simulation, the paper's statements."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -145,13 +146,14 @@ def test_what_cannot_be_compared_has_its_reason():
     ours += [hole, cosine[9:].assign(leg="apart", profile="table")]
     table = leg_errors(pd.concat([measured, short, apart]), pd.concat(ours))
     table = table[table["component"] == "z"].set_index("leg")
-    assert dict(table["reason"]) == {
+    words: dict[Any, str] = table["reason"].to_dict()
+    assert words == {
         "flat_leg": "no measured curve",
-        "short": table.loc["short", "reason"],
+        "short": words["short"],
         "c_leg": "no run at (0, 90)",
         "apart": "measured and predicted curve share no theta",
     }
-    assert "only theta -130 to -11" in table.loc["short", "reason"]
+    assert "only theta -130 to -11" in words["short"]
     assert table.loc["short", "theta_to_deg"] == -11
     assert table["rms_error_N"].isna().to_dict() == dict.fromkeys(table.index, True) | {
         "short": False
@@ -181,7 +183,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
         for medium, slope in slopes.items()
     )
     claims = leg_claims(leg_errors(measured, everything), measured, scaled)
-    items = {item.item: item for item in claims}
+    items: dict[str, Any] = {item.item: item for item in claims}
     verdicts = {
         f"{LOWER} (table)": "same",
         SIEVED: "same",
