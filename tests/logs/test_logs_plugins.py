@@ -34,20 +34,19 @@ def install(tmp_path, monkeypatch):
 
     def put(package, module, code, **points):
         (site / f"{module}.py").write_text(code, encoding="utf-8")
-        info = site / f"{package.replace(chr(45), chr(95))}-1.0.dist-info"
+        info = site / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
-        (info / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8"
-        )
-        lines = [f"{name.replace('_', '-')} = {target}" for name, target in points.items()]
-        (info / "entry_points.txt").write_text(
-            "\n".join([f"[{plugins_module.GROUP}]", *lines]) + "\n", encoding="utf-8"
-        )
+        named = f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n"
+        (info / "METADATA").write_text(named, encoding="utf-8")
+        lines = [f"{name} = {target}\n" for name, target in points.items()]
+        listed = f"[{plugins_module.GROUP}]\n" + "".join(lines)
+        (info / "entry_points.txt").write_text(listed, encoding="utf-8")
         importlib.invalidate_caches()
         plugins_module.plugins.cache_clear()
 
+    fresh()
     yield put
-    plugins_module.plugins.cache_clear()
+    fresh()
     for name in set(sys.modules) - before:
         if name.startswith("ourlab"):
             del sys.modules[name]
@@ -56,11 +55,9 @@ def install(tmp_path, monkeypatch):
 def test_the_example_of_the_documentation(install, tmp_path):
     (code,) = blocks("python")
     (project,) = (block for block in blocks("toml") if "entry-points" in block)
-    name, target = re.findall(
-        r'^([\w-]+) = "([\w:.]+)"$', project.split("entry-points")[1], re.MULTILINE
-    )[0]
-    module = target.split(":")[0]
-    install("ourlab-dialect", module, code, **{name: target})
+    point = re.compile(r'^([\w-]+) = "([\w:.]+)"$', re.MULTILINE)
+    name, target = point.findall(project.split("entry-points")[1])[0]
+    install("ourlab-dialect", target.split(":")[0], code, **{name: target})
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, encoding="utf-8")
@@ -85,45 +82,42 @@ GOOD = "class D:\n    def describe(self): return 'ours'\n    def detect(self, he
 
 
 def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
-    install("ourlab-broken", "ourlab_broken", "import no_such_module\n", a_broken="ourlab_broken:D")
-    install("ourlab-partial", "ourlab_partial", GOOD, partial="ourlab_partial:D")
     failing = GOOD + "    def load(self, path): return 1 / 0\n"
-    install("ourlab-failing", "ourlab_failing", failing, failing="ourlab_failing:D")
     wrong = failing.replace("1 / 0", "[1]").replace("return head", "return 1 / len(head[:0]), head")
-    install("ourlab-wrong", "ourlab_wrong", wrong, wrong="ourlab_wrong:D")
-    install("ourlab-thief", "ourlab_thief", failing, rig="ourlab_thief:D")
+    for package, code, name in (
+        ("broken", "import no_such_module\n", "a-broken"),
+        ("partial", GOOD, "partial"),
+        ("failing", failing, "failing"),
+        ("wrong", wrong, "wrong"),
+        ("thief", failing, "rig"),
+        ("one", failing, "same"),
+        ("two", failing, "same"),
+    ):
+        install(f"ourlab-{package}", f"ourlab_{package}", code, **{name: f"ourlab_{package}:D"})
     said = "\n".join(faults())
-    assert (
-        "the dialect a-broken of package ourlab-broken (ourlab_broken:D) cannot be loaded" in said
-    )
-    assert "No module named 'no_such_module'" in said
-    assert "the dialect partial of package ourlab-partial" in said
-    assert "it has no load" in said
-    assert (
-        "the dialect rig of package ourlab-thief has the name of one of the program's own" in said
-    )
+    for words in (
+        "a-broken of package ourlab-broken (ourlab_broken:D) cannot be loaded",
+        "No module named 'no_such_module'",
+        "partial of package ourlab-partial",
+        "it has no load",
+        "rig of package ourlab-thief has the name of one of the program's own",
+        "in package ourlab-one and in package ourlab-two",
+    ):
+        assert words in said
+    assert "ourlab-one" in dialects()["same"].describe()
     assert dialect("rig") is DIALECTS["rig"]
     with pytest.raises(InputError, match="the dialect a-broken of package ourlab-broken"):
         dialect("a-broken")
     path = tmp_path / "log"
     path.write_bytes(b"OURS 1\n")
-    reader = claimants(head_of(path))[0]
-    assert reader.name == "failing"
-    with pytest.raises(
-        LogError, match="failing of package ourlab-failing failed: ZeroDivisionError"
-    ):
-        reader.load(path)
+    assert claimants(head_of(path))[0].name == "failing"
     assert not dialect("wrong").detect(b"OURS")
-    with pytest.raises(LogError, match=r"load gave a list, not a rftfit\.logs\.base\.Log"):
-        dialect("wrong").load(path)
-
-
-def test_two_packages_with_one_name(install):
-    code = GOOD + "    def load(self, path): raise OSError\n"
-    install("ourlab-one", "ourlab_one", code, same="ourlab_one:D")
-    install("ourlab-two", "ourlab_two", code, same="ourlab_two:D")
-    assert "in package ourlab-one and in package ourlab-two" in "\n".join(faults())
-    assert "ourlab-one" in dialects()["same"].describe()
+    for name, match in (
+        ("failing", "failing of package ourlab-failing failed: ZeroDivisionError"),
+        ("wrong", r"load gave a list, not a rftfit\.logs\.base\.Log"),
+    ):
+        with pytest.raises(LogError, match=match):
+            dialect(name).load(path)
 
 
 # --- the code of a plug-in is part of what made a result ------------------------------------------------
@@ -138,14 +132,15 @@ RUNS = (
 @pytest.fixture
 def campaign(tmp_path):
     """One run; its logs need not be there."""
-    root = tmp_path / "campaign"
-    (root / "raw" / "paper").mkdir(parents=True)
-    (root / "config").mkdir()
-    (root / "raw" / "paper" / "runs.csv").write_text(RUNS, encoding="utf-8")
+    config = tmp_path / "campaign" / "config" / "config.yaml"
+    sheet = tmp_path / "campaign" / "raw" / "paper" / "runs.csv"
+    for path in (config, sheet):
+        path.parent.mkdir(parents=True)
+    sheet.write_text(RUNS, encoding="utf-8")
     text = CONFIG.read_text(encoding="utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
     text = re.sub(r"^dialect: rig.*\n", "", text, flags=re.MULTILINE)
-    (root / "config" / "config.yaml").write_text(text, encoding="utf-8")
-    return root / "config" / "config.yaml"
+    config.write_text(text, encoding="utf-8")
+    return config
 
 
 def fresh():
@@ -154,14 +149,6 @@ def fresh():
     digests.plugin_digest.cache_clear()
 
 
-@pytest.fixture
-def forgotten():
-    fresh()
-    yield
-    fresh()
-
-
-@pytest.mark.usefixtures("forgotten")
 def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
@@ -174,8 +161,8 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
 
-    site = tmp_path / "site"
-    (site / "ourlab_dialect.py").write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
+    module = tmp_path / "site" / "ourlab_dialect.py"
+    module.write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
     fresh()
     changed = States(states.campaign)
     after = [changed.of(*job)["code"] for job in jobs]
@@ -184,15 +171,13 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     found = changes_between(state, present_state(changed))
     assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
 
-    (site / "ourlab_dialect.py").unlink()
-    shutil.rmtree(site / "ourlab_dialect-1.0.dist-info")
+    (tmp_path / "site" / "ourlab_dialect.py").unlink()
+    shutil.rmtree(tmp_path / "site" / "ourlab_dialect-1.0.dist-info")
     sys.modules.pop("ourlab_dialect", None)
     importlib.invalidate_caches()
     fresh()
-    found = changes_between(state, present_state(states))
-    assert ("code", "ourlab_dialect", "not there") in [
-        (one.sort, one.name, one.now) for one in found
-    ]
+    gone = [one for one in changes_between(state, present_state(states)) if one.now == "not there"]
+    assert ("code", "ourlab_dialect") in [(one.sort, one.name) for one in gone]
 
 
 def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):

@@ -49,50 +49,30 @@ def body(*rows):
     return "\n".join([FORCE_HEADER, *rows]) + "\n"
 
 
-def test_whole_force_log(tmp_path):
-    log = read(tmp_path, FORCE)
-    assert list(log.columns) == ["time", "arm_moving", "F1", "F2", "F3"]
-    assert log.units == {"time": "s", "arm_moving": "", "F1": "N", "F2": "N", "F3": "N"}
+@pytest.mark.parametrize("text", [FORCE, MOTION])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_whole_logs(tmp_path, text, encoding, end):
+    force = text == FORCE
+    content = text.replace("\n", end).encode(encoding)
+    assert RigReader().detect(content)
+    log = read(tmp_path, content)
     assert (log.rows, log.dropped) == (3, {})
-    expect(log, FORCE_ROWS)
-
-
-def test_whole_motion_log(tmp_path):
-    log = read(tmp_path, MOTION)
-    assert list(log.columns) == ["time", "x", "z", "angle"]
-    assert log.units == {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
-    assert (log.rows, log.dropped) == (3, {})
-    expect(log, MOTION_ROWS)
-
-
-@pytest.mark.parametrize("end", ["\r\n", "\r"], ids=["crlf", "cr"])
-@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "bom"])
-def test_line_ends_and_byte_order_mark(tmp_path, end, mark):
-    for text, rows in ((FORCE, FORCE_ROWS), (MOTION, MOTION_ROWS)):
-        log = read(tmp_path, mark + text.replace("\n", end).encode())
-        assert (log.rows, log.dropped) == (3, {})
-        expect(log, rows)
-        assert RigReader().detect(mark + text.replace("\n", end).encode())
+    names, units = (
+        ("time arm_moving F1 F2 F3", ["s", "", "N", "N", "N"])
+        if force
+        else ("time x z angle", ["s", "mm", "mm", "deg"])
+    )
+    assert log.units == dict(zip(names.split(), units, strict=True))
+    assert list(log.columns) == names.split()
+    expect(log, FORCE_ROWS if force else MOTION_ROWS)
 
 
 def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
     first, second, third = FORCE_ROWS
-    lines = [
-        "",
-        "# one",
-        "  ",
-        "#",
-        FORCE_HEADER,
-        "",
-        first,
-        "# gap",
-        "   ",
-        second,
-        third,
-        "",
-        "#end",
-    ]
-    for text in ("\n".join(lines), "\n".join(lines) + "\n", "\r\n".join(lines) + "\n \n "):
+    whole = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first}\n# gap\n   \n{second}\n{third}\n\n#end"
+    for text in (whole, whole + "\n", whole.replace("\n", "\r\n") + "\n \n ",
+                 FORCE.replace(",", " , ")):  # fmt: skip
         log = read(tmp_path, text)
         assert (log.rows, log.dropped) == (3, {})
         expect(log, FORCE_ROWS)
@@ -103,33 +83,24 @@ def test_unit_of_the_header_is_kept(tmp_path):
     assert [read(tmp_path, text).units[name] for name in ("F1", "F2", "F3")] == ["lbf", "mN", ""]
 
 
-def test_spaces_around_cells(tmp_path):
-    expect(read(tmp_path, FORCE.replace(",", " , ")), FORCE_ROWS)
-
-
-@pytest.mark.parametrize("content", [b"", b"\n\n", b"  \r\n"])
-def test_empty(tmp_path, content):
+@pytest.mark.parametrize(
+    ("content", "code"),
+    [
+        *((content, "empty") for content in (b"", b"\n\n", b"  \r\n")),
+        *((FORCE_HEADER + tail, "header_only") for tail in ("", "\n", "\r\n", "\n\n# nothing\n")),
+        ("# one\n# two\n", "header"),
+    ],
+)
+def test_no_row(tmp_path, content, code):
     error = refused(tmp_path, content)
-    assert (error.code, error.rows) == ("empty", 0)
-    assert "the file is empty" in str(error)
+    assert (error.code, error.rows) == (code, 0)
 
 
-@pytest.mark.parametrize("tail", ["", "\n", "\r\n", "\n\n# nothing\n"])
-def test_header_only(tmp_path, tail):
-    error = refused(tmp_path, FORCE_HEADER + tail)
-    assert (error.code, error.rows) == ("header_only", 0)
-
-
-def test_missing(tmp_path):
-    with pytest.raises(LogError, match=r"nowhere\.csv: log missing") as caught:
-        RigReader().load(tmp_path / "nowhere.csv")
-    assert (caught.value.code, caught.value.rows) == ("missing", 0)
-
-
-def test_a_folder_is_no_log(tmp_path):
-    with pytest.raises(LogError, match="cannot be read") as caught:
-        RigReader().load(tmp_path)
-    assert caught.value.code == "unreadable"
+def test_no_file(tmp_path):
+    for path, code in ((tmp_path / "nowhere.csv", "missing"), (tmp_path, "unreadable")):
+        with pytest.raises(LogError, match=path.name) as caught:
+            RigReader().load(path)
+        assert (caught.value.code, caught.value.rows) == (code, 0)
 
 
 def test_too_large(tmp_path, monkeypatch):
@@ -139,17 +110,13 @@ def test_too_large(tmp_path, monkeypatch):
 
 
 # 3.37 may once have been 3.375: five cells, and still not a row to believe
+# 3.37 may once have been 3.375: five cells, and still not a row to believe
 @pytest.mark.parametrize("part", ["0.03,1,0.5", "0.03,1,0.5,-3,3.37"])
 def test_cut_in_mid_row(tmp_path, part):
-    log = read(tmp_path, FORCE + part)
-    assert (log.rows, log.dropped) == (4, {CUT: 1})
-    expect(log, FORCE_ROWS)
-
-
-def test_cut_beside_other_bad_rows(tmp_path):
-    log = read(tmp_path, body(FORCE_ROWS[0], "1,2", FORCE_ROWS[1]) + "0.03,1,")
-    assert (log.rows, log.dropped) == (4, {CUT: 1, CELLS: 1})
-    expect(log, FORCE_ROWS[:2])
+    for text, dropped in ((FORCE, {CUT: 1}), (FORCE + "1,2\n", {CUT: 1, CELLS: 1})):
+        log = read(tmp_path, text + part)
+        assert log.dropped == dropped
+        expect(log, FORCE_ROWS)
 
 
 @pytest.mark.parametrize(
@@ -194,15 +161,11 @@ def test_no_good_row_at_all(tmp_path):
     assert log.columns["time"].size == 0
 
 
-@pytest.mark.parametrize(
-    ("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")], ids=["semicolon", "tab"]
-)
+@pytest.mark.parametrize(("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")])
 def test_wrong_delimiter_with_decimal_comma(tmp_path, delimiter, word):
-    comma = FORCE.replace(",", delimiter).replace(".", ",")
-    error = refused(tmp_path, comma)
+    error = refused(tmp_path, FORCE.replace(",", delimiter).replace(".", ","))
     assert (error.code, error.rows) == ("header", 3)
     assert word in str(error)
-    assert "commas between cells and points in numbers" in str(error)
 
 
 @pytest.mark.parametrize(
@@ -220,35 +183,21 @@ def test_wrong_delimiter_with_decimal_comma(tmp_path, delimiter, word):
 def test_other_header(tmp_path, header):
     error = refused(tmp_path, "\n".join([header, *FORCE_ROWS]) + "\n")
     assert (error.code, error.rows) == ("header", 3)
-    assert header in str(error)
-    assert FORCE_HEADER in str(error)
-    assert MOTION_HEADER in str(error)
+    for words in (header, FORCE_HEADER, MOTION_HEADER):
+        assert words in str(error)
 
 
-def test_comments_alone(tmp_path):
-    assert refused(tmp_path, "# one\n# two\n").code == "header"
-
-
-def test_other_encoding(tmp_path):
-    log = read(tmp_path, FORCE.encode("utf-16"))
-    assert (log.rows, log.dropped) == (3, {})
-    expect(log, FORCE_ROWS)
-    assert RigReader().detect(FORCE.encode("utf-16"))
-
-
-def test_log_that_does_not_add_up_cannot_be_made():
+@pytest.mark.parametrize(("other", "rows"), [({}, 3), ({"x": np.zeros(3)}, 2)])
+def test_log_that_does_not_add_up_cannot_be_made(other, rows):
     with pytest.raises(AssertionError, match="do not add up"):
-        Log(Path("a.csv"), {"time": np.zeros(2)}, {"time": "s"}, 3)
-    with pytest.raises(AssertionError, match="do not add up"):
-        Log(Path("a.csv"), {"time": np.zeros(2), "x": np.zeros(3)}, {}, 2)
+        Log(Path("a.csv"), {"time": np.zeros(2), **other}, {"time": "s"}, rows)
 
 
 def test_take_counts_what_goes():
     log = Log(Path("a.csv"), {"time": np.arange(4.0)}, {"time": "s"}, 5, {"early": 1})
     assert log.take(np.ones(4, dtype=bool), "late") is log
-    less = log.take(np.array([True, False, True, False]), "late").take(
-        np.array([True, False]), "early"
-    )
+    less = log.take(np.array([1, 0, 1, 0], dtype=bool), "late")
+    less = less.take(np.array([True, False]), "early")
     assert less.dropped == {"early": 2, "late": 2}
     assert less.columns["time"].tolist() == [0.0]
 
@@ -283,13 +232,6 @@ def test_cut_at_every_byte(tmp_path):
             if len(lines) > 1:
                 expect(log, FORCE_ROWS[: len(lines) - 1])
             assert log.dropped == ({CUT: 1} if lines[-1] else {})
-
-
-def attempt(path):
-    try:
-        return RigReader().load(path), None
-    except LogError as error:
-        return None, error
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
@@ -331,14 +273,12 @@ def test_any_valid_file_cut_anywhere(rows, end, data):
 )
 def test_random_bytes(head, tail):
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "log.csv"
-        path.write_bytes(head + tail)
-        log, error = attempt(path)
-    if log is None:
-        assert error is not None
-        assert error.rows >= 0
-        assert str(path) in str(error)
-        return
+        try:
+            log = read(Path(folder), head + tail)
+        except LogError as error:
+            said = str(error)
+            assert folder in said
+            return
     if not head:
         return
     lines = [line for line in tail.splitlines() if line.strip()]

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from foreign_logs import TEXTS, daq, instron, netft
 
@@ -35,14 +37,27 @@ def same(log):
     assert (log.rows, log.dropped) == (50, {})
 
 
-def test_xlsx(tmp_path):
-    path = tmp_path / "log.xlsx"
-    FRAME.to_excel(path, index=False, engine="xlsxwriter")
-    assert [reader.name for reader in claimants(head_of(path))] == ["xlsx"]
-    same(dialect("xlsx").load(path))
-    with pytest.raises(LogError, match="no sheet 'A'; allowed: Sheet1"):
-        dialect("xlsx").with_options({"sheet": "A"}).load(path)
-    same(dialect("xlsx").with_options({"sheet": "Sheet1"}).load(path))
+@pytest.fixture(params=["xlsx", "parquet"])
+def table(request, tmp_path):
+    """A table of VALUES in a binary file."""
+    path = tmp_path / f"log.{request.param}"
+    if request.param == "xlsx":
+        FRAME.to_excel(path, index=False, engine="xlsxwriter")
+    else:
+        FRAME.to_parquet(path)
+    return path
+
+
+def test_tables(table):
+    (reader,) = claimants(head_of(table))
+    assert reader.name == table.suffix[1:]
+    same(reader.load(table))
+    if reader.name == "xlsx":
+        same(reader.with_options({"sheet": "Sheet1"}).load(table))
+    else:
+        FRAME.assign(note="x").mask(FRAME > 2.0).to_parquet(table)
+        log = reader.load(table)
+        assert (log.rows, log.dropped) == (50, {"NaN or infinite": 50 - log.size})
 
 
 def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
@@ -57,56 +72,31 @@ def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
     assert (log.rows, log.dropped) == (10, {"not a number": 1})
 
 
-def test_parquet(tmp_path):
-    path = tmp_path / "log.parquet"
-    FRAME.assign(note="x").to_parquet(path)
-    assert [reader.name for reader in claimants(head_of(path))] == ["parquet"]
-    same(dialect("parquet").load(path))
-    FRAME.mask(FRAME > 2.0).to_parquet(path)
-    log = dialect("parquet").load(path)
-    assert log.rows == 50
-    assert log.dropped == {"NaN or infinite": 50 - log.size}
-
-
 def test_parquet_with_stamps_and_units_in_the_metadata(tmp_path):
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     stamps = pa.array([1_700_000_000_000_000, 1_700_000_000_008_000], type=pa.timestamp("us"))
-    fields = [
-        pa.field("time", stamps.type),
-        pa.field("force", pa.float32(), metadata={b"unit": b"Newton"}),
-    ]
+    force = pa.field("force", pa.float32(), metadata={b"unit": b"Newton"})
+    schema = pa.schema([pa.field("time", stamps.type), force])
     path = tmp_path / "log.parquet"
-    pq.write_table(
-        pa.table([stamps, pa.array([1, 2], pa.float32())], schema=pa.schema(fields)), path
-    )
+    pq.write_table(pa.table([stamps, pa.array([1, 2], pa.float32())], schema=schema), path)
     log = dialect("parquet").load(path)
     assert log.units == {"time": "s", "force": "N"}
     assert np.diff(log.columns["time"]) == pytest.approx([0.008], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["xlsx", "parquet"])
-def test_cut_and_damaged_binaries(name, tmp_path):
+def test_cut_and_damaged_binaries(table):
     """Their list of contents stands at the end: cut, they hold nothing that can be trusted."""
-    path = tmp_path / f"log.{name}"
-    if name == "xlsx":
-        FRAME.to_excel(path, index=False, engine="xlsxwriter")
-    else:
-        FRAME.to_parquet(path)
-    content = path.read_bytes()
-    luck = random.Random(7)
+    name, content, luck = table.suffix[1:], table.read_bytes(), random.Random(7)
     for stop in sorted(luck.sample(range(len(content)), 40)):
-        path.write_bytes(content[:stop])
-        assert refused(name, path).rows == 0
+        table.write_bytes(content[:stop])
+        assert refused(name, table).rows == 0
     for _ in range(60):
         damaged = bytearray(content)
         for _ in range(luck.choice([1, 3, 20])):
             damaged[luck.randrange(len(content))] = luck.randrange(256)
-        path.write_bytes(damaged)
-        (log,) = dialect(name).load_many([path])
+        table.write_bytes(damaged)
+        (log,) = dialect(name).load_many([table])
         if isinstance(log, LogError):
-            assert str(path) in str(log)
+            assert str(table) in str(log)
         else:
             assert log.size + sum(log.dropped.values()) == log.rows <= 50
 
@@ -127,14 +117,12 @@ def described(path, content, **text):
 
 
 def test_ten_lines_of_config_describe_any_text(tmp_path):
-    path = tmp_path / "log.txt"
     content = (
         "Versuch 7\n\n# Kraft und Weg\nZeit;Kraft;Weg;Wer\ns;kN;mm;\n"
         "0,1;1,5;2;ich\n0,2;x;3;du\n0,3;2,5;4;ich\n"
-    ).encode("utf-16")
-    log = described(
-        path, content, delimiter=";", decimal=",", skip_lines=2, units=True, comment="#"
     )
+    words: Any = {"delimiter": ";", "decimal": ",", "skip_lines": 2, "units": True, "comment": "#"}
+    log = described(tmp_path / "log.txt", content.encode("utf-16"), **words)
     assert log.units == {"Zeit": "s", "Kraft": "kN", "Weg": "mm"}
     assert log.columns["Kraft"].tolist() == [1.5, 2.5]
     assert (log.rows, log.dropped) == (3, {"not a number": 1})
@@ -152,29 +140,27 @@ def test_names_and_cells_that_do_not_match(tmp_path):
     with pytest.raises(LogError, match="2 names, but 4 cells in most rows"):
         described(tmp_path / "a", b"a,b\n1,2,3,4\n1,2,3,4\n")
     # a delimiter at the end of either does no harm
-    assert list(described(tmp_path / "a", b"a,b\n1,2,\n1,2,\n").columns) == ["a", "b"]
-    assert list(described(tmp_path / "a", b"a,b,\n1,2\n1,2\n").columns) == ["a", "b"]
+    for content in (b"a,b\n1,2,\n1,2,\n", b"a,b,\n1,2\n1,2\n"):
+        assert list(described(tmp_path / "a", content).columns) == ["a", "b"]
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"]
+)
 def test_encodings_and_line_ends(tmp_path, end, encoding):
-    text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n".replace("\n", end)
+    text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n5,6\n".replace("\n", end)
     log = described(tmp_path / "a", text.encode(encoding))
     assert log.units == {"Größe": "mm", "Kraft": "N"}
-    assert log.columns["Kraft"].tolist() == [2, 4]
+    assert log.columns["Kraft"].tolist() == [2, 4, 6]
 
 
 def test_status_of_the_transducer(tmp_path):
-    made = netft(5)
     path = tmp_path / "log"
-    path.write_bytes(made.content.replace(b'"0x0","26051"', b'"0x80000000","26051"'))
+    path.write_bytes(netft(5).content.replace(b'"0x0","26051"', b'"0x80000000","26051"'))
     log = dialect("ati-netft").load(path)
-    assert log.size == 4
-    assert list(log.dropped) == [
-        "the transducer reports an error or saturation (status is not 0x0)"
-    ]
-    assert not log.missing
+    saturated = "the transducer reports an error or saturation (status is not 0x0)"
+    assert (log.size, log.dropped, log.missing) == (4, {saturated: 1}, {})
 
 
 def test_rate_zero_and_unit_unknown(tmp_path):
@@ -278,7 +264,7 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
     ],
 )  # fmt: skip
 def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
-    openpyxl: Any = import_module("openpyxl")
+    path, openpyxl = tmp_path / "a.xlsx", import_module("openpyxl")
     book = openpyxl.Workbook()
     book.remove(book.active)
     for number, (name, rows) in enumerate(sheets.items()):
@@ -287,13 +273,13 @@ def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
             # which sheet is read shows in its last number
             sheet.append([16.0 + number if cell == 16.0 else cell for cell in row])
         sheet.sheet_state = "hidden" if name == hidden else "visible"
-    book.save(tmp_path / "a.xlsx")
+    book.save(path)
     options = {} if option is None else {"sheet": option}
     if found not in sheets:
         with pytest.raises(LogError, match=re.escape(found)):
-            rftfit.read_log(tmp_path / "a.xlsx", options=options)
+            rftfit.read_log(path, options=options)
         return
-    log = rftfit.read_log(tmp_path / "a.xlsx", options=options)
+    log = rftfit.read_log(path, options=options)
     assert log.units == {"Time": "s", "Force": "kN"}
     assert (log.rows, log.size) == (9, 9)
     assert log.columns["Force"][-1] == 16.0 + list(sheets).index(found)
@@ -307,25 +293,24 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
     assert dialect("parquet").only({"Fx", "z"}).load(path).size == 50
 
 
-@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
-def test_utf16_without_a_mark(encoding, tmp_path):
-    path = tmp_path / "a.csv"
-    rows = "".join(f"{k},{k}.5\r\n" for k in range(9))
-    path.write_bytes(f"Größe [mm],Kraft [N]\r\n{rows}".encode(encoding))
-    log = rftfit.read_log(path)
-    assert (log.size, log.units) == (9, {"Größe": "mm", "Kraft": "N"})
-    assert encoding_of(path.read_bytes()) == "UTF-16"
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (
+            b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n",
+            {"delimiter": ";", "decimal": ",", "skip_lines": 2},
+        ),
+        (b"1.0\t2\n1.5\t3\n2.5\t4\n", {"delimiter": "tab", "names": False}),
+        (b"Dear reader,\nthis is a letter, not a log.\nYours, me\n", None),
+        (bytes(range(256)) * 10, None),
+    ],
+)
+def test_what_a_file_looks_like(content, found):
+    assert preview(content) == found
 
 
-def test_what_a_file_looks_like():
-    found = preview(b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n")
-    assert found is not None
-    assert found == {"delimiter": ";", "decimal": ",", "skip_lines": 2}
-    found = preview(b"1.0\t2\n1.5\t3\n2.5\t4\n")
-    assert found is not None
-    assert found == {"delimiter": "tab", "names": False}
-    assert preview(b"Dear reader,\nthis is a letter, not a log.\nYours, me\n") is None
-    assert preview(bytes(range(256)) * 10) is None
-    assert encoding_of("größe".encode("cp1252")).startswith("8 bits")
-    assert encoding_of("größe".encode()) == "UTF-8"
-    assert encoding_of(b"\x00\x01") == "binary"
+def test_encodings_are_named():
+    utf16 = ("größe,1\r\n" * 9).encode("utf-16-be")
+    contents = "größe".encode("cp1252"), "größe".encode(), utf16, b"\x00\x01"
+    names = ["8", "UTF-8", "UTF-16", "binary"]
+    assert [encoding_of(one).split()[0] for one in contents] == names

@@ -34,26 +34,18 @@ def written(folder, rows, header="time_s,x_cm,z_cm"):
 
 
 @pytest.mark.parametrize("frequency", [0.343, 1.2, 2.0, 4.9])
-@pytest.mark.parametrize("strides", [3.2, 5.3, 11.7])
+@pytest.mark.parametrize("strides", [3.2, 3.35, 3.6, 3.85, 5.3, 11.7])
 def test_frequency_and_speed_come_back(frequency, strides):
     found = mean_stride_speed(running(frequency, strides=strides))
-    assert found.frequency_from == "track"
+    assert (found.frequency_from, found.flags) == ("track", ())
     assert found.frequency_Hz == pytest.approx(frequency, rel=0.01)
     # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
     assert found.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
-    assert found.flags == ()
 
 
 def test_a_given_frequency_is_taken():
     found = mean_stride_speed(running(2.0), frequency_Hz=1.9)
     assert (found.frequency_Hz, found.frequency_from) == (1.9, "sheet")
-
-
-def test_speed_does_not_hang_on_where_a_stride_is_cut():
-    speeds = [
-        mean_stride_speed(running(2.0, strides=3.1 + part / 8)).speed_cm_per_s for part in range(8)
-    ]
-    assert np.ptp(speeds) < 0.3
 
 
 @pytest.mark.parametrize(
@@ -228,11 +220,8 @@ def test_columns_of_a_sheet(tmp_path):
     _, problems = sheet(
         tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
     )
-    found = {(one.code, one.place.column): one for one in problems}
-    assert set(found) == {
-        ("robot-sheet.unknown-column", "curvature_tmes_R"),
-        ("robot-sheet.missing-column", "curvature_times_R"),
+    assert {(one.code, one.place.column, one.nearest) for one in problems} == {
+        ("robot-sheet.unknown-column", "curvature_tmes_R", "curvature_times_R"),
+        ("robot-sheet.missing-column", "curvature_times_R", None),
     }
-    unknown = found["robot-sheet.unknown-column", "curvature_tmes_R"]
-    assert unknown.nearest == "curvature_times_R"
     assert [one.code for one in sheet(tmp_path)[1]] == ["robot-sheet.empty"]
