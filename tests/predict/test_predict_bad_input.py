@@ -28,14 +28,11 @@ def room(tmp_path):
     return room.add(LEG)
 
 
-def alpha_of(medium):
-    """Alpha table as the slope stage writes it, of the published values."""
-    return alpha_frame(medium, reference.alpha_grid(medium))
-
-
 def on_trial(room, alpha, legs):
     """Predicted curves and errors, from the files of the earlier stages."""
     room.write()
+    if alpha is None:
+        alpha = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     for part, table in (("alpha", alpha), ("legs", legs)):
         write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
     return legs_predicted(open_results(room.folder))[:2]
@@ -53,24 +50,17 @@ def stop_at(theta_deg):
         lines = text.splitlines()
         data = next(k for k, line in enumerate(lines) if line[:1].isdigit() or line[:1] == "-")
         rows = [line.split(",") for line in lines[data:]]
-        start = next(float(row[0]) for row in rows if moving(row))
-        last = next(row for row in rows if float(row[0]) > start + seconds)
+        end = next(float(row[0]) for row in rows if moving(row)) + seconds
+        last = next(row for row in rows if float(row[0]) > end)
         for row in rows:
-            if float(row[0]) > start + seconds:
-                still(row, last)
+            if float(row[0]) > end:
+                row[still] = ["0"] if still == slice(1, 2) else last[still]
         return "\n".join([*lines[:data], *map(",".join, rows)]) + "\n"
 
-    def force(text):
-        return rewritten(text, lambda row: row[1] == "1", lambda row, _: row.__setitem__(1, "0"))
-
-    def motion(text):
-        return rewritten(
-            text,
-            lambda row: float(row[3]) > -135 + 0.2,
-            lambda row, last: row.__setitem__(slice(1, 4), last[1:4]),
-        )
-
-    return force, motion
+    return (
+        lambda text: rewritten(text, lambda row: row[1] == "1", slice(1, 2)),
+        lambda text: rewritten(text, lambda row: float(row[3]) > -135 + 0.2, slice(1, 4)),
+    )
 
 
 @pytest.mark.parametrize("run", [LEG, AIR])
@@ -84,7 +74,7 @@ def test_leg_that_stops_turning_early(room, run):
     theta = results.curves["theta_deg"]
     assert theta.min() <= -133
     assert -24 <= theta.max() <= -18
-    predicted, errors = on_trial(room, alpha_of("poppy_LP"), results.curves)
+    predicted, errors = on_trial(room, None, results.curves)
     # the prediction is whole; what it is compared over is said beside every number
     assert of_c_leg(predicted)["force_z_N"].notna().all()
     rows = of_c_leg(errors)
@@ -125,19 +115,17 @@ def test_leg_log_that_breaks_off(room, run, kinds):
         "samples": 9, "force_z_N": 1.0, "force_x_N": 1.0, "zero_se_z_N": 0.0, "zero_se_x_N": 0.0,
         "spread_z_N": 0.0, "spread_x_N": 0.0, **dict.fromkeys((*FLAGS, *MARKS), ""),
     })  # fmt: skip
-    _, errors = on_trial(room, alpha_of("poppy_LP"), other)
+    _, errors = on_trial(room, None, other)
     rows = of_c_leg(errors)
     assert (rows["reason_code"] == "not-measured").all()
     assert rows["peak_error_percent"].isna().all()
 
 
 def test_missing_cell_reaches_the_tables(room):
-    alpha = alpha_of("poppy_LP")
+    whole = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
+    alpha = whole.copy()
     empty = (alpha["beta_deg"] == HOLE[0]) & (alpha["gamma_deg"].round(1) == HOLE[1])
-    assert empty.sum() == 1
-    whole = alpha.copy()
-    for name in alpha.filter(like="alpha_"):
-        alpha.loc[empty, str(name)] = np.nan
+    alpha.loc[empty, [*alpha.filter(like="alpha_")]] = np.nan
     alpha.loc[empty, "reason"] = WHY_HOLE
     legs = room.chain().curves
     before, _ = on_trial(room, whole, legs)
@@ -153,9 +141,8 @@ def test_missing_cell_reaches_the_tables(room):
     assert curve[unknown]["reason"].str.contains(f"(30, 45): {WHY_HOLE}", regex=False).all()
     rows = of_c_leg(errors)
     assert rows["reason"].str.contains(WHY_HOLE).all()
-    assert (
-        rows[["peak_predicted_N", "peak_error_percent", "rms_error_N", "r2"]].isna().all(axis=None)
-    )
+    lost = rows[["peak_predicted_N", "peak_error_percent", "rms_error_N", "r2"]]
+    assert lost.isna().all(axis=None)
     # the depth-only model needs three other cells only
     assert of_c_leg(predicted, "depth_only")["force_z_N"].notna().all()
     assert of_c_leg(errors, "depth_only")["rms_error_N"].notna().all()

@@ -23,15 +23,10 @@ from rftfit.model.profiles import (
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
 HOLES = np.where(np.arange(91).reshape(7, 13) == 2 * 13 + 9, np.nan, 1.0)
-HOLED = TableProfile(
-    HOLES * reference.alpha_grid("poppy_CP")[0],
-    HOLES * reference.alpha_grid("poppy_CP")[1],
-    name="holed",
-)
+HOLED = TableProfile(*(HOLES * np.array(reference.alpha_grid("poppy_CP"))), name="holed")
 RANDOM = np.random.default_rng(7)
 UNEVEN = TableProfile(
-    RANDOM.normal(size=(5, 7)),
-    RANDOM.normal(size=(5, 7)),
+    *RANDOM.normal(size=(2, 5, 7)),
     np.radians([-90.0, -67.0, 0.0, 67.0, 90.0])[:, None],
     np.radians([-90.0, -69.0, -67.0, 0.0, 67.0, 69.0, 90.0]),
     name="uneven",
@@ -75,13 +70,9 @@ def plain(profile, elements):
     return reference_kernel.net(forces, elements[:, 0] - ARM[0], elements[:, 1] - ARM[1])
 
 
-def one(
-    profile, z, beta = 0, gamma = 90, half = 1e-9,
-    area = 1.0, fast = 1.0,
-):  # fmt: skip
+def one(profile, z, beta=0, gamma=90, half=1e-9, area=1.0, fast=1.0):
     """Force z, x on an element."""
-    found = compiled(profile, elements_of([(0.0, z, beta, half, area, gamma, fast)]))
-    return np.asarray(found[0, :2])
+    return compiled(profile, elements_of([(0.0, z, beta, half, area, gamma, fast)]))[0, :2]
 
 
 @each_profile
@@ -116,16 +107,14 @@ def test_any_number_of_elements(profile, count, solid):
 @each_profile
 @pytest.mark.parametrize("column", range(6))
 def test_missing_poses_are_missing_as_in_plain_numpy(profile, column):
-    body = np.column_stack(
-        [np.zeros(40), -np.linspace(0, 4, 40), np.zeros(40), np.ones(40), np.full(40, 0.05)]
-    )
+    body = np.tile([0.0, 0.0, 0.0, 1.0, 0.05], (40, 1))
+    body[:, 1] = -np.linspace(0, 4, 40)
     poses = np.tile([0.0, 1.0, 0.4, -0.5, -1.0, 0.2], (4, 1))
     poses[2:, 1] = 9.0  # in the air
     poses[1::2, column] = np.nan
     ours = kernel.pose_forces(profile.pack, body, 1.0, False, poses)
-    np.testing.assert_allclose(
-        ours, reference_kernel.pose_forces(profile, body, 1.0, False, poses), rtol=1e-12, atol=1e-12
-    )
+    theirs = reference_kernel.pose_forces(profile, body, 1.0, False, poses)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     assert np.isnan(ours[1]).any()
 
 
@@ -212,25 +201,22 @@ def test_forces_are_homogeneous_and_mirror(profile):
         RANDOM.normal(size=n), RANDOM.uniform(-5, 1, n), RANDOM.uniform(-90, 90, n),
         RANDOM.uniform(0, 1, n), RANDOM.uniform(0, 2, n), RANDOM.uniform(-180, 180, n), np.ones(n),
     ])  # fmt: skip
-    elements = elements_of(rows.tolist())
+    elements = elements_of(rows)
     found = compiled(profile, elements)[:, :2]
-    changed = elements.copy()
-    changed[:, 5] *= 2
-    changed[:, 6:] *= 7.3  # speed does not matter
-    changed[:, 2:4] *= -1  # nor does the end from which an element is seen
-    np.testing.assert_allclose(compiled(profile, changed)[:, :2], 2 * found, atol=1e-12)
-    longer = elements.copy()
-    longer[:, [0, 1, 4]] *= 3
-    np.testing.assert_allclose(compiled(profile, longer)[:, :2], 3 * found, atol=1e-12)
-    mirrored = elements * [-1, 1, -1, 1, 1, 1, -1, 1]
-    np.testing.assert_allclose(compiled(profile, mirrored)[:, :2], found * [1, -1], atol=1e-12)
+    for change, factor in (
+        # twice the area; neither speed matters, nor the end from which an element is seen
+        ([1, 1, -1, -1, 1, 2, 7.3, 7.3], 2),
+        ([3, 3, 1, 1, 3, 1, 1, 1], 3),
+        ([-1, 1, -1, 1, 1, 1, -1, 1], np.array([1, -1])),
+    ):
+        changed = compiled(profile, elements * change)[:, :2]
+        np.testing.assert_allclose(changed, factor * found, atol=1e-12)
 
 
 def test_a_missing_corner_spoils_only_its_own_cells():
-    alpha_z, alpha_x = np.array(reference.alpha_grid("poppy_LP"))
-    alpha_z[4, -1] = alpha_z[2, -1] = np.nan  # (+-30, 90) degrees
-    alpha_x[4, -1] = alpha_x[2, -1] = np.nan
-    profile = TableProfile(alpha_z, alpha_x)
+    alpha = np.array(reference.alpha_grid("poppy_LP"))
+    alpha[:, [2, 4], -1] = np.nan  # (+-30, 90) degrees
+    profile = TableProfile(*alpha)
     assert one(profile, -1.0, 0, 90)[0] == pytest.approx(float(TABLE.alpha(0, np.pi / 2)[0]))
     assert np.isnan(one(profile, -1.0, 1, 90)).all()
     assert (one(profile, 1.0, 1, 90) == 0).all()
