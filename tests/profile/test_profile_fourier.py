@@ -143,7 +143,6 @@ def test_grid_or_scattered():
         assert grid is not None
         assert grid.beta.size == 6
         assert (grid.node < 0).any() == holes
-    assert symmetry.rectangle(BETA, GAMMA).node.shape == (6, 24)
     assert symmetry.rectangle(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
     assert symmetry.rectangle(BETA[BETA == 0], GAMMA[BETA == 0]) is None
 
