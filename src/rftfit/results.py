@@ -334,8 +334,8 @@ class Results(Tables):
             The campaign's own; the published five (`Reference.printed`) where fewer than two of its
             media have a usable grid.
         """
-        fits = self.fits(method)
-        return reference_of(list(fits.values()), self.config, method)
+        fits = list(self.fits(method).values())
+        return reference_of(fits, method or self.config.fourier.method)
 
     def shapes(self, medium: str = "") -> Shapes:
         """Known media whose shape a medium is taken to have.

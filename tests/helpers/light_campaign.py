@@ -10,7 +10,7 @@ from paper import paper_values, write_yaml
 
 from rftfit import reference
 from rftfit.campaign.load import Campaign
-from rftfit.measure.errors import NOISE, SOURCES
+from rftfit.measure.errors import SOURCES
 from rftfit.measure.flags import FLAGS, MARKS
 from rftfit.results import Results
 from rftfit.store import write_csv
@@ -34,7 +34,7 @@ def alpha_frame(medium, values):
         known = np.where(np.isnan(flat), np.nan, 1.0)
         columns[f"alpha_{component}_se_N_per_cm3"] = SE * known
         for source in SOURCES:
-            columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known * (source == NOISE)
+            columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known * (source == "noise")
     empty = np.isnan(values[0].ravel())
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}

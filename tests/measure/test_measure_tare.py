@@ -10,7 +10,7 @@ import pytest
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import REASON, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, Samples, samples_table
+from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
 from rftfit.measure.tare import Tare, _tare_of, tare_medium
 
 DEPTH = np.linspace(0.5, 8.5, 801)
@@ -88,7 +88,7 @@ def test_too_few_samples(samples):
         "", False, None, False, "", "", 2,
     )  # fmt: skip
     ledger, place = Ledger(), np.arange(3.0)
-    stroke = Samples(place, place, place, place, np.zeros((2, 3)), why)
+    stroke = dict.fromkeys(("depth_cm", "force_z_N", "force_x_N"), place) | {"why": why}
     assert _tare_of(rod1, stroke, ledger) == remark("tare-empty", tare="rod1", count=samples)
     counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
     assert counted.to_numpy().tolist() == [["a.csv", DROPPED, "tare-empty", samples]]

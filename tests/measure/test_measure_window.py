@@ -1,12 +1,14 @@
 """Limits of the fit window, computed by hand for the paper's plate and container."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
-from rftfit.measure.fits import half_extent, horizontal_window, linear_window, slanted_window
+from rftfit.measure.fits import half_extent, window
 from rftfit.measure.ledger import RowStatus
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
@@ -23,13 +25,11 @@ HAND = [
 ]
 
 
-def whys(depth, x, beta_deg, fit):
-    return said(
-        slanted_window(np.array(depth), np.array(x), PLATE, math.radians(beta_deg), BOX, fit)
-    )
-
-
-def said(codes):
+def whys(depth, x, beta_deg, fit, direction="intrusion", path=0.0, to=None, plate=PLATE):
+    depth, x, path = (one + np.zeros(len(depth)) for one in map(np.array, (depth, x, path)))
+    run: Any = SimpleNamespace(beta_deg=beta_deg, direction=direction)
+    stroke: Any = SimpleNamespace(depth=depth, x=x, path=path)
+    codes = window(run, stroke, plate, BOX, fit, to)
     return " ".join(RowStatus(code).name for code in codes)
 
 
@@ -61,29 +61,28 @@ def test_half_extent():
 
 
 def test_horizontal():
-    travel = np.array([0.0, 1.99, 2.01, 7.0, 1.0])
-    x = np.array([4.0, 2.0, 2.0, -4.1, 4.1])
-    found = horizontal_window(travel, x, PLATE, 0.0, BOX, Fit())
-    assert said(found) == "STARTUP STARTUP GOOD WALL STARTUP"
+    x, travel = [4.0, 2.0, 2.0, -4.1, 4.1], [0.0, 1.99, 2.01, 7.0, 1.0]
+    found = whys([5.0] * 5, x, 0, Fit(), "horizontal", travel)
+    assert found == "STARTUP STARTUP GOOD WALL STARTUP"
 
 
 def test_linear_regime_of_a_sand():
-    found = linear_window(np.array([-0.01, 0, 2.0, 2.01]), 2.0, Fit())
-    assert said(found) == "ABOVE GOOD GOOD NONLINEAR"
+    assert whys([-0.01, 0, 2.0, 2.01], 0.0, 0, Fit(), to=2.0) == "ABOVE GOOD GOOD NONLINEAR"
 
 
 def test_a_sand_keeps_to_the_stated_window():
-    depth = np.array([0.4, 0.6, 1.4, 1.6, 2.1])
-    found = linear_window(depth, 2.0, Fit(submergence_cm=0.5, max_depth_cm=1.5))
-    assert said(found) == "TOO_SHALLOW GOOD GOOD TOO_DEEP TOO_DEEP"
+    stated = Fit(submergence_cm=0.5, max_depth_cm=1.5)
+    found = whys([0.4, 0.6, 1.4, 1.6, 2.1], 0.0, 0, stated, to=2.0)
+    assert found == "TOO_SHALLOW GOOD GOOD TOO_DEEP TOO_DEEP"
 
 
 def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends():
     # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
     plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
-    depth, x = np.array([0.25, 8.75, 4.0, 4.0]), np.array([0.0, 0.0, -4.0, 4.0])
-    assert (slanted_window(depth, x, plate, 0.0, BOX, Fit()) == RowStatus.GOOD).all()
-    level = horizontal_window(np.full(2, 2.0), np.array([-4.0, 4.0]), plate, 0.0, BOX, Fit())
-    assert (level == RowStatus.GOOD).all()
-    stated = Fit(submergence_cm=0.5, max_depth_cm=1.5)
-    assert (linear_window(np.array([0.5, 1.5]), 2.0, stated) == RowStatus.GOOD).all()
+    ends = [0.25, 8.75, 4.0, 4.0], [0.0, 0.0, -4.0, 4.0]
+    assert whys(*ends, 0, Fit(), plate=plate) == "GOOD GOOD GOOD GOOD"
+    level = whys([4.0, 4.0], [-4.0, 4.0], 0, Fit(), "horizontal", 2.0, plate=plate)
+    assert level == "GOOD GOOD"
+    assert (
+        whys([0.5, 1.5], 0.0, 0, Fit(submergence_cm=0.5, max_depth_cm=1.5), to=2.0) == "GOOD GOOD"
+    )

@@ -175,17 +175,19 @@ def test_fit_media_with_empty_cells(paper_config):
 def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config):
     """The interval for a further medium is the scatter between media, which one does not show."""
     fits = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)
-    one = reference_of([fit for fit in fits if fit.medium == "poppy_LP"], paper_config)
+    one = reference_of(
+        [fit for fit in fits if fit.medium == "poppy_LP"], paper_config.fourier.method
+    )
     assert one.printed
     assert one.chi.size == 5
     assert codes_of(one.remarks) == "published-media"
     scale_new_medium(0.5, 0.01, one.chi)
-    two = reference_of(fits, paper_config)
+    two = reference_of(fits, paper_config.fourier.method)
     assert (two.printed, two.media, two.remarks) == (False, ("poppy_LP", "poppy_CP"), ())
     # by the method of the config: fits by others do not make up the number
     other = [fit for fit in fits if fit.medium == "poppy_LP" or fit.method != "lsq"]
-    assert reference_of(other, paper_config).printed
-    assert reference_of([], paper_config).printed
+    assert reference_of(other, paper_config.fourier.method).printed
+    assert reference_of([], paper_config.fourier.method).printed
 
 
 @pytest.mark.parametrize(
@@ -381,7 +383,7 @@ def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_conf
     assert [fit.reason for fit in fits] == ["", "", ""]
     assert math.isnan(fits[1].alpha_z)
     assert np.isnan(fits[1].alpha_z_draws).all()
-    found = reference_of(fits, paper_config)
+    found = reference_of(fits, paper_config.fourier.method)
     assert (found.printed, found.media) == (False, ("poppy_LP", "glass3mm_CP"))
     assert found.chi == pytest.approx([fit.alpha_z / fit.zeta for fit in (fits[0], fits[2])])
     generic = (fits[0].used / fits[0].zeta + fits[2].used / fits[2].zeta) / 2

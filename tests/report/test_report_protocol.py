@@ -14,7 +14,7 @@ from rftfit.figures import protocol, style
 from rftfit.figures.plates import CELLS, linearity, runs_of_cells
 from rftfit.figures.protocol import Column
 from rftfit.figures.traces import by_run, thin
-from rftfit.measure import pairs
+from rftfit.measure import ingest
 
 
 def words(figure):
@@ -86,7 +86,7 @@ def test_protocol_says_what_is_missing(monkeypatch):
 
 
 def test_clocks_that_were_not_estimated(monkeypatch):
-    monkeypatch.setattr(pairs, "load_pairs", lambda *_: iter(()))
+    monkeypatch.setattr(ingest, "load_pairs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
 

@@ -37,47 +37,39 @@ PENETRATION_COLUMNS = [
 ]  # fmt: skip
 
 
-def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> list[dict[str, object]]:
+def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> pd.DataFrame:
     """One row per coefficient of one fit; `bic`: by term, whether an information criterion keeps it.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
     as 0.
     """
-    lo, hi = interval(fit.draws, fit.config.fit.confidence)
-    published_as = fit.config.media[fit.medium].published_as
-    published = coefficients(published_as) if published_as in MEDIA else {}
-    misfit_z, misfit_x = _misfit(fit)
-    return [
-        {
-            "method": fit.method,
-            "medium": fit.medium,
-            "coefficient": term,
-            "value_N_per_cm3": fit.used[i] if fit.keep[i] else fit.full[i],
-            "se": fit.draws[:, i].std(ddof=1) if fit.keep[i] else np.nan,
-            "lo": lo[i] if fit.keep[i] else np.nan,
-            "hi": hi[i] if fit.keep[i] else np.nan,
-            "relative_to_A00": abs(fit.full[i] / fit.full[0]),
-            "kept": bool(fit.keep[i]),
-            "kept_by_bic": bic[term],
-            "published": published.get(term, np.nan),
-            "misfit_rms_N_per_cm3": misfit_z if term in TERMS_Z else misfit_x,
-            "without_flagged": fit.without_flagged[i] if fit.keep[i] else np.nan,
-            **reason_columns(fit.why),
-        }
-        for i, term in enumerate(TERMS)
-    ]
+    level, published_as = fit.config.fit.confidence, fit.config.media[fit.medium].published_as
+    spread = [fit.draws.std(axis=0, ddof=1), *interval(fit.draws, level), fit.without_flagged]
+    se, lo, hi, without = np.where(fit.keep, spread, np.nan)
+    z, x = _misfit(fit)
+    misfit = [z if term in TERMS_Z else x for term in TERMS]
+    values = np.where(fit.keep, fit.used, fit.full), se, lo, hi, np.abs(fit.full / fit.full[0])
+    printed = coefficients(published_as) if published_as in MEDIA else {}
+    beside = [printed.get(term, np.nan) for term in TERMS], misfit, without
+    kept = fit.keep, [bic[term] for term in TERMS]
+    columns = (
+        fit.method,
+        fit.medium,
+        TERMS,
+        *values,
+        *kept,
+        *beside,
+        *reason_columns(fit.why).values(),
+    )
+    return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
 
 
 def _misfit(fit: MediumFit) -> tuple[float, float]:
     """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
     if fit.reason:
         return np.nan, np.nan
-    z, x = (
-        float(np.sqrt(np.nanmean((alpha - part) ** 2)))
-        for alpha, part in zip(
-            alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True
-        )
-    )
+    pairs = zip(alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True)
+    z, x = (float(np.sqrt(np.nanmean((alpha - part) ** 2))) for alpha, part in pairs)
     return z, x
 
 
@@ -88,28 +80,12 @@ def generic_rows(group: list[MediumFit]) -> pd.DataFrame:
     draws = generic(np.stack([fit.draws for fit in group], axis=1))
     lo, hi = generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
-    paper = method == AS_PRINTED and {config.media[f.medium].published_as for f in group} >= {
-        *MEDIA
-    }
-    published = coefficients(GENERIC) if paper else {}
-    return pd.DataFrame(
-        {
-            "method": method,
-            "medium": GENERIC,
-            "coefficient": list(TERMS),
-            "value_N_per_cm3": m0,
-            "se": draws.std(axis=0, ddof=1),
-            "lo": lo,
-            "hi": hi,
-            "relative_to_A00": np.abs(m0 / m0[0]),
-            "kept": m0 != 0,
-            "kept_by_bic": None,
-            "published": [published.get(term, np.nan) for term in TERMS],
-            "misfit_rms_N_per_cm3": np.nan,
-            "without_flagged": np.nan,
-            **reason_columns([]),
-        }
-    )
+    own = {config.media[fit.medium].published_as for fit in group}
+    printed = coefficients(GENERIC) if method == AS_PRINTED and own >= {*MEDIA} else {}
+    values = m0, draws.std(axis=0, ddof=1), lo, hi, np.abs(m0 / m0[0]), m0 != 0, None
+    beside = [printed.get(term, np.nan) for term in TERMS], np.nan, np.nan
+    columns = (method, GENERIC, TERMS, *values, *beside, *reason_columns([]).values())
+    return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
 
 
 def penetration_row(fit: MediumFit) -> dict[str, object]:

@@ -87,11 +87,9 @@ def leg_prediction(
     best = {c: forces[name].to_numpy(float) for c, name in names.items()}
     moved = shape_errors(profile, leg, config, best)
     # a leg that is moved a little may reach cells that are missing
-    shape = {
-        c: wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
-        for c in COMPONENTS
-    }
+    shape = {}
     for c, name in names.items():
+        shape[c] = wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
         lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
         forces[lo], forces[hi] = _wider(forces[name], forces[lo], forces[hi], shape[c])
     if not isinstance(profile.spread, Profile) or not np.isfinite([*best.values()]).all():
@@ -285,11 +283,8 @@ def _long_run_variance(force: FloatArray) -> float:
     count = force.size // _BLOCK
     if count < 2 * _LEAST:
         return math.nan
-    shifted = [
-        force[start : start + (force.size - start) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
-        for start in range(_BLOCK)
-    ]
-    third = np.concatenate([np.diff(part.mean(axis=1), 3) for part in shifted])
+    means = np.convolve(force, np.full(_BLOCK, 1 / _BLOCK), mode="valid")
+    third = np.concatenate([np.diff(means[start::_BLOCK], 3) for start in range(_BLOCK)])
     # 1.4826 makes a standard deviation of a median, 1 + 9 + 9 + 1 = 20
     return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
 
@@ -385,17 +380,9 @@ def _peak_errors(
         best, *ends = drawn
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
-    return {
-        "peak_measured_N": peak,
-        "peak_predicted_N": best,
-        "peak_predicted_lo_N": ends[0],
-        "peak_predicted_hi_N": ends[1],
-        "peak_error_percent": 100 * (best / peak - 1) if peak else math.nan,
-        "peak_error_lo_percent": lo,
-        "peak_error_hi_percent": hi,
-        "peak_late_deg": smooth.theta_deg - found.theta_deg,
-        "rms_relative_to_peak": rms / abs(peak) if peak else math.nan,
-    }
+    off, relative = (100 * (best / peak - 1), rms / abs(peak)) if peak else (math.nan, math.nan)
+    numbers = (peak, best, *ends, off, lo, hi, smooth.theta_deg - found.theta_deg)
+    return dict(zip(NUMBERS, numbers, strict=False)) | {"rms_relative_to_peak": relative}
 
 
 def judge(numbers: Mapping[str, float]) -> str:
@@ -403,9 +390,8 @@ def judge(numbers: Mapping[str, float]) -> str:
 
     An error is sure where its interval does not hold 0; so it is where there is no interval.
     """
-    error, lo, hi = (
-        numbers.get(f"peak_error_{end}percent", math.nan) for end in ("", "lo_", "hi_")
-    )
+    ends = ("", "lo_", "hi_")
+    error, lo, hi = (numbers.get(f"peak_error_{end}percent", math.nan) for end in ends)
     if not math.isfinite(error):
         return NOT_TESTED
     if abs(error) <= WITHIN_PERCENT:
@@ -417,13 +403,10 @@ def judge(numbers: Mapping[str, float]) -> str:
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
     """Row of `leg_errors` on which the verdict on a profile rests: None where no leg was measured."""
     own = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
-    rows = [row for row in own.to_dict("records") if row["verdict"] != NOT_TESTED]
+    rows = own[own["verdict"] != NOT_TESTED].to_dict("records")
     order = (WITHIN, OFF, FAR_OFF)
-    return max(
-        rows,
-        key=lambda row: (order.index(row["verdict"]), abs(row["peak_error_percent"])),
-        default=None,
-    )
+    bad = [(order.index(row["verdict"]), abs(row["peak_error_percent"])) for row in rows]
+    return rows[bad.index(max(bad))] if rows else None
 
 
 def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:

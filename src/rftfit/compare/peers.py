@@ -89,14 +89,9 @@ def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Alpha of each outlier minus the alpha that the other runs give, z and x, N/cm^3."""
-    rows = peers[peers["apart"].astype(bool)].to_dict("records")
-    return {
-        str(row["run_id"]): (
-            row["alpha_z_N_per_cm3"] - row["others_z_N_per_cm3"],
-            row["alpha_x_N_per_cm3"] - row["others_x_N_per_cm3"],
-        )
-        for row in rows
-    }
+    rows = peers[peers["apart"].astype(bool)]
+    z, x = (rows[column(c)] - rows[f"others_{c}_N_per_cm3"] for c in "zx")
+    return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
 def directions_of(runs: pd.DataFrame) -> FloatArray:
@@ -116,9 +111,8 @@ def _compare_with_repeats(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
     others = np.full(alpha.shape, math.nan)
-    members = [
-        here for own in np.unique(groups) if (here := np.flatnonzero(groups == own)).size > 2
-    ]
+    each = (np.flatnonzero(groups == own) for own in np.unique(groups))
+    members = [here for here in each if here.size > 2]
     for here in members:
         for one in here:
             others[:, one] = np.median(alpha[:, here[here != one]], axis=1)
@@ -131,10 +125,8 @@ def _compare_with_repeats(
     far = np.zeros(groups.size, dtype=bool)
     for here in members:
         # where one run is wrong, the others differ from their median too: the farthest goes first
-        first = here[times[here].argmax()]
-        far[first] = any(
-            times[first] > clear and off[first] > least for clear, least in _REPEATS_APART
-        )
+        at = here[times[here].argmax()]
+        far[at] = any(times[at] > clear and off[at] > least for clear, least in _REPEATS_APART)
     seen = level * min(max(clear * unit, least) for clear, least in _REPEATS_APART)
     return others, times, far, seen
 
@@ -186,10 +178,8 @@ def _predict_from_others(
         covariance = size**2 * prior + np.diag(own**2)
         within = covariance[np.ix_(known, known)] + np.diag(noise**2)
         inverse = np.linalg.inv(within)
-        size = max(float(mean[known] @ inverse @ values), 0.0) / float(
-            mean[known] @ inverse @ mean[known]
-        )
-        size = max(size, 1e-9)
+        weight = mean[known] @ inverse
+        size = max(float(weight @ values) / float(weight @ mean[known]), 1e-9)
     off = inverse @ (values - size * mean[known])
     said, error = np.full((2, 2 * count), math.nan)
     for run in range(count):

@@ -203,9 +203,8 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         if down is not None and up is not None:
             up_and_down[medium] = float(down[column("z")]), abs(float(up[column("z")]))
     both = pd.DataFrame(up_and_down, index=["down", "up"]).T.dropna()
-    why = "down and up: " + ", ".join(
-        f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples()
-    )
+    each = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
+    why = f"down and up: {', '.join(each)}"
     return items + _counted(
         "media with alpha_z(0, 90 deg) of the way down above |alpha_z(0, -90 deg)| of the way up",
         "text, Fig. 2", both["down"] > both["up"], FROM_LOGS, why,

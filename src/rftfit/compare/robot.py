@@ -31,12 +31,7 @@ PAPER_SHARES = {20: 90.0, 35: 100.0}
 BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
 
 _WHERE = "text, Fig. 4C"
-_TITLES = {
-    "table": "measured table",
-    "map": "map",
-    "generic": "scaled generic",
-    "depth_only": "depth-only",
-}
+_TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth-only"}
 _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
@@ -147,15 +142,14 @@ def _best(row: dict[Any, Any]) -> list[Item]:
     told = "the robot was calibrated on this number" if calibrated else ""
     evidence = CALIBRATED if calibrated else MEASURED
     best, speed = float(row["best_curvature_times_R"]), float(row["speed_cm_per_s"])
-    curvature = compare(
-        "robot: best curvature R'/r at 5 Hz", where, BEST_CURVATURE, best, _CURVATURE, evidence,
-        note=told,
-    )  # fmt: skip
-    fastest = compare(
-        "robot: speed at the best curvature, 5 Hz, cm/s", where, BEST_SPEED_CM_PER_S, speed,
-        _SPEED, evidence, note=told,
-    )  # fmt: skip
-    return [curvature, fastest]
+    of_best, of_speed = "best curvature R'/r at 5 Hz", "speed at the best curvature, 5 Hz, cm/s"
+    return [
+        compare(f"robot: {item}", where, paper, ours, tolerance, evidence, note=told)
+        for item, paper, ours, tolerance in (
+            (of_best, BEST_CURVATURE, best, _CURVATURE),
+            (of_speed, BEST_SPEED_CM_PER_S, speed, _SPEED),
+        )
+    ]
 
 
 COLUMNS = [
@@ -241,9 +235,9 @@ def reading(
     if near.size < 4 or best == curvature[top]:
         return float(min(beside[0], best)), float(max(beside[1], best))
     rng = np.random.default_rng(_SEED)
-    draws = np.stack(
-        [rng.choice(speeds[i], (DRAWS, speeds[i].size)).mean(axis=1) for i in near]
-    )  # (points, draws)
+    phases = [speeds[point] for point in near]
+    # shape (points, draws)
+    draws = np.stack([rng.choice(one, (DRAWS, one.size)).mean(axis=1) for one in phases])
     x = curvature[near] - curvature[top]
     design = np.vander(x, 3)
     solve = np.linalg.pinv(design)
@@ -252,9 +246,8 @@ def reading(
     off *= math.sqrt(near.size / (near.size - 3))
     draws += off[:, None] * rng.choice([-1.0, 1.0], draws.shape)
     square, slope, _ = solve @ draws
-    place = np.where(
-        square < 0, -slope / (2 * np.where(square < 0, square, 1.0)), x[mean[near].argmax()]
-    )
+    has_top, highest = square < 0, x[mean[near].argmax()]
+    place = np.where(has_top, -slope / (2 * np.where(has_top, square, 1.0)), highest)
     place = np.clip(place, x[0], x[-1]) + curvature[top]
     lo, hi = np.quantile(place, [(1 - confidence) / 2, (1 + confidence) / 2])
     half = float(np.median(np.diff(curvature[near]))) / 2

@@ -14,15 +14,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.errors import Part, SurfaceError, errors_of, half_width
 from rftfit.measure.fits import Row, fit_medium
-from rftfit.measure.flags import (
-    REASON,
-    Remark,
-    quoted,
-    reason_cells,
-    reason_columns,
-    reason_of,
-    remark,
-)
+from rftfit.measure.flags import REASON, Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile, zero_intercept
 from rftfit.model.scaling import scale_new_medium
@@ -181,9 +173,9 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
             rms = _rms(legs, [factors] * len(legs))
-            few = [] if len(legs) >= 3 else [remark("few-legs", found=len(legs))]
+            few = reason_columns([] if len(legs) >= 3 else [remark("few-legs", found=len(legs))])
             numbers = (*factors, rms, crossed, 100 * gain, worth)
-            rows.append((medium, model, *numbers, *reason_cells(few)))
+            rows.append((medium, model, *numbers, *few.values()))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -396,19 +395,10 @@ _GOOD = (
 )  # fmt: skip
 def clocks(results: Results, medium: str) -> Figure:
     """Draw how the clocks of each run of a medium were brought together."""
-    from rftfit.measure.ingest import RunRefused, ingest_run
-    from rftfit.measure.ledger import Ledger
-    from rftfit.measure.pairs import load_pairs
-    from rftfit.measure.surface import find_compliance
+    from rftfit.measure.ingest import ingest_traces
 
-    campaign, config, ledger = results.campaign, results.config, Ledger()
-    runs = campaign.runs_of(medium)
-    compliance = find_compliance(campaign, runs[0]) if config.rigid_contact and runs else None
-    traces = []
     # the tables of the ingest stage do not keep what the estimates were made from
-    for run, pair in load_pairs(campaign, runs):
-        with suppress(RunRefused):
-            traces.append(ingest_run(config, run, pair, ledger, compliance))
+    traces, *_ = ingest_traces(results.campaign, medium)
     if all(trace.alignment is None for trace in traces):
         return style.missing(f"{results.titles[medium]}: no run whose clocks were estimated")
     return draw_clocks(traces)

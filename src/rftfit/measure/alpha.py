@@ -15,21 +15,12 @@ import pandas as pd
 from rftfit.campaign.config import Errors, Grid
 from rftfit.conventions import FloatArray
 from rftfit.measure.errors import (
-    ANGLE,
     AS_PREPARED,
-    BED,
-    CURVATURE,
-    NOISE,
     OF_CELL,
     REPEATS,
-    ROD,
-    SESSION,
     SOURCES,
-    STARTUP,
-    SURFACE,
-    TARE,
-    TURN,
     Part,
+    Source,
     Spread,
     SurfaceError,
     bed_of_mean,
@@ -277,12 +268,14 @@ def _errors(
         turned = {"z": -side * alpha["x"][i], "x": side * alpha["z"][i]}
         for c in COMPONENTS:
             found = _of_runs(cell, c, surface, spread[c])
-            found[ANGLE] = Part(float(rise[c][i]) * errors.angle_deg * _mean_of_independent(cell))
-            found[TURN] = Part(turned[c] * math.radians(errors.turn_deg))
-            found[ROD] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
+            # the mean of independent errors is smaller than each of them
+            apart = math.sqrt(float(cell.share @ cell.share))
+            found["angle"] = Part(float(rise[c][i]) * errors.angle_deg * apart)
+            found["turn"] = Part(turned[c] * math.radians(errors.turn_deg))
+            found["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(found, cell, c, spread[c], confidence)
             off = [outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
-            found[BED] = max(found[BED], _outlier_error(cell, c, np.array(off)),
+            found["bed"] = max(found["bed"], _outlier_error(cell, c, np.array(off)),
                              key=lambda part: half_width([part], confidence))  # fmt: skip
             half = half_width(found.values(), confidence)
             se = math.sqrt(sum(part.sd**2 for part in found.values()))
@@ -308,16 +301,11 @@ _REACH = 1.96
 """Standard errors to the end of an interval of 95 %."""
 
 
-def _mean_of_independent(cell: _Cell) -> float:
-    """Standard deviation of the mean of independent errors of the runs, relative to that of one run."""
-    return math.sqrt(float(cell.share @ cell.share))
-
-
-def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict[str, Part]:
+def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict[Source, Part]:
     """Errors that the logs show, and those of surface and tare, of one component."""
     alpha, se, dof = cell.of(column(c)), cell.of(column(c, "_se")), cell.of(f"alpha_{c}_dof")
     startup, tare, curvature = (
-        cell.of(column(c, f"_{name}")) for name in (STARTUP, TARE, CURVATURE)
+        cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
     )
     own = np.maximum(se**2 - startup**2 - tare**2 - curvature**2, 0) * cell.share**2
     # runs that share a tare err alike, each to its own side
@@ -327,13 +315,13 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
     moved = cell.share * alpha * cell.of("lever_per_cm")
     signs = 1.0 if sum(of_tares) >= 0 else -1.0
     return {
-        NOISE: Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof))),
+        "noise": Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof))),
         # a start-up moves all depths the same way, so its parts add up before they are squared
-        STARTUP: Part(float(cell.share @ startup)),
-        TARE: Part(signs * math.hypot(*of_tares)),
-        SURFACE: Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
-        SESSION: Part(surface.session * float(moved.sum())),
-        CURVATURE: Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
+        "startup": Part(float(cell.share @ startup)),
+        "tare": Part(signs * math.hypot(*of_tares)),
+        "surface": Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
+        "session": Part(surface.session * float(moved.sum())),
+        "curvature": Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
     }
 
 
@@ -352,21 +340,23 @@ def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread)
 _SIGMAS = 3.0
 
 
-def _add_bed(found: dict[str, Part], cell: _Cell, c: str, spread: Spread, confidence: float) -> str:
+def _add_bed(
+    found: dict[Source, Part], cell: _Cell, c: str, spread: Spread, confidence: float
+) -> str:
     """Add how beds differ, and return where that is known from.
 
     Repeats differ by the errors of their surface and angles too, so these are not added to what repeats
     show; the wider of both counts.
     """
-    found[NOISE], shown, source = bed_of_mean(
-        cell.of(column(c)), cell.share, found[NOISE], spread, own=not cell.level
+    found["noise"], shown, source = bed_of_mean(
+        cell.of(column(c)), cell.share, found["noise"], spread, own=not cell.level
     )
     if source in (REPEATS, OF_CELL):
         rest = half_width([shown], confidence) ** 2
-        rest -= half_width([found[SURFACE], found[ANGLE]], confidence) ** 2
+        rest -= half_width([found["surface"], found["angle"]], confidence) ** 2
         unit = half_width([Part(1.0, shown.dof)], confidence)
         shown = Part(math.sqrt(max(rest, 0.0)) / unit, shown.dof)
-    found[BED] = shown
+    found["bed"] = shown
     return source
 
 

@@ -57,7 +57,7 @@ def check_medium(
         if first and one.verdict != NOT_CHECKED:
             # cells keep the flags of single runs
             waits = f"not before the check {first[0]} passes"
-            done[name] = Check(name, NOT_CHECKED, waits, runs=one.runs)
+            done[name] = replace(Check.skipped(name, waits), runs=one.runs)
         elif one.verdict == FAILED and (why := settings.accept.get(name)):
             words = f"{one.sentence} Accepted: {why}"
             done[name] = replace(one, verdict=ACCEPTED, sentence=words)

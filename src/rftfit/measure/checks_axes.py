@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
-from rftfit.measure.verdicts import Check, Measured, flags_on, judged, not_checked, rows_of
+from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
 
 _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
@@ -26,7 +26,7 @@ def check_work(measured: Measured) -> Check:
     alpha, sheet = measured.tables["alpha"], measured.sheet
     cells = Cells.of(alpha)
     if not (count := cells.gamma.size):
-        return not_checked("work", "no cell has alpha")
+        return Check.skipped("work", "no cell has alpha")
     done, least = cells.work
     back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
     runs = " ".join(back["run_ids"]).split()
@@ -45,7 +45,7 @@ def check_work(measured: Measured) -> Check:
     worst = int((done / least).argmin())
     found = f"{given}, the lowest D = {done[worst]:.3g} N/cm^3"
     allowed = f"D of {-least[worst]:.3g} N/cm^3 or more in all but {_CELLS - 1} cells"
-    return judged(
+    return Check.judged(
         "work", cells.takes_energy, found, allowed, sentence, flags_on(runs, "gives-back")
     )
 
@@ -55,7 +55,7 @@ def check_symmetry(measured: Measured) -> Check:
     cells = Cells.of(measured.tables["alpha"])
     turn, se = cells.turn_rad
     if math.isnan(turn):
-        return not_checked("symmetry", "no alpha at (0, 90) deg, and no mirror images")
+        return Check.skipped("symmetry", "no alpha at (0, 90) deg, and no mirror images")
     degrees = math.degrees(turn)
     lo, hi = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
     found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
@@ -64,14 +64,14 @@ def check_symmetry(measured: Measured) -> Check:
         f"On plates pushed straight down a horizontal force acts to one side ({found}): look at transducer.turn_deg and "
         "transducer.axes, and for a bent plate or a slanted bed."
     )
-    return judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)
+    return Check.judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)
 
 
 def check_up_down(measured: Measured) -> Check:
     """Whether pushing a level plate down takes more than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
-        return not_checked("up_down", "no alpha at (0, 90) or at (0, -90) deg")
+        return Check.skipped("up_down", "no alpha at (0, 90) or at (0, -90) deg")
     down, up = cells.force[0, [cells.push, cells.pull]]
     found = f"alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3"
     sentence = (
@@ -79,7 +79,7 @@ def check_up_down(measured: Measured) -> Check:
         "intrusions and extractions are exchanged in the run sheet."
     )
     allowed = "alpha_z(0, 90) above the size of alpha_z(0, -90)"
-    return judged("up_down", cells.push_exceeds_pull, found, allowed, sentence)
+    return Check.judged("up_down", cells.push_exceeds_pull, found, allowed, sentence)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rftfit.campaign.config import Config
+from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_axes import Cells, other_axes
@@ -16,15 +16,7 @@ from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import Remark
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdicts import (
-    Check,
-    Measured,
-    as_sentence,
-    flags_on,
-    judged,
-    not_checked,
-    rows_of,
-)
+from rftfit.measure.verdicts import Check, Measured, as_sentence, flags_on, rows_of
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
@@ -43,14 +35,15 @@ def check_channels(measured: Measured) -> Check:
     logs = [(measured.sheet[row["run_id"]], row) for row in read]
     logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
     # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
-    causes = stuck(measured.config, logs) or exchanged_channels(measured.config, logs)
+    config = measured.config
+    causes = stuck(config, logs) or exchanged_channels(config.transducer, logs)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
-        return not_checked("channels", "no readings of channels")
+        return Check.skipped("channels", "no readings of channels")
     found = "; ".join(words for words, _ in causes) or f"{len(logs)} logs"
     allowed = f"below {_FROZEN:.0%} of a stroke at one reading, no end in common below the range"
     flags = [flag for _, own in causes for flag in own]
-    return judged("channels", not causes, found, allowed, as_sentence(found), flags)
+    return Check.judged("channels", not causes, found, allowed, as_sentence(found), flags)
 
 
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
@@ -106,15 +99,13 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
     return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
 
 
-def exchanged_channels(config: Config, logs: Logs) -> list[Cause]:
+def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     """Channels x and y exchanged: the force across the motion is larger than the force along it."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
-    y, x = (getattr(config.transducer.axes, axis)[1:] for axis in "yx")
-    across, along = (
-        np.array([row[f"{name}_high_N"] - row[f"{name}_low_N"] for row in slanted])
-        for name in (y, x)
-    )
-    if not slanted or np.median(across) <= 10 * config.transducer.precision_N:
+    y, x = transducer.axes.y[1:], transducer.axes.x[1:]
+    sizes = [[row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted]
+    across, along = np.array(sizes, dtype=float).reshape(-1, 2).T
+    if not slanted or np.median(across) <= 10 * transducer.precision_N:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
     words = (
@@ -136,8 +127,8 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     config, tables, sheet = measured.config, measured.tables, measured.sheet
     known_z_x = ["known_z_ratio", "known_x_ratio"]
     table = tables["fits"].merge(tables["peers"][["run_id", *known_z_x]], on="run_id")
-    noise = tables["runs"][["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]]
-    table = table.merge(noise, on="run_id")
+    noises = tables["runs"][["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]]
+    table = table.merge(noises, on="run_id")
     table = table[~table["run_id"].isin([*exchanged])]
     if table.empty:
         return []
@@ -166,32 +157,27 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         opposite = (np.sign(force[place]) != np.sign(known[place])) & ~faint & must
         reversed_ = opposite & strong[place]
         fewest = min(max(_LOGS, math.ceil(_FAINT * must.sum())), must.sum())
-        code, runs = "", table["run_id"]
         values: dict[str, Any] = {"channel": name}
+        noise = table[f"{name}_noise_N"].to_numpy(float)
         if not explained and silent.sum() >= fewest > 0:
-            code, runs = "channel-silent", runs[faint]
+            code, bad, look = "silent", faint, "its cable and its column"
             what = (
                 f"shows no force in {silent.sum()} of {must.sum()} runs in which it must show one"
             )
-            look = "its cable and its column"
         elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
-            code, runs = "channel-reversed", runs[opposite]
+            code, bad, look = "reversed", opposite, "its wires and at the motion of these runs"
             what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs with a clear sign"
-            look = "its wires and at the motion of these runs"
-        elif gain := _other_gain(
-            table[f"{name}_noise_N"].to_numpy(float), mount[place], known[place], strong[place]
-        ):
-            times, other = gain
-            code, runs, values = "channel-gain", runs[other], values | {"times": times}
-            what = (
-                f"has {times:.2g} times the noise, and about as many times the force, in {other.sum()} of "
-                f"{other.size} runs, beside the others"
-            )
-            look = "its amplifier and its unit"
-        if code:
-            whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
-            words = f"{whose} {what} ({rows_of(runs, sheet)}): look at {look}"
-            causes.append((words, flags_on(runs, code, **values)))
+        elif gain := _other_gain(noise, mount[place], known[place], strong[place]):
+            values["times"], bad = gain
+            code, look = "gain", "its amplifier and its unit"
+            what = f"has {gain[0]:.2g} times the noise, and about as many times the force, in {bad.sum()} of "
+            what += f"{bad.size} runs, beside the others"
+        else:
+            continue
+        runs = table["run_id"][bad]
+        whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
+        words = f"{whose} {what} ({rows_of(runs, sheet)}): look at {look}"
+        causes.append((words, flags_on(runs, f"channel-{code}", **values)))
     return causes
 
 

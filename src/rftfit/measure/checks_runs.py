@@ -13,16 +13,7 @@ from rftfit.measure.flags import remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdicts import (
-    MOST_NAMED,
-    NOT_CHECKED,
-    Check,
-    Measured,
-    flags_on,
-    judged,
-    not_checked,
-    rows_of,
-)
+from rftfit.measure.verdicts import MOST_NAMED, Check, Measured, flags_on, rows_of
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
@@ -39,7 +30,7 @@ def check_rods(measured: Measured) -> Check:
     tare, force = (table[name].to_numpy(float) for name in ("tare_rms_N", "force_rms_N"))
     known = np.isfinite(tare) & (force > 0)
     if not known.any():
-        return not_checked("rods", "no plate run has a tare")
+        return Check.skipped("rods", "no plate run has a tare")
     ratio = np.where(known, tare / np.where(known, force, 1), np.nan)
     # forces of the weakest directions are little more than the noise of their zeros
     clear = tare - force > _ROD_FORCE * np.nanmedian(np.fmax(tare, force))
@@ -54,7 +45,7 @@ def check_rods(measured: Measured) -> Check:
         "look at the logs, kind and tare_run of these runs."
     )
     flags = flags_on(stronger, "rod-stronger")
-    return judged("rods", not wrong.any(), found, allowed, sentence, flags)
+    return Check.judged("rods", not wrong.any(), found, allowed, sentence, flags)
 
 
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
@@ -70,7 +61,7 @@ def check_drift(measured: Measured) -> Check:
     force = table["force_rms_N"].to_numpy(float)
     known = np.isfinite(trend).all(axis=0) & (force > 0)
     if known.sum() < FEW_RUNS:
-        return not_checked("drift", f"fewer than {FEW_RUNS} runs rest in air at one end alone")
+        return Check.skipped("drift", f"fewer than {FEW_RUNS} runs rest in air at one end alone")
     table, trend, typical = table[known], trend[:, known], float(np.median(force[known]))
     middle, se = np.array([median_of_runs(part) for part in trend]).T
     # few runs hardly tell their own scatter: Student's t at the same level
@@ -95,7 +86,9 @@ def check_drift(measured: Measured) -> Check:
         f"The zero of the force drifts ({found}: {rows_of(which, measured.sheet)}): let the transducer warm up, "
         "record a rest in air after the stroke too, or state transducer.drift_N_per_min."
     )
-    return judged("drift", which.empty, found, allowed, sentence, flags_on(which, "zero-drifts"))
+    return Check.judged(
+        "drift", which.empty, found, allowed, sentence, flags_on(which, "zero-drifts")
+    )
 
 
 _TREND, _SIGMAS = 0.10, 3.0
@@ -119,7 +112,7 @@ def check_steadiness(measured: Measured) -> Check:
             changes.append(off @ force / (off @ off) * np.ptp(path) / force.mean())
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
-        return not_checked("steadiness", f"fewer than {FEW_RUNS} horizontal runs")
+        return Check.skipped("steadiness", f"fewer than {FEW_RUNS} horizontal runs")
     found = f"stress changes by {_percent(change)} over the steady part (of {len(changes)} runs)"
     most = max(_TREND, _SIGMAS * se)
     sentence = (
@@ -127,7 +120,7 @@ def check_steadiness(measured: Measured) -> Check:
         "to the walls, and whether the plate goes deeper or piles up the bed."
     )
     allowed = f"{_percent(most)} of either sign"
-    return judged("steadiness", abs(change) <= most, found, allowed, sentence)
+    return Check.judged("steadiness", abs(change) <= most, found, allowed, sentence)
 
 
 def _percent(ratio: float) -> str:
@@ -140,7 +133,7 @@ def check_repeats(measured: Measured) -> Check:
     peers = measured.tables["peers"]
     known = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
     if known.empty:
-        return not_checked("repeats", "too few runs to estimate how much runs differ")
+        return Check.skipped("repeats", "too few runs to estimate how much runs differ")
     apart = known[known["apart"].to_numpy(bool)]
     first = apart.sort_values("times_spread", ascending=False).to_dict("records")[:MOST_NAMED]
     values = "; ".join(map(_beside_others, first))
@@ -161,7 +154,7 @@ def check_repeats(measured: Measured) -> Check:
         f"no run differs; a difference below {seen.median():.0%} of the largest alpha "
         f"(median; at most {seen.max():.0%}) is not detected"
     )
-    return judged("repeats", apart.empty, found, allowed, sentence, flags)
+    return Check.judged("repeats", apart.empty, found, allowed, sentence, flags)
 
 
 def _beside_others(row: dict[Any, Any]) -> str:
@@ -176,7 +169,7 @@ def check_logs(measured: Measured) -> Check:
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
     if not copies:
         why = "no run has enough readings to tell a copy by"
-        return not_checked(
+        return Check.skipped(
             "same_logs", f"{why}: a table of alpha, or of few depths" if of_table else why
         )
     what = "run" if of_table else "log"
@@ -197,7 +190,7 @@ def check_logs(measured: Measured) -> Check:
         f"Copies of a {what} are no repeats ({found}): look {where}, and leave out the copies."
     )
     flags = [remark("same-readings", run_id=one, runs=", ".join(copies[one])) for one in copied]
-    return judged("same_logs", not copied, found, f"each {what} once", sentence, flags)
+    return Check.judged("same_logs", not copied, found, f"each {what} once", sentence, flags)
 
 
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
@@ -209,15 +202,15 @@ def check_size(measured: Measured) -> Check:
     cell = cell_at(measured.tables["alpha"], 0, 90)
     value = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(value):
-        return not_checked("size", "no alpha at (0, 90) deg")
+        return Check.skipped("size", "no alpha at (0, 90) deg")
     low, high = expected or (_ALPHA_FROM, _ALPHA_TO)
     found, allowed = f"alpha_z(0, 90) = {value:.3g} N/cm^3", f"{low:g} to {high:g} N/cm^3"
     good, whose = low <= abs(value) <= high, "expected_alpha" if expected else "any granular medium"
     if good and not expected:
         words = "The scale of the force was not checked: a wrong unit passes unless expected_alpha is stated."
-        return Check("size", NOT_CHECKED, found, allowed, words)
+        return Check.skipped("size", found, allowed, words)
     sentence = (
         f"The scale of the force or the size of the plate looks wrong: {found}, {whose} has "
         f"{allowed}: look at the unit of the force and at the size of the plate."
     )
-    return judged("size", good, found, allowed, sentence)
+    return Check.judged("size", good, found, allowed, sentence)

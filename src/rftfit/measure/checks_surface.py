@@ -17,16 +17,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, flagged_with
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
-from rftfit.measure.verdicts import (
-    FAILED,
-    Check,
-    Measured,
-    as_sentence,
-    flags_on,
-    judged,
-    not_checked,
-    rows_of,
-)
+from rftfit.measure.verdicts import FAILED, Check, Measured, as_sentence, flags_on, rows_of
 
 _SIGMAS = 3.0
 _SURFACE_CM, _LAG_S = 0.05, 0.03
@@ -69,7 +60,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     if not why and pushes.sum() < FEW_RUNS:
         why = "too few pushes with a slope of their own"
     if why:
-        return not_checked("surface", why), not_checked("linearity", why)
+        return Check.skipped("surface", why), Check.skipped("linearity", why)
     errors = measured.config.errors
     run_cm, session_cm = (
         max(_SURFACE_CM, (stated or 0) / 10)
@@ -110,7 +101,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         starts = replace(starts, paths=paths)
     apart = _two_levels(starts, [measured.sheet[run] for run in known["run_id"]], speed)
     if apart is not None:
-        return judged("surface", False, found, allowed, *apart), line
+        return Check.judged("surface", False, found, allowed, *apart), line
     sentences = []
     if is_late:
         sentences.append(
@@ -125,9 +116,9 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
             if line.verdict != FAILED:
                 either = f"{as_sentence(f'{line.found}, or {surface}')} These logs cannot distinguish the two."
                 line = replace(line, verdict=FAILED, sentence=either)
-            return not_checked("surface", why), line
+            return Check.skipped("surface", why), line
         sentences.append(as_sentence(surface))
-    return judged("surface", not sentences, found, allowed, " ".join(sentences)), line
+    return Check.judged("surface", not sentences, found, allowed, " ".join(sentences)), line
 
 
 @dataclass(frozen=True)
@@ -233,7 +224,7 @@ def linearity(pushes: pd.DataFrame) -> Check:
     power, se = median_of_runs(pushes["exponent_z"].dropna().to_numpy(float))
     misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
     if math.isnan(power) or misfit.size < FEW_RUNS:
-        return not_checked("linearity", "too few pushes with a power of their own")
+        return Check.skipped("linearity", "too few pushes with a power of their own")
     share = float(np.mean(misfit < 1))
     found = f"stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
     most, clear = max(_CURVED, SURE * se), _clear_share(misfit.size)
@@ -242,7 +233,7 @@ def linearity(pushes: pd.DataFrame) -> Check:
         f"Stress is not proportional to depth ({found}): a line through zero depends on its window."
     )
     good = abs(power - 1) <= most or share < clear
-    return judged("linearity", good, found, allowed, sentence)
+    return Check.judged("linearity", good, found, allowed, sentence)
 
 
 def _looks_curved(pushes: pd.DataFrame) -> bool:

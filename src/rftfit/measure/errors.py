@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal, get_args
 
 import numpy as np
 import pandas as pd
@@ -19,9 +20,9 @@ from rftfit.campaign.config import Config, Errors
 from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
-NOISE, STARTUP, SURFACE, ANGLE, BED, CURVATURE, TARE, ROD, SESSION, TURN = SOURCES = (
-    "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "rod", "session", "turn",
-)  # fmt: skip
+Source = Literal[
+    "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "rod", "session", "turn"
+]
 """Names of the errors, as in the columns of an alpha table.
 
 noise: of the run's own log, with its zero and clocks; startup: what the start-up of a horizontal run
@@ -30,6 +31,8 @@ stress is no line; tare: noise and zero of the tares, common to the runs that sh
 are pushed into, common to all runs of a medium; session: of the surface,
 common to all runs of a medium; turn: of the mount, likewise.
 """
+
+SOURCES: tuple[str, ...] = get_args(Source)
 
 LEAST_DOF = 5
 """With fewer repeats than this, their spread is not used for the runs of other cells."""

@@ -78,54 +78,36 @@ def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> 
     return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
 
 
-def slanted_window(
-    depth: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
+def window(
+    run: Run, stroke: Stroke, plate: AnyPlate, box: Container, fit: Fit, linear_to_cm: float | None
 ) -> npt.NDArray[np.int8]:
-    """`RowStatus` of each sample of a slanted stroke: good where the plate is submerged and off walls.
+    """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
 
-    `depth`, `x` (n,), cm, are of the plate's centre, x = 0 in the middle of the container; `beta` in rad.
+    `linear_to_cm`: of a penetration test, good in its linear regime. x = 0 is the middle of the container.
     """
-    _, half_z = half_extent(plate, beta)
+    beta, depth = math.radians(run.beta_deg), stroke.depth
+    why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
     # the outermost reason is tested last, so that it wins
-    reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
-    reason[np.abs(x) > farthest_x(plate, beta, container, fit)] = RowStatus.WALL
-    if fit.max_depth_cm is None:
-        reason[depth > container.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
-    if fit.submergence_cm is None:
-        reason[depth < half_z] = RowStatus.ABOVE
-    return _within_stated(reason, depth, fit)
-
-
-def _within_stated(
-    reason: npt.NDArray[np.int8], depth: FloatArray, fit: Fit
-) -> npt.NDArray[np.int8]:
-    """Leave out the depths that the config says are outside of the window, of any medium."""
+    if linear_to_cm is not None:
+        why[depth > linear_to_cm] = RowStatus.NONLINEAR
+        why[depth < 0] = RowStatus.ABOVE
+    else:
+        if run.direction == "extraction":
+            why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
+        why[np.abs(stroke.x) > farthest_x(plate, beta, box, fit)] = RowStatus.WALL
+        if run.direction == "horizontal":
+            why[stroke.path < fit.horizontal_skip_cm] = RowStatus.STARTUP
+            return why
+        _, half_z = half_extent(plate, beta)
+        if fit.max_depth_cm is None:
+            why[depth > box.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
+        if fit.submergence_cm is None:
+            why[depth < half_z] = RowStatus.ABOVE
     if fit.max_depth_cm is not None:
-        reason[depth > fit.max_depth_cm] = RowStatus.TOO_DEEP
+        why[depth > fit.max_depth_cm] = RowStatus.TOO_DEEP
     if fit.submergence_cm is not None:
-        reason[depth < fit.submergence_cm] = RowStatus.TOO_SHALLOW
-    return reason
-
-
-def horizontal_window(
-    travel: FloatArray, x: FloatArray, plate: AnyPlate, beta: float, container: Container, fit: Fit
-) -> npt.NDArray[np.int8]:
-    """`RowStatus` of each sample of a horizontal stroke: good after the start-up and off walls.
-
-    `travel`: shape (n,); Length of the path so far, cm. `x`: shape (n,); cm. `beta`: rad.
-    """
-    reason = np.full(travel.size, RowStatus.GOOD, dtype=np.int8)
-    reason[np.abs(x) > farthest_x(plate, beta, container, fit)] = RowStatus.WALL
-    reason[travel < fit.horizontal_skip_cm] = RowStatus.STARTUP
-    return reason
-
-
-def linear_window(depth: FloatArray, linear_to_cm: float, fit: Fit) -> npt.NDArray[np.int8]:
-    """`RowStatus` of each sample of a natural sand's penetration test: good in the linear regime."""
-    reason = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
-    reason[depth > linear_to_cm] = RowStatus.NONLINEAR
-    reason[depth < 0] = RowStatus.ABOVE
-    return _within_stated(reason, depth, fit)
+        why[depth < fit.submergence_cm] = RowStatus.TOO_SHALLOW
+    return why
 
 
 @dataclass(frozen=True)
@@ -184,65 +166,73 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
 
     `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
     """
-    plate = config.intruders[run.intruder]
+    plate, fit, medium = config.intruders[run.intruder], config.fit, config.media[run.medium]
     assert plate.shape != "leg"
+    of_table, level = config.table is not None, run.direction == "horizontal"
     beta_deg, gamma_deg, sign_x = filed_under(run)
-    window = _window(run, stroke, plate, config, linear_to_cm)
-    wanted = window == RowStatus.GOOD
+    end = None
+    if of_table or medium.role == "natural_sand":
+        end = linear_to_cm or medium.linear_to_cm or math.inf
+    inside = window(run, stroke, plate, config.container, fit, end)
+    wanted = inside == RowStatus.GOOD
     usable = wanted & (stroke.why == RowStatus.GOOD)
-    why = np.where(stroke.why == RowStatus.GOOD, window, stroke.why)
+    why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
 
     def refuse(*reason: Remark) -> RunFit:
         return RunFit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
 
-    saturated = int(np.count_nonzero(wanted & (stroke.why == RowStatus.SATURATED)))
+    wanted_count, saturated, untared = (
+        int(np.count_nonzero(part))
+        for part in (wanted, *(wanted & (stroke.why == bad)
+                               for bad in (RowStatus.SATURATED, RowStatus.UNTARED)))
+    )  # fmt: skip
     if saturated:
         return refuse(remark("window-saturated", count=saturated))
-    wanted_count = int(np.count_nonzero(wanted))
-    untared = int(np.count_nonzero(wanted & (stroke.why == RowStatus.UNTARED)))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
     if untared > 0.02 * wanted_count + 2:
         return refuse(remark("tare-short", count=untared))
     depth = stroke.depth[usable]
     # rows of a table are depths that somebody chose, samples of a log are not
-    fewest = 1 if config.table else max(config.fit.min_points, FEWEST)
+    fewest = 1 if of_table else max(fit.min_points, FEWEST)
     lacking = None
     if depth.size < fewest:
         lacking = remark("few-points", found=depth.size, wanted=fewest)
     elif not depth.any():
         return refuse(remark("zero-depths"))
-    elif run.direction != "horizontal" and not config.table:
-        lacking = too_short(depth, plate, config.fit)
+    elif not level and not of_table:
+        lacking = too_short(depth, plate, fit)
     if lacking:
-        return refuse(lacking, *_main_cause(run, stroke, why, plate, config))
+        widest = farthest_x(plate, math.radians(run.beta_deg), config.container, fit)
+        return refuse(lacking, *_main_cause(why, stroke.x, widest))
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
-    startup = None
-    if run.direction == "horizontal":
-        startup = startup_bias(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
-    if config.table and (depth.size < FEWEST or not run.gamma_deg):
-        slope, exact = _of_table(fit_few(depth, stress[:, usable]), depth, stress[:, usable], run)
-        return RunFit(
-            beta_deg, gamma_deg, float(depth.min()), float(depth.max()), slope, why=why,
-            flags=stroke.flags + exact + _flag_negative_work(slope, gamma_deg),
-        )  # fmt: skip
-    slope = fit_slope(
-        depth, stress[:, usable], stroke.zero_variance / plate.area_cm2**2, stroke.zero_dof,
-        stroke.depth_sd, startup,
-    )  # fmt: skip
-    flags = stroke.flags + _linearity_flags(run, slope, float(depth.max()), plate, config)
-    if config.table:
-        slope, exact = _of_table(slope, depth, stress[:, usable], run)
+    fitted, flags = stress[:, usable], stroke.flags
+    few = of_table and (depth.size < FEWEST or not run.gamma_deg)
+    if few:
+        slope = fit_few(depth, fitted)
+    else:
+        startup = (
+            startup_bias(stroke.path, stress, usable, fit.horizontal_skip_cm) if level else None
+        )
+        variance = stroke.zero_variance / plate.area_cm2**2
+        slope = fit_slope(depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup)
+        # curvature that stays below the noise of one sample bends nothing that could be measured
+        visible = config.transducer.precision_N / plate.area_cm2
+        flags += () if level else _linearity_flags(slope, float(depth.max()), visible)
+    if of_table:
+        slope, exact = _of_table(slope, depth, fitted, run)
         flags += exact
-    rod = np.zeros(2)
+    flags += _flag_negative_work(slope, gamma_deg)
+    ends = float(depth.min()), float(depth.max())
+    found = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
+    if few:
+        return found
+    laws = other_laws(depth, fitted, fit.law_depth_cm)
+    rod = found.rod
     if stroke.tare is not None:
         rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
-    laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
-    flags += _flag_negative_work(slope, gamma_deg)
-    return RunFit(
-        beta_deg, gamma_deg, float(depth.min()), float(depth.max()),
-        by_law(slope, laws, config.fit.law), laws, slope.alpha, rod, why, flags,
-    )  # fmt: skip
+    by = by_law(slope, laws, fit.law)
+    return replace(found, slope=by, laws=laws, line=slope.alpha, rod=rod)
 
 
 def _of_table(
@@ -278,10 +268,8 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
     return remark("short-window", found=covered, wanted=least, least=of)
 
 
-def _main_cause(
-    run: Run, stroke: Stroke, why: np.ndarray, plate: AnyPlate, config: Config
-) -> tuple[Remark, ...]:
-    """Why most samples of a stroke lie outside of its window, to end a reason."""
+def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
+    """Why most samples of a stroke lie outside of its window, to end a reason; `widest`: of `farthest_x`."""
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
     if not counts.any():
@@ -290,37 +278,12 @@ def _main_cause(
     share = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
     if main is not RowStatus.WALL:
         return (remark("most-samples", **share),)
-    widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
-    ends = {"first": stroke.x[0], "last": stroke.x[-1], "low": -widest, "high": widest}
+    ends = {"first": x[0], "last": x[-1], "low": -widest, "high": widest}
     return (remark("most-beyond-wall", **share, **ends),)
 
 
-def _window(
-    run: Run, stroke: Stroke, plate: AnyPlate, config: Config, linear_to_cm: float | None
-) -> np.ndarray:
-    beta = math.radians(run.beta_deg)
-    medium = config.media[run.medium]
-    if medium.role == "natural_sand" or config.table:
-        end = linear_to_cm or medium.linear_to_cm or math.inf
-        return linear_window(stroke.depth, end, config.fit)
-    if run.direction == "horizontal":
-        return horizontal_window(stroke.path, stroke.x, plate, beta, config.container, config.fit)
-    why = slanted_window(stroke.depth, stroke.x, plate, beta, config.container, config.fit)
-    if run.direction == "extraction":
-        why[(stroke.path < config.fit.extraction_skip_cm) & (why == RowStatus.GOOD)] = (
-            RowStatus.STARTUP
-        )
-    return why
-
-
-def _linearity_flags(
-    run: Run, slope: Slope, deepest: float, plate: AnyPlate, config: Config
-) -> tuple[Remark, ...]:
+def _linearity_flags(slope: Slope, deepest: float, visible: float) -> tuple[Remark, ...]:
     """Flag the components whose curvature is both significant and large enough to matter."""
-    if run.direction == "horizontal":
-        return ()
-    # curvature that stays below the noise of one sample bends nothing that could be measured
-    visible = config.transducer.precision_N / plate.area_cm2
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     return tuple(
         remark("not-linear", component=name, percent=100 * ratio)
@@ -358,7 +321,8 @@ def fit_medium(
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
     rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
     facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    no_tare = {row["run_id"]: reason_of(row) for row in tares.to_dict("records")}
+    words = tares.filter(["run_id", *REASON]).to_dict("records")
+    no_tare = {row["run_id"]: reason_of(row) for row in words}
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
     n_plates = len({run.intruder for run in runs})
     if only is not None:
@@ -395,7 +359,8 @@ _OF_ALL = ("no-tare", "no-scatter")
 def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
     """Flags that come from how a medium was measured and hold for all its runs: to be said once."""
     # a run that was never read has no flag of this sort
-    rows = [(flags_of(row), reason_of(row)) for row in fits.to_dict("records")]
+    words = fits.filter([*FLAGS, *REASON]).to_dict("records")
+    rows = [(flags_of(row), reason_of(row)) for row in words]
     flags = [own for own, reason in rows if own or not reason]
     return tuple(
         flag
@@ -545,20 +510,13 @@ def leg_curves(
         ledger.add(run, run.force_log, USED, len(part), remark("leg-curve"))
         step = np.round(part["angle_deg"].to_numpy() / STEP_DEG).astype(int)
         grouped = part.groupby(step)[["force_z_N", "force_x_N"]]
-        curve = grouped.mean()
+        curve = grouped.mean().assign(samples=grouped.size())
+        curve["theta_deg"] = curve.index * STEP_DEG
         pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
-        curves.append(
-            curve.assign(
-                medium=medium,
-                leg=run.intruder,
-                run_id=run.run_id,
-                theta_deg=curve.index * STEP_DEG,
-                samples=grouped.size(),
-                zero_se_z_N=np.sqrt(sum(fact["zero_var_z_N2"] for fact in pair)),
-                zero_se_x_N=np.sqrt(sum(fact["zero_var_x_N2"] for fact in pair)),
-                **flag_columns([remark("no-tare")] if campaign.holds_tare(run) else []),
-                **reason_columns([], MARKS),
-            )
-        )
+        for c in COMPONENTS:
+            curve[f"zero_se_{c}_N"] = np.sqrt(sum(fact[f"zero_var_{c}_N2"] for fact in pair))
+        flags = flag_columns([remark("no-tare")] if campaign.holds_tare(run) else [])
+        place = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
+        curves.append(curve.assign(**place, **flags, **reason_columns([], MARKS)))
     nothing = pd.DataFrame(columns=LEG_COLUMNS)
     return (pd.concat(curves, ignore_index=True) if curves else nothing)[LEG_COLUMNS], ledger

@@ -68,111 +68,70 @@ SENTENCES = {
     # why the logs of a run give no trace: units, clocks, surface, stroke, zero
     "no-overlap": "force and motion log do not overlap at any offset",
     "no-motion-in-depth": "the motion log shows no motion in depth ({rows} rows): nothing to match the force with",
-    "force-not-depth": (
-        "at no lag does the force follow the depth: at best {percent:.0f} % of its variance is explained, {least:.0f}"
-        " % needed. Do the two files belong to one run?"
-    ),
-    "clocks-uncertain": (
-        "the offset of the clocks is uncertain by {seconds:.3g} s (standard error); allowed: {most:g} s. A push that "
-        "starts, stops or changes speed in the medium decides it"
-    ),
-    "two-offsets": (
-        "the force follows the depth about equally well at two offsets, {first:.2f} s and {second:.2f} s: the data "
-        "cannot decide between them"
-    ),
+    "force-not-depth": "at no lag does the force follow the depth: at best {percent:.0f} % of its variance is "
+    "explained, {least:.0f} % needed. Do the two files belong to one run?",
+    "clocks-uncertain": "the offset of the clocks is uncertain by {seconds:.3g} s (standard error); allowed: "
+    "{most:g} s. A push that starts, stops or changes speed in the medium decides it",
+    "two-offsets": "the force follows the depth about equally well at two offsets, {first:.2f} s and {second:.2f} "
+    "s: the data cannot decide between them",
     "few-readings": "the force log has {found} readings; {wanted} are needed to match it with the motion",
-    "no-rise": (
-        "the force never rises from its start by more than {newtons:.2f} N, with a noise of {noise:.2f} N: no contact"
-        " that the motion could be matched with"
-    ),
-    "begins-in-push": (
-        "the force is largest at reading {found} already; {wanted} are needed before it: the log must begin before "
-        "the push"
-    ),
+    "no-rise": "the force never rises from its start by more than {newtons:.2f} N, with a noise of {noise:.2f} N: "
+    "no contact that the motion could be matched with",
+    "begins-in-push": "the force is largest at reading {found} already; {wanted} are needed before it: the log must "
+    "begin before the push",
     "force-constant": "the force is the same at every depth: nothing to match",
-    "nothing-to-match": (
-        "the arm moves in {force} whole stretches by the force log's sync line and in {motion} by the motion log: "
-        "nothing to match. Is a log cut short?"
-    ),
-    "clocks-disagree": (
-        "force and motion log disagree by {seconds:.3f} s on when the arm moved; allowed: {most:g} s. Do the two "
-        "files belong to one run?"
-    ),
+    "nothing-to-match": "the arm moves in {force} whole stretches by the force log's sync line and in {motion} by "
+    "the motion log: nothing to match. Is a log cut short?",
+    "clocks-disagree": "force and motion log disagree by {seconds:.3f} s on when the arm moved; allowed: {most:g} "
+    "s. Do the two files belong to one run?",
     "clocks-ambiguous": "two ways of matching force and motion log fit equally well: no motion differs in length",
-    "few-near-surface": (
-        "surface not found: fewer than {below} readings within {window:g} cm below the depth at which the force "
-        "begins, or {above} above it"
-    ),
+    "few-near-surface": "surface not found: fewer than {below} readings within {window:g} cm below the depth at "
+    "which the force begins, or {above} above it",
     "few-on-the-way-down": "surface not found: {found} readings on the way down",
-    "no-ground": (
-        "surface not found: the force grows by {newtons:.2f} N on the way down, with a noise of {noise:.2f} N: the "
-        "intruder met no ground, or the sign of z (factor) or of the force (transducer.axes) is turned"
-    ),
+    "no-ground": "surface not found: the force grows by {newtons:.2f} N on the way down, with a noise of "
+    "{noise:.2f} N: the intruder met no ground, or the sign of z (factor) or of the force (transducer.axes) is "
+    "turned",
     "not-in-air": "surface not found: the force grows from the first reading on; the log must begin in air",
     "no-growth": "surface not found: below {depth:.2f} cm the force does not grow at first",
-    "faint-growth": (
-        "surface not found: below {depth:.2f} cm the force grows by {newtons:.2f} N within {window:g} cm; needed: "
-        "{times:g} times its noise of {noise:.2f} N"
-    ),
-    "uncertain-growth": (
-        "surface not found: below {depth:.2f} cm the force grows by {growth:.1f} N/cm with a standard error of "
-        "{se:.1f} N/cm; needed: {times:g} times its error"
-    ),
-    "grows-in-air": (
-        "surface not found: above {depth:.2f} cm the force grows too, by {above:.1f} N/cm against {below:.1f} N/cm "
-        "below; the log must begin in air"
-    ),
+    "faint-growth": "surface not found: below {depth:.2f} cm the force grows by {newtons:.2f} N within {window:g} "
+    "cm; needed: {times:g} times its noise of {noise:.2f} N",
+    "uncertain-growth": "surface not found: below {depth:.2f} cm the force grows by {growth:.1f} N/cm with a "
+    "standard error of {se:.1f} N/cm; needed: {times:g} times its error",
+    "grows-in-air": "surface not found: above {depth:.2f} cm the force grows too, by {above:.1f} N/cm against "
+    "{below:.1f} N/cm below; the log must begin in air",
     "few-rigid": "{found} readings are too few; {wanted} at least",
     "no-contact": "the force rises by {newtons:.2f} N only, with a noise of {noise:g} N: no contact",
     "few-in-contact": "{found} readings in contact are too few; {wanted} at least",
     "short-zero-log": "the zero log has {found} readings; at least {wanted} are needed",
-    "too-slow": (
-        "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s ({stated:g} "
-        "cm/s) or faster; its speed there was {fastest:.3g} cm/s at most"
-    ),
-    "several-strokes": (
-        "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the column stroke of the "
-        "run sheet"
-    ),
-    "other-direction": (
-        "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma {gamma:g} is "
-        "along {way:.1f} deg"
-    ),
+    "too-slow": "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s "
+    "({stated:g} cm/s) or faster; its speed there was {fastest:.3g} cm/s at most",
+    "several-strokes": "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the "
+    "column stroke of the run sheet",
+    "other-direction": "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma "
+    "{gamma:g} is along {way:.1f} deg",
     "no-such-stroke": "the sheet asks for stroke {wanted}; the log holds {found}",
     "surface-not-crossed": "the path from {highest:+.2f} to {lowest:+.2f} cm does not cross the surface",
     "begins-below": "the arm log begins below the surface",
     "other-angle": "the arm log shows the plate at beta = {found:.1f} deg, the sheet says {stated:g}",
     "other-depth": "the arm log shows a depth of {found:.2f} cm, the sheet says {stated:g}",
-    "no-rotation": (
-        "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, from negative theta to "
-        "positive"
-    ),
+    "no-rotation": "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, "
+    "from negative theta to positive",
     "no-force-in-stroke": "the force log has no sample during the stroke; do the two logs belong to one run?",
-    "no-zero": (
-        "no zero: the intruder is never at rest in air for half a second; where the zero is known otherwise, name a "
-        "zero_log in the run sheet, or state it under `zero` in the config"
-    ),
-    "no-push-to-match": (
-        "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; allowed: intrusion "
-        "straight down, where the force grows with depth. Others need a sync line or one clock"
-    ),
-    "no-sync-line": (
-        "the force log has no column arm_moving; clock.method sync_line needs it, allowed without: estimate, "
-        "same_clock"
-    ),
-    "surface-not-stated": (
-        "surface.method find works for flat plates pushed down, which meet the surface all at once (beta within "
-        "{most:g} deg of 0); this run needs surface_z_mm"
-    ),
+    "no-zero": "no zero: the intruder is never at rest in air for half a second; where the zero is known otherwise, "
+    "name a zero_log in the run sheet, or state it under `zero` in the config",
+    "no-push-to-match": "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; "
+    "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock",
+    "no-sync-line": "the force log has no column arm_moving; clock.method sync_line needs it, allowed without: "
+    "estimate, same_clock",
+    "surface-not-stated": "surface.method find works for flat plates pushed down, which meet the surface all at "
+    "once (beta within {most:g} deg of 0); this run needs surface_z_mm",
     "surface-uncertain": "surface not found well enough: its standard error is {se:.3g} cm; allowed: {most:g} cm",
     "other-unit": "{quantity} in {found}, but the config says {declared}",
     "unknown-unit": "{quantity} in {found}; allowed: {allowed}",
     "surface-not-reached": "surface not reached: the lowest point of the path is z = {lowest:+.4g} cm; a stroke goes down to "
     "{least:+g} cm at least",
-    "upside-down": (
-        "surface not reached: the lowest point of the path is z = {lowest:+.2f} cm, where it begins; z points up "
-        "(factor: -1 where the log counts downward)"
-    ),
+    "upside-down": "surface not reached: the lowest point of the path is z = {lowest:+.2f} cm, where it begins; z "
+    "points up (factor: -1 where the log counts downward)",
     # why a run has no trace, no tare or no alpha
     "excluded": "excluded: {why}",
     "unclaimed": "in-air run that no leg run names as its tare",
@@ -198,7 +157,7 @@ SENTENCES = {
     "outside-window": "{at:g} cm is outside of its window, {top:.1f} to {deep:.1f} cm (fit.depths_cm)",
     # why there is no fit, no zeta, no comparison
     "no-push": "no run at (0, 90) deg, a level plate straight down",
-    "empty-cells": ("{found} of {wanted} cells have no alpha; the transform needs all of them"),
+    "empty-cells": "{found} of {wanted} cells have no alpha; the transform needs all of them",
     "zero-push": "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled",
     "published-media": "fewer than two laboratory media with a usable grid: scaled with the published five media",
     "no-curve": "a slope from a table: no curve of stress against depth",

@@ -75,59 +75,47 @@ def ingest_traces(
         except InputError as error:
             compliance = error
     for run, pair in load_pairs(campaign, runs):
-        try:
-            trace = ingest_run(config, run, pair, ledger, compliance)
-        except RunRefused as refusal:
-            refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
-            rows.append(RUN_COLUMNS | refused | reason_columns(refusal.reasons))
+        found = _ingest_run(config, run, pair, ledger, compliance)
+        if isinstance(found, Trace):
+            traces.append(found)
+            rows.append(_run_row(found, config.arm.surface_z_mm))
         else:
-            traces.append(trace)
-            rows.append(_run_row(trace, config.arm.surface_z_mm))
+            refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
+            rows.append(RUN_COLUMNS | refused | reason_columns(found))
     return traces, rows, ledger
 
 
-class RunRefused(ValueError):
-    """A run that gives no trace, and the reasons."""
-
-    def __init__(self, reasons: Sequence[Remark]) -> None:
-        super().__init__(say(reasons))
-        self.reasons = reasons
-
-
-def ingest_run(
-    config: Config,
-    run: Run,
-    pair: Pair,
-    ledger: Ledger,
-    compliance: Compliance | InputError | None = None,
-) -> Trace:
-    """Align the two logs of a run and turn them into the lab frame.
+def _ingest_run(
+    config: Config, run: Run, pair: Pair, ledger: Ledger, compliance: Compliance | InputError | None
+) -> Trace | list[Remark]:
+    """Align the two logs of a run and turn them into the lab frame, or say why not.
 
     Rows that go no further are put into the ledger here; the good ones of the stroke are left to
     the stages that use them. `compliance` says how far the machine yields under load, or why that is
     not known.
     """
+    force, motion = pair.force, pair.motion
+    # a line that holds force and motion is counted once, by what became of its force
+    counted_once = same_table(config, run) and force.rows == motion.rows
     reasons = [remark("excluded", why=run.reason)] if run.excluded else pair.problems
     if not reasons and isinstance(compliance, InputError):
         reasons = [quoted(compliance, "rigid-contact")]
-    # a line that holds force and motion is counted once, by what became of its force
-    counted_once = same_table(config, run) and pair.force.rows == pair.motion.rows
     if not reasons:
         assert not isinstance(compliance, InputError)
-        assert isinstance(pair.force, Log)
-        assert isinstance(pair.motion, Log)
-        force_log = without_repeats(pair.force, config.transducer)
+        assert isinstance(force, Log)
+        assert isinstance(motion, Log)
         try:
-            trace = _trace(config, run, force_log, pair.motion, pair.zero, compliance)
+            read = without_repeats(force, config.transducer)
+            trace = _trace(config, run, read, motion, pair.zero, compliance)
         except ValueError as error:
             reasons = [quoted(error)]
         else:
-            _account(ledger, run, force_log, None if counted_once else pair.motion, trace)
+            _account(ledger, run, read, None if counted_once else motion, trace)
             return trace
-    _account_refused(ledger, run, run.force_log, pair.force, reasons)
+    _account_refused(ledger, run, run.force_log, force, reasons)
     if not counted_once:
-        _account_refused(ledger, run, run.motion_log, pair.motion, reasons)
-    raise RunRefused(reasons)
+        _account_refused(ledger, run, run.motion_log, motion, reasons)
+    return reasons
 
 
 @dataclass(frozen=True)
@@ -213,13 +201,11 @@ def _trace(
     phase[in_stroke] = _STROKE
     flags = [
         *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
-        *_gaps(readings.time[in_stroke], config.clock.max_gap_s),
-        *_force_log_short(time, start, end, config.clock.max_gap_s),
-        *_zero_drifted(zero.drift_N, config.transducer.max_drift_N),
-        *(_motion_log_cut(path, start, end) if rests_in_air else ()),
-        *_readings_repeated(run, readings.channels, in_stroke),
-        *_stroke_saturated(readings.saturated & in_stroke),
+        *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
+    # a log that begins in air should also end after the stroke
+    if rests_in_air and (start <= path.time[1] or end >= path.time[-2]):
+        flags.append(remark("motion-log-cut"))
     return Trace(
         run, readings.time, phase, x, z, angle, force, why, zero, clock, tuple(flags),
         (force_log.rows, motion_log.rows), alignment, surface,
@@ -301,38 +287,24 @@ def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
         yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
 
 
-def _force_log_short(
-    time: FloatArray, start: float, end: float, max_gap_s: float
-) -> Iterator[Remark]:
-    missing = max(float(end - time[-1]), float(time[0] - start))
-    if missing > max_gap_s:
-        yield remark("force-log-short", seconds=missing)
-
-
-def _zero_drifted(drift_N: float, max_drift_N: float) -> Iterator[Remark]:
-    if math.isfinite(drift_N) and drift_N > max_drift_N:
-        yield remark("zero-drifted", newtons=drift_N)
-
-
-def _motion_log_cut(path: IntruderPath, start: float, end: float) -> Iterator[Remark]:
-    """A log that begins in air should also end after the stroke."""
-    if start <= path.time[1] or end >= path.time[-2]:
-        yield remark("motion-log-cut")
-
-
 _MOST_REPEATED = 1 / 3
 
 
-def _readings_repeated(run: Run, channels: FloatArray, in_stroke: np.ndarray) -> Iterator[Remark]:
-    """Logger that writes each reading of a slower transducer several times."""
-    share = (~new_readings(channels)[in_stroke]).mean()
+def _doubts(
+    config: Config, run: Run, readings: ForceReadings, zero: Zero, stroke: np.ndarray, lost_s: float
+) -> Iterator[Remark]:
+    """Doubts about the readings of the `stroke`, of which the force log lacks so many seconds."""
+    yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
+    if lost_s > config.clock.max_gap_s:
+        yield remark("force-log-short", seconds=lost_s)
+    if zero.drift_N > config.transducer.max_drift_N:
+        yield remark("zero-drifted", newtons=zero.drift_N)
+    # a logger that writes each reading of a slower transducer several times
+    share = (~new_readings(readings.channels)[stroke]).mean()
     # the force of a horizontal run may be steady; of others it grows
     if run.direction != "horizontal" and share >= _MOST_REPEATED:
         yield remark("readings-repeated", share=share)
-
-
-def _stroke_saturated(saturated: np.ndarray) -> Iterator[Remark]:
-    if count := int(np.count_nonzero(saturated)):
+    if count := int(np.count_nonzero(readings.saturated & stroke)):
         yield remark("stroke-saturated", count=count)
 
 

@@ -38,14 +38,8 @@ def factor(table: dict[str, float], found: str, declared: str, what: str) -> flo
     return table[found]
 
 
-_TABLES = {
-    "time": TIME_TO_S,
-    "F": FORCE_TO_N,
-    "T": TORQUE_TO_N_M,
-    "x": LENGTH_TO_CM,
-    "z": LENGTH_TO_CM,
-    "angle": ANGLE_TO_RAD,
-}
+_TABLES = dict.fromkeys(("x", "z"), LENGTH_TO_CM)
+_TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
 _FORCE, _MOTION = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
 
 
@@ -98,15 +92,13 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     for quantity, chosen in sorted(source.columns.items(), key=lambda item: item[0] != "time"):
         clock = columns.get("time"), found.get("time", "s")
         try:
-            columns[quantity], found[quantity] = _column(
-                log, quantity, chosen, units[quantity], clock
-            )
+            values = _column(log, quantity, chosen, units[quantity], clock)
+            columns[quantity], found[quantity] = values
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         if chosen.rate is not None:
-            notes.append(
-                f"{quantity} changes by {chosen.rate:g} {chosen.unit or ''}/s by the config"
-            )
+            rate = f"{chosen.rate:g} {chosen.unit or ''}/s"
+            notes.append(f"{quantity} changes by {rate} by the config")
         elif chosen.constant is not None:
             notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
     if problems:
@@ -153,11 +145,9 @@ def _column(
         raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(table)}")
     if unit not in table:
         raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(table)}")
-    if chosen.unit and unit != wanted:
-        # a conversion that somebody declared; any other difference is told where units are checked
+    # a conversion that somebody declared; any other difference is told where units are checked
+    if unit != wanted and (chosen.unit or quantity == "time"):
         return values * (table[unit] / table[wanted]), wanted
-    if quantity == "time" and unit != wanted:
-        return values * table[unit], wanted
     return values, unit
 
 
@@ -187,11 +177,8 @@ def clean(log: Log) -> Log:
     time = log.columns["time"]
     if time.size == 0:
         why = ", ".join(log.dropped)
-        raise LogError(
-            "no_good_row",
-            f"{log.path}: no usable row among {log.rows}{why and f': {why}'}",
-            log.rows,
-        )
+        text = f"{log.path}: no usable row among {log.rows}{why and f': {why}'}"
+        raise LogError("no_good_row", text, log.rows)
     if (time[1:] > time[:-1]).all():
         return log
     values = np.stack(list(log.columns.values()))
@@ -202,12 +189,8 @@ def clean(log: Log) -> Log:
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
     if np.count_nonzero(forward) * 2 <= forward.size:
-        raise LogError(
-            "time",
-            f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows; "
-            "are several recordings in one file?",
-            log.rows,
-        )
+        text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
+        raise LogError("time", f"{text}; are several recordings in one file?", log.rows)
     return log.take(forward, BACKWARDS)
 
 
@@ -253,21 +236,31 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     """
     config, units = campaign.config, chain_units(campaign.config)
     force_reader, motion_reader = readers(campaign)
-    force_of = partial(_force, config, units, campaign.calibration)
+
+    def force(run: Run, log: Log) -> Log:
+        log = loads(log, campaign.calibration, units)
+        return _complete(mapped(log, config.force_log, units, "force_log"), run, _FORCE, "force")
+
+    def motion(run: Run, log: Log) -> Log:
+        log = mapped(log, config.motion_log, units, "motion_log")
+        if "z" in log.columns:
+            log = completed(log, run, units, config.arm.middle_x_mm / 10)
+        return _complete(log, run, _MOTION, "motion")
+
     zeros: dict[str, Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
         part = runs[first : first + _AT_A_TIME]
-        force = force_reader.load_many([campaign.raw / run.force_log for run in part])
-        motion = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
         # of several runs with one zero log the first
         new = {run.zero_log: run for run in reversed(part) if run.zero_log not in ("", *zeros)}
         unloaded = force_reader.load_many([campaign.raw / name for name in new])
+        pushed = force_reader.load_many([campaign.raw / run.force_log for run in part])
+        moved = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
         for (name, run), log in zip(new.items(), unloaded, strict=True):
-            zeros[name] = _usable(campaign, name, log, partial(force_of, run))
-        for run, one, other in zip(part, force, motion, strict=True):
-            loaded = _usable(campaign, run.force_log, one, partial(force_of, run))
-            moved = _usable(campaign, run.motion_log, other, partial(_motion, config, units, run))
-            yield run, Pair(loaded, moved, zeros.get(run.zero_log))
+            zeros[name] = _usable(campaign, name, log, partial(force, run))
+        for run, one, other in zip(part, pushed, moved, strict=True):
+            loaded = _usable(campaign, run.force_log, one, partial(force, run))
+            path = _usable(campaign, run.motion_log, other, partial(motion, run))
+            yield run, Pair(loaded, path, zeros.get(run.zero_log))
 
 
 def same_table(config: Config, run: Run) -> bool:
@@ -293,31 +286,13 @@ def readers(campaign: Campaign) -> tuple[Reader, Reader]:
     return reader(config.force_log, "force_log"), reader(config.motion_log, "motion_log")
 
 
-def _force(
-    config: Config, units: Mapping[str, str], calibration: Calibration | None, run: Run, log: Log
-) -> Log:
-    log = mapped(loads(log, calibration, units), config.force_log, units, "force_log")
-    return _complete(log, run, _FORCE, "force")
-
-
-def _motion(config: Config, units: Mapping[str, str], run: Run, log: Log) -> Log:
-    log = mapped(log, config.motion_log, units, "motion_log")
-    if "z" in log.columns:
-        log = completed(log, run, units, config.arm.middle_x_mm / 10)
-    return _complete(log, run, _MOTION, "motion")
-
-
 def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
     lacking = [name for name in wanted if name not in log.columns]
     if not lacking:
         return log
     if wanted[1] in lacking and run.force_log != run.motion_log:
-        raise LogError(
-            "wrong_kind",
-            f"{log.path}: this is not a {kind} log (no column for {wanted[1]}); are the two logs of "
-            "the run swapped?",
-            log.rows,
-        )
+        text = f"{log.path}: this is not a {kind} log (no column for {wanted[1]})"
+        raise LogError("wrong_kind", f"{text}; are the two logs of the run swapped?", log.rows)
     raise _no_column(log, lacking, kind)
 
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from rftfit.conventions import FloatArray
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 SAMPLE_COLUMNS = (
@@ -55,34 +52,17 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     }
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Samples of one run's stroke, in the order of recording; arrays of shape (n,), `force` (2, n) z, x, N.
-
-    `depth`, `x`, `path` (length travelled since the stroke's start) in cm; `why`: `RowStatus`.
-    """
-
-    depth: FloatArray
-    x: FloatArray
-    angle_deg: FloatArray
-    path: FloatArray
-    force: FloatArray
-    why: np.ndarray
-
-    def position(self, abscissa: str) -> FloatArray:
-        """Position at which a tare is subtracted: ``depth_cm``, ``path_cm`` or ``angle_deg``."""
-        return {"depth_cm": self.depth, "path_cm": self.path, "angle_deg": self.angle_deg}[abscissa]
+Stroke = dict[str, np.ndarray]
+"""Samples of one run's stroke, in the order of recording: columns by name, of shape (n,)."""
 
 
-def strokes(samples: pd.DataFrame) -> dict[str, Samples]:
-    """Take the stroke of every run, by run_id, out of the samples of the ingest stage."""
+def strokes(samples: pd.DataFrame) -> dict[str, Stroke]:
+    """Take the stroke of every run out of the samples of the ingest stage, with the length travelled since its start."""
     part = (samples["phase"] == "stroke").to_numpy()
-    columns = {name: samples[name].to_numpy()[part] for name in ("x_cm", "depth_cm", "angle_deg")}
-    force = np.stack([samples[name].to_numpy()[part] for name in ("force_z_N", "force_x_N")])
-    why = samples["why"].to_numpy()[part]
+    columns = {name: samples[name].to_numpy()[part] for name in SAMPLE_COLUMNS[2:]}
     found = {}
-    for name, rows in split_runs(samples.loc[part, ["run_id"]]).items():
-        x, depth = columns["x_cm"][rows], columns["depth_cm"][rows]
-        path = np.hypot(x - x[0], depth - depth[0])
-        found[name] = Samples(depth, x, columns["angle_deg"][rows], path, force[:, rows], why[rows])
+    for run, rows in split_runs(samples.loc[part, ["run_id"]]).items():
+        found[run] = own = {name: values[rows] for name, values in columns.items()}
+        x, depth = own["x_cm"], own["depth_cm"]
+        own["path_cm"] = np.hypot(x - x[0], depth - depth[0])
     return found

@@ -61,11 +61,8 @@ class IntruderPath:
                 np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
             )
             time, speed = self.time[at], relative / step
-            if (
-                not flickers(time, speed, 0.5)
-                or 4 * steps * usual > _LONGEST_STEP_S
-                or 2 * steps > most
-            ):
+            last = 4 * steps * usual > _LONGEST_STEP_S or 2 * steps > most
+            if last or not flickers(time, speed, 0.5):
                 return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual)
             steps *= 2
 
@@ -105,11 +102,8 @@ class IntruderPath:
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, z (cm) and angle (rad) at other times, linear between samples."""
-        return (
-            np.interp(time, self.time, self.x),
-            np.interp(time, self.time, self.z),
-            np.interp(time, self.time, self.angle),
-        )
+        x, z, angle = (np.interp(time, self.time, part) for part in (self.x, self.z, self.angle))
+        return x, z, angle
 
 
 def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
@@ -150,6 +144,7 @@ def _stretches_along_path(
 ) -> list[_Found]:
     """Straight stretches below the surface along the path that the sheet names."""
     wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.motion_gamma_deg)))
+    least_cosine = math.cos(math.radians(arm.angle_tolerance_deg))
     along: list[_Found] = []
     seen: list[str] = []
     parts = [part for first, last in spans for part in _straight(motion, float(first), float(last))]
@@ -161,21 +156,14 @@ def _stretches_along_path(
             continue
         along_x, along_z = motion.heading(start, end)
         seen.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
-        if along_x * wanted_x + along_z * wanted_z >= math.cos(
-            math.radians(arm.angle_tolerance_deg)
-        ):
+        if along_x * wanted_x + along_z * wanted_z >= least_cosine:
             along.append((length, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        raise Refused(
-            "other-direction",
-            seen=", ".join(seen),
-            direction=run.direction,
-            gamma=run.gamma_deg,
-            way=run.motion_gamma_deg,
-        )
+        stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
+        raise Refused("other-direction", seen=", ".join(seen), **stated)
     return along
 
 
@@ -285,14 +273,9 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 
 def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_Found]:
     """Turns of a leg toward positive theta."""
-    turns = [
-        math.degrees(float(np.diff(np.interp(span, motion.time, motion.angle))[0]))
-        for span in spans
-    ]
+    turns = np.degrees(np.diff(motion.at(spans)[2])).ravel().tolist()
     if not turns or max(turns, key=abs) < 0 or max(turns) < _LEAST_TURN_DEG:
         seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
         raise Refused("no-rotation", seen=seen, least=_LEAST_TURN_DEG)
-    ends = [(float(start), float(end)) for start, end in spans]
-    return [
-        (turn, *span) for turn, span in zip(turns, ends, strict=True) if turn >= _LEAST_TURN_DEG
-    ]
+    strokes = [(turn, *span) for turn, span in zip(turns, spans.tolist(), strict=True)]
+    return [stroke for stroke in strokes if stroke[0] >= _LEAST_TURN_DEG]

@@ -192,29 +192,21 @@ def _fit(
 
 def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
     """Refuse a growth that is small, uncertain, or that begins in air already."""
-    growth = found.growth_N_per_cm
+    growth, se, depth = found.growth_N_per_cm, found.growth_se, found.depth_cm
     rise = float(found.fitted.max() - found.air_N)
     if growth <= 0:
-        raise Refused("no-growth", depth=found.depth_cm)
+        raise Refused("no-growth", depth=depth)
     if rise < _RISE_TO_NOISE * noise:
-        raise Refused(
-            "faint-growth",
-            depth=found.depth_cm,
-            newtons=rise,
-            window=window_cm,
-            times=_RISE_TO_NOISE,
-            noise=noise,
-        )
-    if growth < _T * found.growth_se:
-        raise Refused(
-            "uncertain-growth", depth=found.depth_cm, growth=growth, se=found.growth_se, times=_T
-        )
-    air = found.depth < found.depth_cm
+        least = {"times": _RISE_TO_NOISE, "noise": noise, "window": window_cm}
+        raise Refused("faint-growth", depth=depth, newtons=rise, **least)
+    if growth < _T * se:
+        raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_T)
+    air = found.depth < depth
     if np.count_nonzero(air) < _MIN_AIR:
         raise Refused("not-in-air")
     in_air = float(np.polyfit(found.depth[air], found.force[air], 1)[0])
     if in_air > _LARGEST_AIR * growth:
-        raise Refused("grows-in-air", depth=found.depth_cm, above=in_air, below=growth)
+        raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
 
 def _design(depth: FloatArray, place: float | FloatArray) -> FloatArray:

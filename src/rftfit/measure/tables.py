@@ -9,7 +9,6 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
-from rftfit.measure.errors import CURVATURE, ROD, STARTUP, TARE
 from rftfit.measure.fits import FIT_COLUMNS, filed_under
 from rftfit.measure.flags import flag_columns, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
@@ -82,7 +81,7 @@ def fit_alpha_table(
         for c in "zx":
             alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers[f"se_{c}"]
             half = float(student_quantile(level, dof)) * se
-            none = dict.fromkeys((f"_{part}" for part in (STARTUP, TARE, CURVATURE, ROD)), 0.0)
+            none = dict.fromkeys(("_startup", "_tare", "_curvature", "_rod"), 0.0)
             values = {"": alpha, "_se": se, "_lo": alpha - half, "_hi": alpha + half} | none
             row |= {column(c, end): value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof

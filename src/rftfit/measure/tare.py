@@ -12,7 +12,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import Samples, join_runs, strokes
+from rftfit.measure.samples import Stroke, join_runs, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
@@ -73,14 +73,15 @@ def tare_medium(
     """
     ledger = Ledger()
     found = strokes(traces)
-    refused = {row["run_id"]: reason_of(row) for row in status.to_dict("records")}
+    told = status.filter(["run_id", *REASON]).to_dict("records")
+    refused = {row["run_id"]: reason_of(row) for row in told}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
     tares = {
         name: _tare_of(runs[name], stroke, ledger)
         for name, stroke in found.items()
         if runs[name].kind in TARE_KINDS
     }
-    parts: dict[str, dict[str, np.ndarray]] = {}
+    parts: dict[str, Stroke] = {}
     rows = [
         (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
         for name, tare in tares.items()
@@ -98,11 +99,12 @@ def tare_medium(
         elif not run.tare_run and (
             campaign.numbers or campaign.config.fit.missing_tare != "refuse"
         ):
-            parts[name] = _columns(stroke, stroke.force, np.zeros_like(stroke.force), stroke.why)
+            nothing = np.zeros(stroke["why"].size)
+            parts[name] = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
         else:
             why = _why_no_tare(run, tare, refused.get(run.tare_run, ()))
             reason = (remark("tare-missing", why=why),)
-            good = int(np.count_nonzero(stroke.why == RowStatus.GOOD))
+            good = int(np.count_nonzero(stroke["why"] == RowStatus.GOOD))
             ledger.add(run, run.force_log, DROPPED, good, *reason)
         if run.kind == "leg" and name in parts:
             reason = _why_no_curve(parts[name]["why"])
@@ -112,27 +114,30 @@ def tare_medium(
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=TARE_COLUMNS), ledger
 
 
-def _sizes(part: dict[str, np.ndarray]) -> tuple[float, float]:
+def _sizes(part: Stroke) -> tuple[float, float]:
     """Root mean square of the force before the tare was subtracted, and of the tare, N."""
     good = part["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
-    force, tare = (
-        np.stack([part[f"{what}_{c}_N"][good] for c in "zx"]) for what in ("force", "tare")
-    )
+    force, tare = (_both(part, what)[:, good] for what in ("force", "tare"))
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _tare_of(run: Run, stroke: Samples, ledger: Ledger) -> Tare | Remark:
+def _both(part: Stroke, what: str) -> FloatArray:
+    """Force z and x, or those of the tare, N, shape (2, n)."""
+    return np.stack([part[f"{what}_{c}_N"] for c in "zx"])
+
+
+def _tare_of(run: Run, stroke: Stroke, ledger: Ledger) -> Tare | Remark:
     """Make a tare of a run, or say why it is none."""
-    good = stroke.why == RowStatus.GOOD
+    good = stroke["why"] == RowStatus.GOOD
     abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
     if found < 2:
         reason = remark("tare-empty", tare=run.run_id, count=found)
         ledger.add(run, run.force_log, DROPPED, found, reason)
         return reason
     ledger.add(run, run.force_log, USED, found, remark("tare"))
-    return Tare.from_samples(abscissa, stroke.position(abscissa)[good], stroke.force[:, good])
+    return Tare.from_samples(abscissa, stroke[abscissa][good], _both(stroke, "force")[:, good])
 
 
 def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:
@@ -153,17 +158,11 @@ def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> 
     return remark("tare-unusable", tare=run.tare_run, why=why)
 
 
-def _tared(run: Run, stroke: Samples, tare: Tare, ledger: Ledger) -> dict[str, np.ndarray]:
+def _tared(run: Run, stroke: Stroke, tare: Tare, ledger: Ledger) -> Stroke:
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
-    tare_force = tare.at(stroke.position(tare.abscissa))
-    untared = (stroke.why == RowStatus.GOOD) & np.isnan(tare_force[0])
-    why = np.where(untared, np.int8(RowStatus.UNTARED), stroke.why)
+    z, x = tare.at(stroke[tare.abscissa])
+    untared = (stroke["why"] == RowStatus.GOOD) & np.isnan(z)
+    why = np.where(untared, np.int8(RowStatus.UNTARED), stroke["why"])
     ledger.add_rows(run, why[untared], "")
-    return _columns(stroke, stroke.force - tare_force, tare_force, why)
-
-
-def _columns(
-    stroke: Samples, force: FloatArray, tare_force: FloatArray, why: np.ndarray
-) -> dict[str, np.ndarray]:
-    position = (stroke.depth, stroke.x, stroke.path, stroke.angle_deg)
-    return dict(zip(_TARED_COLUMNS, (*position, *force, *tare_force, why), strict=True))
+    force = {"force_z_N": stroke["force_z_N"] - z, "force_x_N": stroke["force_x_N"] - x}
+    return stroke | force | {"tare_z_N": z, "tare_x_N": x, "why": why}

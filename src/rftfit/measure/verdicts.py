@@ -95,28 +95,29 @@ class Check:
     sentence: str = ""
     runs: tuple[Remark, ...] = ()
 
+    @classmethod
+    def judged(
+        cls,
+        check: CheckName,
+        good: bool,
+        found: str,
+        allowed: str,
+        sentence: str,
+        runs: Iterable[Remark] = (),
+    ) -> Check:
+        """Pass a medium, or fail it with a sentence."""
+        verdict, words = (PASSED, "") if good else (FAILED, sentence)
+        return cls(check, verdict, found, allowed, words, tuple(runs))
+
+    @classmethod
+    def skipped(cls, check: CheckName, why: str, allowed: str = "", sentence: str = "") -> Check:
+        """Say why a medium cannot be checked."""
+        return cls(check, NOT_CHECKED, why, allowed, sentence)
+
     @property
     def effect(self) -> str:
         """What follows for the medium."""
         return CHECKS[self.check].effect if self.verdict == FAILED else ""
-
-
-def judged(
-    check: CheckName,
-    good: bool,
-    found: str,
-    allowed: str,
-    sentence: str,
-    runs: Iterable[Remark] = (),
-) -> Check:
-    """Pass a medium, or fail it with a sentence."""
-    verdict, words = (PASSED, "") if good else (FAILED, sentence)
-    return Check(check, verdict, found, allowed, words, tuple(runs))
-
-
-def not_checked(check: CheckName, why: str) -> Check:
-    """Say why a medium cannot be checked."""
-    return Check(check, NOT_CHECKED, why)
 
 
 def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:

@@ -12,7 +12,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column, directions
-from rftfit.measure.errors import ROD, SESSION, SOURCES, TARE, TURN
+from rftfit.measure.errors import SOURCES
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
 
@@ -100,20 +100,19 @@ def _shared_normals(
 ) -> dict[str, dict[str, FloatArray]]:
     """Normal numbers of the errors that cells share, by source and component, shape (draws, n or 1)."""
     result: dict[str, dict[str, FloatArray]] = {}
-    for source in (ROD, SESSION, TURN):
+    for source in ("rod", "session", "turn"):
         # one cause, which moves both components
         one = random.standard_normal((draws, 1))
         result[source] = dict.fromkeys(COMPONENTS, one)
     names = table["tare_runs"].fillna("").to_numpy(str) if "tare_runs" in table else ()
     of_cells = [str(text).split() for text in names]
-    if any(_part(table, c, TARE).any() for c in COMPONENTS) and of_cells:
+    if any(_part(table, c, "tare").any() for c in COMPONENTS) and of_cells:
         known = sorted({name for cell in of_cells for name in cell})
-        use = np.zeros((len(known), len(table)))
-        for place, cell in enumerate(of_cells):
-            for name in cell:
-                # as if its tares had equal parts in it
-                use[known.index(name), place] = 1 / len(cell) ** 0.5
-        result[TARE] = {c: random.standard_normal((draws, len(known))) @ use for c in COMPONENTS}
+        # as if the tares of a cell had equal parts in it
+        use = np.array(
+            [[name in cell and 1 / len(cell) ** 0.5 for cell in of_cells] for name in known]
+        )
+        result["tare"] = {c: random.standard_normal((draws, len(known))) @ use for c in COMPONENTS}
     return result
 
 

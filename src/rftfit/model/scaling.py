@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -31,7 +29,7 @@ from rftfit.model.fourier import (
     kept_terms,
 )
 from rftfit.model.profiles import FourierProfile, OneTest, scaled_generic
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
 
 GENERIC = "generic"
 
@@ -224,40 +222,24 @@ def published(method: str = "lsq") -> Reference:
     """
     if method == "lsq":
         return _by_least_squares()
-    chi = {
-        row["medium"]: float(row["value"])
-        for row in _printed("table_s3")
-        if row["quantity"] == "chi"
-    }
-    values: dict[str, dict[str, float]] = {}
-    for row in _printed("table_s2"):
-        values.setdefault(row["medium"], {})[row["coefficient"]] = float(row["value"])
-    arrays = {medium: np.array([terms[term] for term in TERMS]) for medium, terms in values.items()}
+    rows = load("table_s3").query("quantity == 'chi'")
+    chi = dict(zip(rows["medium"], rows["value"].astype(float), strict=True))
+    arrays = {medium: as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
     name = "published Tables S2 and S3, method dft-index as printed"
     return reference_from(name, chi, arrays, printed=True)
 
 
 @cache
 def _by_least_squares() -> Reference:
-    rows = _printed("table_s5")
-    names = ("beta_deg", "gamma_deg", column("z"), column("x"))
     chi, fits = {}, {}
-    for medium in MEDIA:
-        own = np.array([[float(row[n]) for n in names] for row in rows if row["medium"] == medium])
-        beta, gamma = np.radians(own[:, :2]).T
-        alpha = own[:, 2], own[:, 3]
-        keep = kept_terms(fit_lsq(beta, gamma, *alpha), PAPER_RULE)
-        fits[medium] = fit_lsq(beta, gamma, *alpha, keep)
-        down = (own[:, 0] == 0) & (own[:, 1] == 90)
-        chi[medium] = float(alpha[0][down][0] / vertical_penetration(fits[medium]))
+    for medium, own in load("table_s5").groupby("medium", sort=False):
+        name, angles, alpha = str(medium), directions(own), alpha_columns(own)
+        keep = kept_terms(fit_lsq(*angles, *alpha), PAPER_RULE)
+        fits[name] = fit_lsq(*angles, *alpha, keep)
+        down = own.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
+        chi[name] = float(down / vertical_penetration(fits[name]))
     m0 = generic(np.stack(list(fits.values())))
     return reference_from("published Table S5, method lsq", chi, fits | {GENERIC: m0}, printed=True)
-
-
-def _printed(name: str) -> list[dict[str, str]]:
-    # read here, not as data frames: pandas alone takes longer to import than the scaling to run
-    text = files("rftfit.reference").joinpath(f"{name}.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
 
 
 @dataclass(frozen=True)
@@ -576,14 +558,13 @@ def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[Floa
     return interval_of_sum(shares, [fit.dof for fit in fits], confidence)
 
 
-def reference_of(fits: Sequence[MediumFit], config: Config, method: str | None = None) -> Reference:
+def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
     """Choose what the natural sands of a campaign are scaled from.
 
-    `fits`: Of the laboratory media; only those by the method (default: of the config) count. Returns
+    `fits`: Of the laboratory media; only those by the method count. Returns
     the campaign's own media; the published five where fewer than two of them have a usable grid:
     the interval for a further medium is the scatter between media, and one has none.
     """
-    method = method or config.fourier.method
     own = [fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)]
     if len(own) < FEWEST_MEDIA:
         return published(method)

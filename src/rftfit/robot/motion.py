@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -81,25 +82,19 @@ def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     pitch, nose up, and theta in rad) and ``arrows`` (x from the centre of mass, z, force x, force z for
     each loaded element; cm and mN).
     """
-    shapes = {}
+    legs, shapes = robot.legs, {}
     for curvature in CURVATURES:
-        legs = arc(
-            curvature, robot.legs.max_length_cm, robot.legs.width_cm, robot.numerics.elements
-        )
-        body = legs.body
-        ends = np.vstack([body[:, :2] - body[:, 4:5] * body[:, 2:4],
-                          body[-1:, :2] + body[-1:, 4:5] * body[-1:, 2:4]])  # fmt: skip
+        body = arc(curvature, legs.max_length_cm, legs.width_cm, robot.numerics.elements).body
+        along = body[:, 4:5] * body[:, 2:4]
+        ends = np.vstack([body[:, :2] - along, body[-1:, :2] + along[-1:]])
         shapes[f"{curvature:g}"] = np.round(ends, 3).tolist()
+    conditions = product(CURVATURES, FREQUENCIES_HZ)
     return {
         "title": robot.title,
         "plates": [[*plate.from_cm, *plate.to_cm] for plate in robot.body.plates.values()],
-        "hips": [[hip.x_cm, hip.z_cm, hip.phase_turns] for hip in robot.legs.hips],
+        "hips": [[hip.x_cm, hip.z_cm, hip.phase_turns] for hip in legs.hips],
         "legs": shapes,
-        "runs": [
-            _run(robot, profile, frequency, curvature)
-            for curvature in CURVATURES
-            for frequency in FREQUENCIES_HZ
-        ],
+        "runs": [_run(robot, profile, frequency, curvature) for curvature, frequency in conditions],
     }
 
 
@@ -108,23 +103,15 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
     assert run.series is not None
     series = run.series.last(FRAMES)
     parts = element_series(robot, profile, run.condition, series).values()
-    pose = np.column_stack(
-        [
-            series.x_cm - series.x_cm[0], series.z_cm, np.radians(series.pitch_deg),
-            np.radians(series.leg_angle_deg) % (2 * np.pi),
-        ]
-    )  # fmt: skip
+    ahead, theta = series.x_cm - series.x_cm[0], np.radians(series.leg_angle_deg) % (2 * np.pi)
+    pose = np.stack([ahead, series.z_cm, np.radians(series.pitch_deg), theta], axis=1)
+    of_parts = [
+        np.stack([one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N]).reshape(4, FRAMES, -1)
+        for one in parts
+    ]
     arrows = []
     for at, x in enumerate(series.x_cm):
-        rows = np.vstack(
-            [
-                np.column_stack(
-                    [one.at_x_cm[at].ravel() - x, one.at_z_cm[at].ravel(),
-                     one.force_x_N[at].ravel(), one.force_z_N[at].ravel()]
-                )
-                for one in parts
-            ]
-        )  # fmt: skip
+        rows = np.concatenate([one[:, at] for one in of_parts], axis=1).T - [x, 0, 0, 0]
         loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
         # places to 0.1 mm, forces to 0.1 mN, one list for all; + 0.0 makes no -0.0
         places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
@@ -145,6 +132,10 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
 # --- The last strides of a run, for figures of its motion.
 
 SAMPLES, STRIDES = 200, 2
+_STANCE = (
+    "curvature_times_R", "frequency_Hz", "group", "x1_cm", "z1_cm", "x2_cm", "z2_cm", "at_x_cm",
+    "at_z_cm", "force_z_N", "force_x_N",
+)  # fmt: skip
 
 
 def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
@@ -157,23 +148,13 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
     hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
     shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
     groups = element_series(robot, profile, run.condition, shot, len(shot.x_cm))
-    parts = []
+    at, x0, parts = run.condition, shot.x_cm[0], []
     for name, one in groups.items():
         (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))
-        at_x, at_z, force_x, force_z = (
-            values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N)
-        )
-        x0 = shot.x_cm[0]
-        parts.append(
-            pd.DataFrame(
-                {
-                    "curvature_times_R": run.condition.curvature_times_R,
-                    "frequency_Hz": run.condition.frequency_Hz, "group": name,
-                    "x1_cm": x1 - x0, "z1_cm": z1, "x2_cm": x2 - x0, "z2_cm": z2,
-                    "at_x_cm": at_x - x0, "at_z_cm": at_z, "force_z_N": force_z, "force_x_N": force_x,
-                }
-            )
-        )  # fmt: skip
+        acts = (one.at_x_cm - x0, one.at_z_cm, one.force_z_N, one.force_x_N)
+        values = (x1 - x0, z1, x2 - x0, z2, *(part[0].ravel() for part in acts))
+        place = (at.curvature_times_R, at.frequency_Hz, name)
+        parts.append(pd.DataFrame(dict(zip(_STANCE, (*place, *values), strict=True))))
     return pd.concat(parts, ignore_index=True)
 
 

@@ -55,12 +55,9 @@ class Series:
     @property
     def states(self) -> FloatArray:
         """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad, nose down), their rates."""
-        return np.column_stack(
-            [
-                self.x_cm, self.z_cm, -np.radians(self.pitch_deg), self.velocity_x_cm_per_s,
-                self.velocity_z_cm_per_s, -np.radians(self.pitch_rate_deg_per_s),
-            ]
-        )  # fmt: skip
+        places = self.x_cm, self.z_cm, -np.radians(self.pitch_deg)
+        rates = self.velocity_x_cm_per_s, self.velocity_z_cm_per_s
+        return np.stack([*places, *rates, -np.radians(self.pitch_rate_deg_per_s)], axis=1)
 
     def table(self) -> pd.DataFrame:
         """All of it as a table, units in the names; forces as ``force_z_tripod_1_N``."""
@@ -167,18 +164,14 @@ class Condition:
     phase_turns: float = 0.0
 
     def __post_init__(self) -> None:
-        hz, curvature, phase = self.frequency_Hz, self.curvature_times_R, self.phase_turns
+        hz, bend, phase = self.frequency_Hz, self.curvature_times_R, self.phase_turns
+        most = HIGHEST_FREQUENCY_HZ
         checks = (
-            ("frequency", hz, abs(hz) <= HIGHEST_FREQUENCY_HZ, f"0 to {HIGHEST_FREQUENCY_HZ:g} Hz"),
-            ("curvature R'/r", curvature, abs(curvature) <= 1, "-1 (reversed c-leg) to 1"),
-            ("phase", phase, math.isfinite(phase), "a number of turns"),
+            (abs(hz) <= most, f"frequency: found {hz:g}; allowed: 0 to {most:g} Hz"),
+            (abs(bend) <= 1, f"curvature R'/r: found {bend:g}; allowed: -1 (reversed c-leg) to 1"),
+            (math.isfinite(phase), f"phase: found {phase:g}; allowed: a number of turns"),
         )
-        wrong = [
-            f"{name}: found {value:g}; allowed: {allowed}"
-            for name, value, good, allowed in checks
-            if not good
-        ]
-        if wrong:
+        if wrong := [text for good, text in checks if not good]:
             raise ValueError("; ".join(wrong))
 
 
@@ -245,18 +238,12 @@ def simulate(
     if why and profile.reason and not np.isfinite(stepper.state).all():
         hole = Remark("alpha-missing", words=profile.reason)
         why = (remark("robot-lost", what=why[0], why=hole),)
-    return RobotRun(
-        condition,
-        float(mean.mean()) if mean.size else math.nan,
-        float(mean.std(ddof=1)) if mean.size > 1 else math.nan,
-        found.outcome,
-        why,
-        leg_speed_warning(parts, frequency_Hz),
-        len(speeds),
-        found.averaged,
-        speeds,
-        stepper.series() if samples_per_stride else None,
-    )
+    speed = float(mean.mean()) if mean.size else math.nan
+    sd = float(mean.std(ddof=1)) if mean.size > 1 else math.nan
+    warning = leg_speed_warning(parts, frequency_Hz)
+    series = stepper.series() if samples_per_stride else None
+    counts = len(speeds), found.averaged
+    return RobotRun(condition, speed, sd, found.outcome, why, warning, *counts, speeds, series)
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:

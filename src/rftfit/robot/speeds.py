@@ -43,25 +43,16 @@ def measured_speeds(
     """
     rows = []
     for name, part in trials.groupby("condition", sort=False):
-        good = part[part["status"] == "used"]
-        speed, frequency = (
-            good[column].to_numpy(float) for column in ("speed_cm_per_s", "frequency_Hz")
-        )
-        refused = part[part["status"] != "used"]
-        reason = [
-            one
-            for row in refused.to_dict("records")
-            for one in about(row["run_id"], reason_of(row))
-        ]
+        good, refused = part[part["status"] == "used"], part[part["status"] != "used"]
+        speed, frequency = good[["speed_cm_per_s", "frequency_Hz"]].to_numpy(float).T
+        lost = refused.to_dict("records")
+        reason = [one for row in lost for one in about(row["run_id"], reason_of(row))]
         curvature = float(part["curvature_times_R"].iloc[0])
         middle = rounded(float(frequency.mean())) if frequency.size else math.nan
-        rows.append(
-            (
-                name, part["medium"].iloc[0], curvature, middle, spread(frequency),
-                float(speed.mean()) if speed.size else math.nan, spread(speed), len(good),
-                is_calibrated(curvature, middle, calibrated), "marker tracks", *reason_cells(reason),
-            )
-        )  # fmt: skip
+        mean = float(speed.mean()) if speed.size else math.nan
+        place = (name, part["medium"].iloc[0], curvature, middle, spread(frequency))
+        known = is_calibrated(curvature, middle, calibrated), "marker tracks"
+        rows.append((*place, mean, spread(speed), len(good), *known, *reason_cells(reason)))
     return pd.DataFrame(rows, columns=MEASURED)
 
 
@@ -73,17 +64,12 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
     table = load("fig_4c")
     rows = []
     table = table[table["stride_frequency_Hz"] > 0.01]
-    for here in sorted(set(table["curvature_times_Rprime"].astype(float).tolist())):
-        part = table[table["curvature_times_Rprime"] == here]
-        for number, row in enumerate(part.to_dict("records"), start=1):
-            frequency = rounded(float(row["stride_frequency_Hz"]))
-            rows.append(
-                (
-                    f"{here:+.2f}_{number}", medium, here, frequency, math.nan,
-                    float(row["speed_cm_per_s"]), math.nan, 3,
-                    is_calibrated(here, frequency, calibrated), "Fig. 4C", *reason_cells([]),
-                )
-            )  # fmt: skip
+    for here, part in table.groupby(table["curvature_times_Rprime"].astype(float)):
+        pairs = zip(part["stride_frequency_Hz"], part["speed_cm_per_s"], strict=True)
+        for number, (frequency, speed) in enumerate(pairs, start=1):
+            place = (f"{here:+.2f}_{number}", medium, here, rounded(frequency), math.nan)
+            known = is_calibrated(here, rounded(frequency), calibrated), "Fig. 4C"
+            rows.append((*place, float(speed), math.nan, 3, *known, *reason_cells([])))
     return pd.DataFrame(rows, columns=MEASURED)
 
 
@@ -108,9 +94,7 @@ def speed_errors(
             if math.isnan(one.speed_cm_per_s):
                 reasons = [remark("speed-unmeasured", why=next(iter(reason_of(one._asdict())), ""))]
             if run is not None:
-                ours, lo, hi = (
-                    run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s,
-                )  # fmt: skip
+                ours, lo, hi = run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s
                 reasons += reason_of(run._asdict()) if math.isnan(ours) else ()
             elif not reasons:
                 reasons.append(remark("not-simulated"))
@@ -119,14 +103,12 @@ def speed_errors(
                 error = 100 * (ours / one.speed_cm_per_s - 1)
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
-            wide = half.get((profile, one.curvature_times_R, one.frequency_Hz), math.nan)
-            rows.append(
-                (
-                    one.medium, profile, one.condition, one.curvature_times_R, one.frequency_Hz,
-                    one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials, ours, ours - wide,
-                    ours + wide, lo, hi, error, one.calibrated, *reason_cells(reasons),
-                )
-            )  # fmt: skip
+            at = (one.curvature_times_R, one.frequency_Hz)
+            wide = half.get((profile, *at), math.nan)
+            place = (one.medium, profile, one.condition, *at)
+            told = (*place, one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials)
+            simulated = (ours, ours - wide, ours + wide, lo, hi, error)
+            rows.append((*told, *simulated, one.calibrated, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -47,14 +48,12 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     3,978 of them, in this order. `every`: Only every so many of the curvatures and frequencies,
     counted from the flat leg and from 5 Hz, and the ends of the curvatures always.
     """
-    middle = 25
-    curvatures = sorted({0, 2 * middle, *range(middle % every, 2 * middle + 1, every)})
-    frequencies = range(25 % every, 26, every)
+    # both have their 25th step in common: the flat leg, and 5 Hz
+    curvatures = sorted({0, 50, *range(25 % every, 51, every)})
+    places = product(curvatures, range(25 % every, 26, every), PHASES_TURNS)
     return [
-        Condition(round(0.2 * frequency, 1), round(0.04 * (index - middle), 2), phase)
-        for index in curvatures
-        for frequency in frequencies
-        for phase in PHASES_TURNS
+        Condition(round(0.2 * frequency, 1), round(0.04 * (index - 25), 2), phase)
+        for index, frequency, phase in places
     ]
 
 
@@ -79,13 +78,8 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
         ]
         grid = [c for c in [*paper_conditions(EVERY), *fine] if c.phase_turns in phases]
     known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    grid += [
-        Condition(frequency, curvature, phase)
-        for curvature, frequency in zip(
-            known["curvature_times_R"], known["frequency_Hz"], strict=True
-        )
-        for phase in phases
-    ]
+    places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
+    grid += [Condition(hz, curvature, phase) for hz, curvature in places for phase in phases]
     order = {(c.curvature_times_R, c.frequency_Hz, c.phase_turns): c for c in grid}
     return [order[place] for place in sorted(order)]
 
@@ -96,16 +90,12 @@ def run_all(
     """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile."""
 
     def run(index: int) -> RobotRun:
-        condition = conditions[index]
-        return simulate(
-            robot, profile, condition.frequency_Hz, condition.curvature_times_R,
-            condition.phase_turns,
-        )  # fmt: skip
+        at = conditions[index]
+        return simulate(robot, profile, at.frequency_Hz, at.curvature_times_R, at.phase_turns)
 
     # slow frequencies take longest: begin with them, so that no core idles at the end
-    order = sorted(
-        range(len(conditions)), key=lambda i: abs(conditions[i].frequency_Hz) or math.inf
-    )
+    slow = [abs(at.frequency_Hz) or math.inf for at in conditions]
+    order = sorted(range(len(conditions)), key=slow.__getitem__)
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         runs = dict(zip(order, pool.map(run, order), strict=True))
     return [runs[index] for index in range(len(conditions))]
@@ -178,13 +168,11 @@ def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Tar
     """Speed at pairs of (curvature R'/r, stride frequency in Hz), as what pushes are planned for."""
 
     def numbers(alpha: FloatArray, known: Map) -> FloatArray:
-        speeds = [
-            simulate(
-                robot, TableProfile(z, x, known.beta, known.gamma), frequency, curvature
-            ).speed_cm_per_s
-            for z, x in alpha.reshape(-1, 2, known.beta.size)
-            for curvature, frequency in conditions
-        ]
+        speeds = []
+        for z, x in alpha.reshape(-1, 2, known.beta.size):
+            table = TableProfile(z, x, known.beta, known.gamma)
+            runs = (simulate(robot, table, hz, curvature) for curvature, hz in conditions)
+            speeds.append([run.speed_cm_per_s for run in runs])
         return np.array(speeds).reshape(*alpha.shape[:-2], len(conditions))
 
     parts = tuple(f"R'/r = {curvature:g}, {frequency:g} Hz" for curvature, frequency in conditions)

@@ -67,16 +67,15 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     bic = {name: select_bic(*directions(one), *alpha_columns(one)) for name, one in tables.items()}
     fits = fit_media(list(tables.values()), results.config)
-    rows = [row for fit in fits for row in coefficient_rows(fit, bic[fit.medium])]
+    parts = [pd.DataFrame(columns=COEFFICIENT_COLUMNS)]
+    parts += [coefficient_rows(fit, bic[fit.medium]) for fit in fits]
     terms = [
         (medium, term, kept, term in TERMS)
         for medium, selection in bic.items()
         for term, kept in selection.items()
     ]
-    return (
-        results.marked(pd.DataFrame(rows, columns=COEFFICIENT_COLUMNS)),
-        pd.DataFrame(terms, columns=TERM_COLUMNS),
-    )
+    coefficients = results.marked(pd.concat(parts, ignore_index=True))
+    return coefficients, pd.DataFrame(terms, columns=TERM_COLUMNS)
 
 
 def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -94,7 +93,7 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
             groups.setdefault(fit.method, []).append(fit)
     media = results.table("fourier/media.csv")
     parts = [media, *(generic_rows(group) for group in groups.values())]
-    reference = reference_of(fits, config)
+    reference = reference_of(fits, config.fourier.method)
     rows = [penetration_row(fit) for fit in fits]
     rows += [sand_row(results[medium].alpha, reference, config) for medium in results.sands]
     coefficients = pd.concat(parts, ignore_index=True)[list(media.columns)]
