@@ -1,6 +1,7 @@
 """Logs that cannot be used: the code of each cause, and in the message the file and what was found."""
 
 import re
+import sys
 from functools import partial
 
 import numpy as np
@@ -11,10 +12,10 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
 from rftfit.logs import base, rosbag, tdms
-from rftfit.logs.base import FINITE, LogError, check_size
+from rftfit.logs.base import LogError, check_size
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
-from rftfit.logs.text import CELLS, CUT, GROUPED, NUMBER
+from rftfit.logs.text import GROUPED
 
 LVM = lvm(3).content
 NETFT = netft(3).content
@@ -75,15 +76,14 @@ def test_netft_that_never_reached_its_transducer(tmp_path):
     [
         ({"skip_lines": 5}, b"t,F\n1,2\n", "5 lines (skip_lines)"),
         ({"units": True}, b"t,F\n", "(units: true)"),
+        (None, b"t,F\n1,2\n", "`text`"),
     ],
 )
 def test_described_text(tmp_path, text, content, found):
-    reader = DelimitedReader(TextFormat.model_validate({"delimiter": ",", **text}))
+    reader = dialect("delimited")
+    if text:
+        reader = DelimitedReader(TextFormat.model_validate({"delimiter": ",", **text}))
     refused(reader, tmp_path / "log.csv", content, "header", found)
-
-
-def test_delimited_without_a_description(tmp_path):
-    refused(dialect("delimited"), tmp_path / "log.csv", b"t,F\n1,2\n", "header", "`text`")
 
 
 @pytest.mark.parametrize(
@@ -114,54 +114,29 @@ def test_workbooks_and_tables(tmp_path, monkeypatch):
     refused(dialect("parquet"), table, table.read_bytes(), "header")
 
 
-def test_tdms(tmp_path, monkeypatch):
-    nptdms = pytest.importorskip("nptdms")
-
+def test_tdms_and_rosbag(tmp_path, monkeypatch):
+    nptdms, _ = pytest.importorskip("nptdms"), pytest.importorskip("rosbags")
     path = tmp_path / "log.tdms"
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([nptdms.ChannelObject("Data", "F", np.arange(3.0))])
-    content = path.read_bytes()
-    refused(
-        tdms.TdmsReader().with_options({"group": "Other"}),
-        path,
-        content,
-        "group",
-        "'Other'; the file has: Data",
-    )
-    monkeypatch.setattr(tdms, "check_size", partial(check_size, most=10))
-    refused(tdms.TdmsReader(), path, content, "too_large")
-    monkeypatch.setitem(__import__("sys").modules, "nptdms", None)
-    refused(tdms.TdmsReader(), path, content, "extra", 'pip install "rftfit[tdms]"')
+    content, reader = path.read_bytes(), tdms.TdmsReader()
+    other = reader.with_options({"group": "Other"})
+    refused(other, path, content, "group", "'Other'; the file has: Data")
+    for module, one in ((tdms, reader), (rosbag, rosbag.RosBagReader())):
+        monkeypatch.setattr(module, "check_size", partial(check_size, most=10))
+        refused(one, path, content, "too_large")
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    refused(reader, path, content, "extra", 'pip install "rftfit[tdms]"')
 
 
-def test_rosbag_that_is_too_large(tmp_path, monkeypatch):
-    pytest.importorskip("rosbags")
-    monkeypatch.setattr(rosbag, "check_size", partial(check_size, most=10))
-    refused(rosbag.RosBagReader(), tmp_path / "log.bag", bytes(11), "too_large")
-
-
-def test_lines_that_are_left_out(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("time_s,x_mm,z_mm,angle_deg\n0,0,0,0\n1,0,0\n2,a,0,0\n3,nan,0,0\n4,0,0,0\n5,0")
-    log = dialect("rig").load(path)
-    assert log.dropped == {
-        "wrong number of cells": 1, "not a number": 1, "NaN or infinite": 1, "cut in mid-row": 1,
-    }  # fmt: skip
-    assert set(log.dropped) == {CELLS, NUMBER, FINITE, CUT}
-    assert log.size + sum(log.dropped.values()) == log.rows == 6
-
-
-def test_samples_that_were_lost(tmp_path):
-    path = tmp_path / "log.txt"
-    path.write_bytes(netft(20, lost=7).content)
-    assert dialect("ati-netft").load(path).missing == {"lost packets (gap in the RDT sequence)": 7}
-
-
-def test_messages_that_were_lost(tmp_path):
-    path = tmp_path / "log.txt"
-    lines = rostopic(20).content.splitlines(keepends=True)
-    path.write_bytes(b"".join([*lines[:5], *lines[8:]]))
-    assert dialect("rostopic").load(path).missing == {"lost messages (gap in header.seq)": 3}
+def test_samples_and_messages_that_were_lost(tmp_path):
+    path, lines = tmp_path / "log.txt", rostopic(20).content.splitlines(keepends=True)
+    for name, content, missing in (
+        ("ati-netft", netft(20, lost=7).content, {"lost packets (gap in the RDT sequence)": 7}),
+        ("rostopic", b"".join([*lines[:5], *lines[8:]]), {"lost messages (gap in header.seq)": 3}),
+    ):
+        path.write_bytes(content)
+        assert dialect(name).load(path).missing == missing
 
 
 def test_numbers_with_two_decimal_commas(tmp_path):

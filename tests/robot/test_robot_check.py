@@ -53,23 +53,18 @@ def test_a_good_robot_is_counted(root):
 
 
 def test_every_problem_of_sheet_file_and_tracks_at_once(root):
-    sheet = root / "raw" / "paper" / "robot" / "runs.csv"
     rows = (
         "p1,a,poppy_LP,1,2,tracks/a1.csv\n"
         "b1,b,poppy,2,,tracks/b1.csv\n"
         "c1,c,poppy_LP,0.5,200,../a1.csv\n"
         "a2,d,poppy_LP,0,,tracks/a_2.csv\n"
     )
-    sheet.write_text(HEAD + rows, encoding="utf-8")
-    text = (
-        (PROJECT / "config" / "robot.yaml").read_text("utf-8").replace("mass_g: 150", "mass_g: 0")
-    )
-    (root / "config" / "mine.yaml").write_text(text, encoding="utf-8")
-    edit(
-        root,
-        robot={"medium": "poppy_LP", "runs": "paper/robot/runs.csv", "file": "config/mine.yaml"},
-    )
-    edit(root, raw="raw", run_sheet="raw/paper/runs.csv")
+    (root / "raw" / "paper" / "robot" / "runs.csv").write_text(HEAD + rows, encoding="utf-8")
+    text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
+    mine = text.replace("mass_g: 150", "mass_g: 0")
+    (root / "config" / "mine.yaml").write_text(mine, encoding="utf-8")
+    robot = {"medium": "poppy_LP", "runs": "paper/robot/runs.csv", "file": "config/mine.yaml"}
+    edit(root, robot=robot, raw="raw", run_sheet="raw/paper/runs.csv")
     # the campaign's own sheet is wrong as well: that hides nothing
     own = root / "raw" / "paper" / "runs.csv"
     own.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
@@ -87,22 +82,17 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
         "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
     ):
         assert words in told, told
-    assert "Traceback" not in told
 
 
-def test_a_missing_track_is_a_warning(root):
-    (root / "raw" / "paper" / "robot" / "tracks" / "a2.csv").unlink()
+def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_path):
+    track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
+    track.unlink()
     code, told = said(root)
     assert code == 0
     assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in told
     found = check_robot(root / "config" / "config.yaml")
     assert [problem.severity for problem in found.problems] == ["warning"]
-
-
-def test_a_link_out_of_raw_is_an_error(root, tmp_path):
     (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
-    track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
-    track.unlink()
     try:
         track.symlink_to(tmp_path / "elsewhere.csv")
     except OSError:

@@ -43,12 +43,6 @@ def test_the_papers_robot():
     assert (robot.legs.max_length_cm, robot.legs.width_cm) == (4.1, 1.0)
     belly = robot.body.plates["belly"]
     assert (belly.to_cm[0] - belly.from_cm[0], belly.width_cm) == (13, 2)
-    parts = assemble(robot, 1.0)
-    assert parts.names == ("belly", "front", "rear", "tripod_1", "tripod_2")
-    assert (len(parts.group), parts.bodies.shape[1]) == (9, 30)
-    # the two tripods stand on the same places in the plane
-    places = [sorted(parts.hips[parts.group == tripod, 0]) for tripod in (3, 4)]
-    assert places[0] == places[1]
     text = paper_robot_path().read_text(encoding="utf-8")
     for mark in ("given", "calibrated", "assumed", "studies/calibrate.py"):
         assert mark in text
@@ -76,19 +70,16 @@ def test_all_problems_at_once(tmp_path):
     text = text.replace("width_cm: 0.8", "width_cm: -1").replace("{x_cm: 3,", "{x_cm: 30,")
     text = text.replace("phase_turns: 0.25", "phase_turns: 1").replace("method: rk4", "method: rk5")
     found = wrong(tmp_path, text)
-    assert [(one.place.line, one.place.key, one.code) for one in found] == [
-        (2, "body.inertia_g_cm2", "config.missing-key"),
-        (4, "body.inertia", "config.unknown-key"),
-        (10, "legs.width_cm", "config.out-of-range"),
-        (12, "legs.hips.1", "config.inconsistent"),
-        (13, "legs.hips.2.phase_turns", "config.out-of-range"),
-        (14, "numerics.method", "config.unknown-word"),
+    assert [(one.place.line, one.place.key, one.code, one.nearest or "") for one in found] == [
+        (2, "body.inertia_g_cm2", "config.missing-key", ""),
+        (4, "body.inertia", "config.unknown-key", "inertia_g_cm2"),
+        (10, "legs.width_cm", "config.out-of-range", ""),
+        (12, "legs.hips.1", "config.inconsistent", ""),
+        (13, "legs.hips.2.phase_turns", "config.out-of-range", ""),
+        (14, "numerics.method", "config.unknown-word", "rk4"),
     ]
-    assert [one.nearest for one in found if one.nearest] == ["inertia_g_cm2", "rk4"]
-    assert "above 0" in found[2].allowed
     assert "hip 1 at x = 30, z = 0 cm" in found[3].allowed
     assert "x from -4 to 4 and z from -1" in found[3].allowed
-    assert "below 1" in found[4].allowed
 
 
 @pytest.mark.parametrize(
@@ -113,9 +104,6 @@ def test_single_problems(tmp_path, old, new, place, code, words):
 @pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "{", "body: 3\n", "legs: {hips: 3}\n"])
 def test_no_robot_at_all(tmp_path, text):
     assert wrong(tmp_path, text)
-
-
-def test_no_file(tmp_path):
     with pytest.raises(CampaignError, match="does not exist"):
         read_robot(tmp_path / "none.yaml")
 

@@ -17,9 +17,17 @@ from rftfit.robot.run import simulate
 RANDOM = np.random.default_rng(4)
 
 
+STATE = np.array([0.0, 2.0, 0.1, 10.0, -5.0, 0.3])
+
+
 def random_state(height_cm):
-    spread = np.array([5.0, 1.0, 0.5, 50.0, 30.0, 5.0])
-    return np.asarray(RANDOM.normal(size=6) * spread + np.array([0, height_cm, 0, 0, 0, 0]))
+    return RANDOM.normal([0, height_cm, 0, 0, 0, 0], [5.0, 1.0, 0.5, 50.0, 30.0, 5.0])
+
+
+def agree(profile, parts, state, turn, rate, *, step_s=1e-3, steps=1, off=1e-12, rk4=False):
+    ours = step(profile, parts, state, turn, rate, step_s, steps, rk4)
+    theirs = plain_steps(profile, parts, state, turn, rate, step_s, steps, rk4)[-1]
+    np.testing.assert_allclose(ours, theirs, rtol=off, atol=off)
 
 
 @pytest.mark.parametrize("curvature", [1.0, 0.3, 0.0, -1.0])
@@ -30,18 +38,15 @@ def test_one_step_is_the_twins(robot, profile, curvature, height_cm):
         state, turn = random_state(height_cm), RANDOM.uniform(-10, 10)
         rate = RANDOM.choice([-20.0, 0.0, 12.0])
         for rk4 in (False, True):
-            ours = step(profile, parts, state, turn, rate, 1e-3, 1, rk4)
-            theirs = plain_steps(profile, parts, state, turn, rate, 1e-3, 1, rk4)[1]
-            np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+            agree(profile, parts, state, turn, rate, rk4=rk4)
 
 
 @pytest.mark.parametrize("rk4", [False, True])
 def test_many_steps_are_the_twins(robot, profile, rk4):
-    parts = assemble(robot, 1.0)
     state = np.array([0.0, 3.2, 0.05, 10.0, -5.0, 0.3])
-    ours = step(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)
-    theirs = plain_steps(profile, parts, state, 0.2, 12.0, 5e-4, 200, rk4)[-1]
-    np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-7)
+    agree(
+        profile, assemble(robot, 1.0), state, 0.2, 12.0, step_s=5e-4, steps=200, off=1e-7, rk4=rk4
+    )
 
 
 @pytest.mark.parametrize("count", [1, 31, 32, 33, 100])
@@ -49,15 +54,12 @@ def test_any_number_of_elements(robot, table, count):
     numerics = robot.numerics.model_copy(update={"elements": count})
     parts = assemble(robot.model_copy(update={"numerics": numerics}), 0.7)
     assert parts.bodies.shape == (5, count, 5)
-    state = random_state(0.5)
-    ours = step(table, parts, state, 1.0, 12.0, 1e-3, 1)
-    theirs = plain_steps(table, parts, state, 1.0, 12.0, 1e-3, 1)[1]
-    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+    agree(table, parts, random_state(0.5), 1.0, 12.0)
 
 
 def test_samples_are_the_twins(robot, profile):
     parts = assemble(robot, 1.0)
-    state, rate, step_s = np.array([0.0, 2.0, 0.1, 10.0, -5.0, 0.3]), 12.0, 1e-3
+    state, rate, step_s = STATE, 12.0, 1e-3
     samples = np.empty((5, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, 0.4, rate, step_s, 15, every=3, samples=samples)
     path = plain_steps(profile, parts, state, 0.4, rate, step_s, 15)
@@ -84,9 +86,9 @@ def test_samples_are_the_twins(robot, profile):
 
 
 def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot):
-    alpha_z, alpha_x = (part.copy() for part in reference.alpha_grid("poppy_LP"))
-    alpha_z[3, 12] = math.nan  # a flat plate straight down
-    holed = TableProfile(alpha_z, alpha_x, name="holed")
+    alpha = np.array(reference.alpha_grid("poppy_LP"))
+    alpha[0, 3, 12] = math.nan  # a flat plate straight down
+    holed = TableProfile(*alpha, name="holed")
     parts = assemble(robot, 0.0)
     flat = np.array([0.0, 0.9, 0.0, 0.0, -1.0, 0.0])
     assert np.isnan(step(holed, parts, flat, 0.0, 0.0, 1e-3, 1)).any()
@@ -129,9 +131,7 @@ def test_any_phases_and_hips(robot, profile, turn):
     odd = robot.model_copy(update={"legs": robot.legs.model_copy(update={"hips": hips})})
     parts = assemble(odd, 0.8)
     state, rate = np.array([40.0, 0.4, 0.2, 10.0, -5.0, 0.3]), 12.0
-    ours = step(profile, parts, state, turn, rate, 1e-3, 1)
-    theirs = plain_steps(profile, parts, state, turn, rate, 1e-3, 1)[1]
-    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+    agree(profile, parts, state, turn, rate)
     samples = np.empty((1, kernel.SAMPLE_HEAD + 2 * len(parts.names)))
     step(profile, parts, state, turn, rate, 1e-3, 1, every=1, samples=samples)
     drive = 0.0

@@ -44,59 +44,46 @@ def model_of(robot):
     )
 
 
-class Independent:
-    """A run of the robot in MuJoCo."""
+def pose_of(model, data, body):
+    velocity, turn = np.zeros(6), data.xmat[body]
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+    x, _, z = 100 * data.xpos[body]
+    # legs and trunk turn about y alone: the matrix's corners say by how much
+    angle = math.atan2(turn[2], turn[0])
+    return np.array([[x, z, angle, 100 * velocity[3], 100 * velocity[5], velocity[1]]])
 
-    def __init__(self, robot, profile, frequency, curvature):
-        self.model = model_of(robot)
-        self.data = mujoco.MjData(self.model)
-        self.pack = profile.pack
-        leg = arc(curvature, robot.legs.max_length_cm, robot.legs.width_cm)
-        plates = [
-            polyline([plate.from_cm, plate.to_cm], plate.width_cm)
-            for plate in robot.body.plates.values()
-        ]
-        self.outlines = [(1, plate) for plate in plates]
-        self.outlines += [(2 + index, leg) for index in range(len(robot.legs.hips))]
-        self.rate = 2 * math.pi * frequency
-        self.data.qpos[3:] = [2 * math.pi * hip.phase_turns for hip in robot.legs.hips]
-        self.data.qvel[3:] = self.rate
 
-    def pose(self, owner):
-        velocity, turn = np.zeros(6), self.data.xmat[owner]
-        mujoco.mj_objectVelocity(
-            self.model, self.data, mujoco.mjtObj.mjOBJ_XBODY, owner, velocity, 0
-        )
-        x, _, z = 100 * self.data.xpos[owner]
-        # legs and trunk turn about y alone: the matrix's corners say by how much
-        angle = math.atan2(turn[2], turn[0])
-        return np.array([[x, z, angle, 100 * velocity[3], 100 * velocity[5], velocity[1]]])
-
-    def step(self):
-        model, data = self.model, self.data
-        mujoco.mj_step1(model, data)
-        data.qfrc_applied[:] = 0.0
-        for owner, outline in self.outlines:
-            up, along, about = pose_forces(
-                self.pack, outline.body, outline.width_cm, False, self.pose(owner)
-            )[0]
-            if along or up or about:
-                mujoco.mj_applyFT(
-                    model, data, np.array([along, 0.0, up]), np.array([0.0, about / 100, 0.0]),
-                    data.xpos[owner], owner, data.qfrc_applied,
-                )  # fmt: skip
-        mujoco.mj_step2(model, data)
-
-    def stride_speeds(self, z_cm, strides):
-        self.data.qpos[1] = z_cm / 100
-        steps = round(2 * math.pi / self.rate / STEP_S)
-        places = [0.0]
-        for _ in range(strides):
-            for _ in range(steps):
-                self.step()
-            places.append(100 * self.data.qpos[0])
-        assert abs(self.data.qvel[3:] - self.rate).max() < 1e-6 * self.rate
-        return np.asarray(np.diff(places) / (steps * STEP_S))
+def stride_speeds(robot, profile, frequency, curvature, z_cm):
+    """Mean speed of each stride of a run of the robot in MuJoCo."""
+    model, rate = model_of(robot), 2 * math.pi * frequency
+    data = mujoco.MjData(model)
+    leg = arc(curvature, robot.legs.max_length_cm, robot.legs.width_cm)
+    outlines = [
+        (1, polyline([plate.from_cm, plate.to_cm], plate.width_cm))
+        for plate in robot.body.plates.values()
+    ]
+    outlines += [(2 + index, leg) for index in range(len(robot.legs.hips))]
+    data.qpos[1] = z_cm / 100
+    data.qpos[3:] = [2 * math.pi * hip.phase_turns for hip in robot.legs.hips]
+    data.qvel[3:] = rate
+    steps, places = round(1 / frequency / STEP_S), [0.0]
+    for _ in range(STRIDES[frequency]):
+        for _ in range(steps):
+            mujoco.mj_step1(model, data)
+            data.qfrc_applied[:] = 0.0
+            for body, line in outlines:
+                pose = pose_of(model, data, body)
+                up, along, about = pose_forces(profile.pack, line.body, line.width_cm, False, pose)[
+                    0
+                ]
+                if along or up or about:
+                    force, moment = np.array([along, 0.0, up]), np.array([0.0, about / 100, 0.0])
+                    place, applied = data.xpos[body], data.qfrc_applied
+                    mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
+            mujoco.mj_step2(model, data)
+        places.append(100 * data.qpos[0])
+    assert abs(data.qvel[3:] - rate).max() < 1e-6 * rate
+    return np.diff(places) / (steps * STEP_S)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +93,6 @@ def test_mean_speed_agrees(robot, table, frequency, curvature):
     ours = simulate(robot, table, frequency, curvature)
     assert ours.outcome == "steady"
     start = start_state(robot, assemble(robot, curvature), 0.0)
-    other = Independent(robot, table, frequency, curvature)
-    theirs = other.stride_speeds(float(start[1]), STRIDES[frequency])
+    theirs = stride_speeds(robot, table, frequency, curvature, float(start[1]))
     assert abs(theirs[-1] / theirs[-2] - 1) < 0.005  # they, too, have come to a steady speed
     np.testing.assert_allclose(ours.speed_cm_per_s, theirs[-2:].mean(), rtol=0.005)

@@ -54,78 +54,75 @@ def test_a_newton_moves_150_grams_by_its_weight(robot):
 @pytest.mark.parametrize("curvature", [-1.0, -0.4, 0.0, 0.5, 1.0])
 def test_reach_of_a_leg_is_its_tip(robot, curvature):
     # the tip is 2R' = 4.1 cm away; a curved leg's last element counts with its length
-    reach, longest = assemble(robot, curvature).reach_cm, math.pi * 2.05 / 30
-    assert 4.1 - 1e-9 <= reach <= 4.1 + (longest if curvature else 1e-9)
+    parts, longest = assemble(robot, curvature), math.pi * 2.05 / 30
+    assert 4.1 - 1e-9 <= parts.reach_cm <= 4.1 + (longest if curvature else 1e-9)
+    # a body without legs reaches nowhere
+    assert dataclasses.replace(parts, hips=parts.hips * [1, 1, 0]).reach_cm == 0
 
 
-def test_a_robot_without_legs_reaches_nowhere(robot):
-    parts = assemble(robot, 0.0)
-    still = dataclasses.replace(parts, hips=parts.hips * [1, 1, 0])
-    assert still.reach_cm == 0
+@pytest.mark.parametrize(
+    ("pitch_deg", "highest"),
+    [
+        (0, 2),
+        # a quarter turn brings one end of the body, 6.5 cm from its middle, to the top
+        (90, 6.5),
+        (-90, 6.5),
+        (30, 2 * math.cos(math.pi / 6) + 6.5 * math.sin(math.pi / 6)),
+        # leaning over backward, the lower end of the rear plate comes out on top
+        (135, (1 + 6.5) * math.sqrt(0.5)),
+        (180, 1),
+    ],
+)
+def test_highest_point_turns_with_the_body(robot, pitch_deg, highest):
+    state = np.array([7.0, 1.0, math.radians(pitch_deg), 0.0, 0.0, 0.0])
+    assert highest_point(assemble(robot, 1.0), state) == pytest.approx(1 + highest)
 
 
-def test_highest_point_turns_with_the_body(robot):
-    parts = assemble(robot, 1.0)
-    level = np.array([7.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-    assert highest_point(parts, level) == pytest.approx(1 + 2)
-    # a quarter turn brings one end of the body, 6.5 cm from its middle, to the top
-    for pitch in (math.pi / 2, -math.pi / 2):
-        level[2] = pitch
-        assert highest_point(parts, level) == pytest.approx(1 + 6.5)
-    level[2] = math.radians(30)
-    assert highest_point(parts, level) == pytest.approx(
-        1 + 2 * math.cos(math.pi / 6) + 6.5 * math.sin(math.pi / 6)
-    )
-    # leaning over backward, the lower end of the rear plate comes out on top
-    level[2] = math.radians(135)
-    assert highest_point(parts, level) == pytest.approx(1 + (1 + 6.5) * math.sqrt(0.5))
-    level[2] = math.pi
-    assert highest_point(parts, level) == pytest.approx(1 + 1)
-
-
-def test_fallen_is_past_its_limit_and_names_the_stride(robot):
-    parts, numerics = assemble(robot, 1.0), robot.numerics
+@pytest.mark.parametrize(
+    ("height", "pitch_deg", "outcome", "code"),
+    [
+        (7.0, 90.0, None, ""),
+        (7.0, -90.0, None, ""),
+        (7.0, 90.5, "tipped", "tipped"),
+        (7.0, -90.5, "tipped", "tipped"),
+        (-1.999, 0.0, None, ""),
+        (-2.001, 0.0, "buried", "buried"),
+        (math.nan, 0.0, "not steady", "force-unknown"),
+    ],
+)
+def test_fallen_is_past_its_limit_and_names_the_stride(robot, height, pitch_deg, outcome, code):
     ends = np.zeros((4, 6))
-    for pitch_deg, outcome in ((90.0, None), (90.5, "tipped"), (-90.0, None), (-90.5, "tipped")):
-        ends[-1, 1:3] = 7.0, math.radians(pitch_deg) * (1 - 1e-12)
-        verdict = tipped_or_buried(parts, ends, numerics)
-        assert (verdict.outcome if verdict else None) == outcome
-        if verdict:
-            assert (codes_of(verdict.why), verdict.why[0].values["stride"]) == ("tipped", 3)
-            assert verdict.averaged == 0
-    for height, outcome in ((-1.999, None), (-2.001, "buried")):
-        ends[-1, 1:3] = height, 0.0
-        verdict = tipped_or_buried(parts, ends, numerics)
-        assert (verdict.outcome if verdict else None) == outcome
-    ends[-1] = math.nan
-    unknown = tipped_or_buried(parts, ends, numerics)
-    assert unknown is not None
-    assert (unknown.outcome, codes_of(unknown.why)) == ("not steady", "force-unknown")
+    ends[-1, 1:3] = height, math.radians(pitch_deg) * (1 - 1e-12)
+    verdict = tipped_or_buried(assemble(robot, 1.0), ends, robot.numerics)
+    assert (verdict.outcome if verdict else None) == outcome
+    if verdict:
+        assert (codes_of(verdict.why), verdict.averaged) == (code, 0)
+        assert verdict.why[0].values.get("stride", 3) == 3
 
 
-def test_settled_compares_speeds_per_second():
+@pytest.mark.parametrize(
+    ("course", "last", "expected"),
+    [
+        # strides of 0.5 s, two to a stretch of 1 s: 100 cm/s, then 101.0 cm/s is within 1 %
+        ([0, 7, 14, 64, 114, 164], 215, True),
+        ([0, 7, 14, 64, 114, 164], 215.1, False),
+        # the other way round: slower, by a share of the later speed
+        ([0, 7, 14, 64, 114, 164], 213.02, True),
+        ([0, 7, 14, 64, 114, 164], 212.98, False),
+        # at 1 cm/s a share is too strict: 0.5 cm/s is allowed
+        ([0, 0, 0, 0.5, 1, 1.5], 2.49, True),
+        ([0, 0, 0, 0.5, 1, 1.5], 2.51, False),
+        # backward likewise
+        ([0, -7, -14, -64, -114, -164], -215, True),
+    ],
+)
+def test_settled_compares_speeds_per_second(course, last, expected):
     numerics = Numerics(settled_share=0.01, settled_cm_per_s=0.5)
     ends = np.zeros((7, 6))
-    # strides of 0.5 s, two to a stretch of 1 s: 100 cm/s, then 101.0 cm/s is within 1 %
-    ends[:, 0] = [0, 7, 14, 64, 114, 164, 215]
-    assert settled(ends, 2, 0.5, numerics)
-    ends[-1, 0] = 215.1
-    assert not settled(ends, 2, 0.5, numerics)
-    # the other way round: slower, by a share of the later speed
-    ends[-1, 0] = 213.02
-    assert settled(ends, 2, 0.5, numerics)
-    ends[-1, 0] = 212.98
-    assert not settled(ends, 2, 0.5, numerics)
-    # at 1 cm/s a share is too strict: 0.5 cm/s is allowed
-    ends[:, 0] = [0, 0, 0, 0.5, 1, 1.5, 2.49]
-    assert settled(ends, 2, 0.5, numerics)
-    ends[-1, 0] = 2.51
-    assert not settled(ends, 2, 0.5, numerics)
+    ends[:, 0] = [*course, last]
+    assert settled(ends, 2, 0.5, numerics) == expected
     # the same course in strides of twice the time is half as fast, and so are its differences
-    assert settled(ends, 2, 1.0, numerics)
-    # backward likewise
-    ends[:, 0] = [0, -7, -14, -64, -114, -164, -215]
-    assert settled(ends, 2, 0.5, numerics)
+    assert settled(ends, 2, 1.0, numerics) == (expected or last == 2.51)
 
 
 @pytest.mark.parametrize(("column", "limit"), [(1, 0.05), (2, math.radians(1.0))])
@@ -147,21 +144,27 @@ def test_settled_looks_at_height_and_pitch_of_both_ends(column, limit, sign):
     assert settled(ends, 2, 1.0, Numerics())
 
 
-def test_irregular_compares_the_last_two_thirds():
+@pytest.mark.parametrize(
+    ("speeds", "averaged", "code"),
+    [
+        (np.repeat([3.0, 100.0, 104.9], 4), 8, "thirds"),
+        (np.repeat([3.0, 100.0, 105.6], 4), 0, "thirds"),
+        (np.repeat([3.0, 100.0, 95.3], 4), 8, "thirds"),
+        (np.repeat([3.0, 100.0, 95.1], 4), 0, "thirds"),
+        (np.repeat([0.0, -100.0, -104.9], 4), 8, "thirds"),
+        # an odd rest belongs to the first third
+        ([900.0, 900.0, 10.0, 10.0], 2, "thirds"),
+        ([0.0, 0.04, 0.0], 2, "thirds"),
+        ([0.0, 0.06, 0.0], 0, "thirds"),
+        ([1.0, 1.0, 1.0], 2, "thirds"),
+        ([1.0, 1.0], 0, "few-strides"),
+    ],
+)
+def test_irregular_compares_the_last_two_thirds(speeds, averaged, code):
     numerics = Numerics(steady_share=0.05, settled_cm_per_s=0.05)
-    for last, outcome in ((104.9, "steady"), (105.6, "not steady"), (95.3, "steady"),
-                          (95.1, "not steady")):  # fmt: skip
-        speeds = np.repeat([3.0, 100.0, last], 4)
-        verdict = irregular(speeds, numerics)
-        assert verdict.outcome == outcome
-        assert verdict.averaged == (8 if outcome == "steady" else 0)
-        assert verdict.why[-1] == remark("thirds", strides=12, second=100.0, last=last)
-    # an odd rest belongs to the first third
-    assert irregular(np.array([900.0, 900.0, 10.0, 10.0]), numerics).outcome == "steady"
-    assert irregular(np.array([0.0, 0.04, 0.0]), numerics).outcome == "steady"
-    assert irregular(np.array([0.0, 0.06, 0.0]), numerics).outcome == "not steady"
-    backward = irregular(np.repeat([0.0, -100.0, -104.9], 4), numerics)
-    assert (backward.outcome, backward.averaged) == ("steady", 8)
-    short = irregular(np.array([1.0, 1.0]), numerics)
-    assert codes_of(short.why) == "few-strides"
-    assert irregular(np.array([1.0, 1.0, 1.0]), numerics).averaged == 2
+    verdict = irregular(np.array(speeds), numerics)
+    assert (verdict.outcome == "steady", verdict.averaged) == (averaged > 0, averaged)
+    assert code in codes_of(verdict.why)
+    if len(speeds) == 12:
+        second, last = speeds[[4, 8]]
+        assert verdict.why[-1] == remark("thirds", strides=12, second=second, last=last)
