@@ -6,6 +6,7 @@ import importlib
 import inspect
 import json
 import re
+import shutil
 import subprocess
 import sys
 from typing import Any
@@ -33,10 +34,6 @@ def results(tmp_path_factory):
     alpha = {medium: reference.alpha_grid(medium) for medium in OWN} | {"sand": one_cell(0.7)}
     roles = dict.fromkeys(OWN, LABORATORY) | {"sand": SAND}
     return rftfit.open(make_campaign(tmp_path_factory.mktemp("api") / "c", roles, alpha))
-
-
-DOWN = 3 * 13 + 12
-"""The cell (0, 90)."""
 
 
 def test_import_loads_nothing():
@@ -104,7 +101,8 @@ def test_a_medium_of_a_campaign(results):
     fit = fit_lsq(BETA, GAMMA, *alpha, keep)
     np.testing.assert_allclose(medium.coefficients(), fit, atol=1e-12)
     assert medium.zeta == pytest.approx(float(vertical_penetration(fit)))
-    assert medium.chi == pytest.approx(alpha[0][DOWN] / medium.zeta)
+    down = alpha[0][3 * 13 + 12]
+    assert medium.chi == pytest.approx(down / medium.zeta)
     m0 = generic(np.stack([results[name].coefficients() for name in OWN]))
     np.testing.assert_allclose(results.reference().m0, m0, atol=1e-12)
     scaled = medium.profile("generic")
@@ -114,8 +112,8 @@ def test_a_medium_of_a_campaign(results):
     slanted = np.abs(GAMMA) < 1.5
     for found, wanted in zip(table.alpha(BETA, GAMMA), alpha, strict=True):
         np.testing.assert_allclose(found[slanted], wanted[slanted])
-    down = medium.profile("depth_only").alpha(0, np.pi / 2)
-    assert float(down[0]) == pytest.approx(alpha[0][DOWN])
+    lift, _ = medium.profile("depth_only").alpha(0, np.pi / 2)
+    assert float(lift) == pytest.approx(down)
 
 
 @pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only"])
@@ -134,14 +132,10 @@ def test_draws_are_made_when_wanted(results, kind):
 def test_a_sand_is_scaled_from_its_test(results):
     sand = results["sand"]
     by_hand = rftfit.scale(0.7, 0.003, results.reference())
-    assert sand.zeta == by_hand.zeta
-    assert sand.chi == by_hand.chi
-    profile = sand.profile("generic")
-    assert isinstance(profile.spread, ScaledMedium)
+    assert (sand.zeta, sand.chi) == (by_hand.zeta, by_hand.chi)
+    assert isinstance(sand.profile("generic").spread, ScaledMedium)
     assert sand.kinds == ("table", "map", "generic")
-    with pytest.raises(
-        rftfit.RftfitError, match="profile: found 'fourier'; allowed: table, map, gen"
-    ):
+    with pytest.raises(rftfit.RftfitError, match="found 'fourier'; allowed: table, map, gen"):
         sand.profile("fourier")
     np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
 
@@ -161,8 +155,7 @@ def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
 
 def test_a_table_with_holes_has_a_reason(tmp_path):
     few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
-    alpha = {"a": (few[0], few[1])}
-    found = rftfit.open(make_campaign(tmp_path / "c", {"a": LABORATORY}, alpha))
+    found = rftfit.open(make_campaign(tmp_path / "c", {"a": LABORATORY}, {"a": (few[0], few[1])}))
     for kind in ("table", "fourier", "generic"):
         profile = found["a"].profile(kind)
         assert profile.reason
@@ -188,15 +181,13 @@ def test_forces_are_those_of_the_sweep(results):
 
 
 def test_intervals_of_a_scaled_medium_follow_the_level():
-    wide, narrow = (
-        rftfit.predict(rftfit.scale(0.9, 0.02).profile, rftfit.model_leg("c_leg"), None, level)
-        for level in (0.95, 0.6)
-    )
+    leg, medium = rftfit.model_leg("c_leg"), rftfit.scale(0.9, 0.02)
+    wide, narrow = (rftfit.predict(medium.profile, leg, None, level) for level in (0.95, 0.6))
     assert (wide["force_z_hi_N"] >= narrow["force_z_hi_N"]).all()
     same = rftfit.scale(0.9, 0.02, confidence=0.6)
-    other = rftfit.predict(same.profile, rftfit.model_leg("c_leg"))
+    other = rftfit.predict(same.profile, leg)
     np.testing.assert_array_equal(other["force_z_hi_N"], wide["force_z_hi_N"])
-    assert same.at(0.95).zeta_hi == rftfit.scale(0.9, 0.02).zeta_hi
+    assert same.at(0.95).zeta_hi == medium.zeta_hi
     table = same.table()
     assert len(table) == 91
     assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()
@@ -206,33 +197,27 @@ def test_intervals_of_a_scaled_medium_follow_the_level():
 
 
 def test_a_pose_without_a_number_says_why(results):
-    down = rftfit.path([0, 1, 2], [0, 0, 0], [2, 1, -2], [0, 0, 0])
-    plate = rftfit.polyline([(-1, 0), (1, 0)], 2)
-    found = rftfit.predict(results["sand"].profile("table"), plate, down)
-    assert list(found["t_s"]) == [0, 1, 2]
+    plate, profile = rftfit.polyline([(-1, 0), (1, 0)], 2), results["sand"].profile("table")
     # straight down is the one direction that is known
-    assert found["force_z_N"].notna().all()
-    aside = rftfit.path([0, 1, 2], [0, -1, -2], [2, 1, -2], [0, 0, 0])
-    found = rftfit.predict(results["sand"].profile("table"), plate, aside)
-    assert list(found["force_z_N"].isna()) == [False, False, True]
-    assert list(found["reason"] != "") == [False, False, True]
-    assert "no run" in found["reason"].iloc[2]
+    for x, lost in (([0, 0, 0], [False] * 3), ([0, -1, -2], [False, False, True])):
+        motion = rftfit.path([0, 1, 2], x, [2, 1, -2], [0, 0, 0])
+        found = rftfit.predict(profile, plate, motion)
+        assert list(found["t_s"]) == [0, 1, 2]
+        assert list(found["force_z_N"].isna()) == lost
+        assert list(found["reason"].str.contains("no run")) == lost
 
 
 def test_problems_of_a_campaign(results, tmp_path):
-    found = rftfit.check(results.root)
+    root = tmp_path / "c"
+    shutil.copytree(results.root, root)
+    found = rftfit.check(root)
     assert {problem.severity for problem in found} == {"warning"}
     assert {(problem.place.row, problem.place.column) for problem in found} >= {(2, "force_log")}
-    sheet = results.root / "config" / "runs.csv"
-    whole = sheet.read_text()
-    try:
-        sheet.write_text(whole.replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
-        errors = [one for one in rftfit.check(results.root) if one.severity == "error"]
-        assert [(one.place.row, one.place.column, one.nearest) for one in errors] == [
-            (2, "kind", "plate")
-        ]
-    finally:
-        sheet.write_text(whole)
+    sheet = root / "config" / "runs.csv"
+    sheet.write_text(sheet.read_text().replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
+    errors = [one for one in rftfit.check(root) if one.severity == "error"]
+    (error,) = errors
+    assert (error.place.row, error.place.column, error.nearest) == (2, "kind", "plate")
     with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):
         rftfit.check(tmp_path)
 
@@ -241,32 +226,32 @@ def test_a_log_and_its_slope(tmp_path):
     random = np.random.default_rng(4)
     time = np.arange(800) / 100
     force = 0.35 * time * 9.68 + random.normal(0, 0.05, time.size)
-    lines = [f"{t:.2f},{f:.4f}" for t, f in zip(time, force, strict=True)]
+    lines = [f"{t:.2f},{f:.4f}\n" for t, f in zip(time, force, strict=True)]
     path = tmp_path / "push.csv"
-    path.write_text("time (s),Fz (N)\n" + "\n".join(lines) + "\n")
+    path.write_text("time (s),Fz (N)\n" + "".join(lines))
     log = rftfit.read_log(path)
-    assert log.size == 800
+    assert (log.size, {*log.units.values()}) == (800, {"s", "N"})
     assert "delimiter" in log.notes[-1]
-    same = rftfit.read_log(path, text={"delimiter": ","})
-    assert same.columns.keys() == log.columns.keys()
-    assert {"s", "N"} == set(log.units.values())
+    assert rftfit.read_log(path, text={"delimiter": ","}).columns.keys() == log.columns.keys()
     depth, stress = log.columns["time"], log.columns["Fz"] / 9.68
     slope = rftfit.fit_slope(depth, stress)
     lo, hi = slope.interval(0.999)
     assert lo[0] < 0.35 < hi[0]
     both = rftfit.fit_slope(depth, np.stack([stress, -stress]))
     np.testing.assert_allclose(both.alpha, [slope.alpha[0], -slope.alpha[0]])
-    with pytest.raises(ValueError, match="fit together"):
-        rftfit.fit_slope(depth[:-1], stress)
-    with pytest.raises(ValueError, match="finite"):
-        rftfit.fit_slope(depth, np.where(depth == 1, np.nan, stress))
-    with pytest.raises(rftfit.RftfitError, match=r"text: .*delimiter"):
-        rftfit.read_log(path, text={"delimiter": "comma"})
-    with pytest.raises(rftfit.RftfitError, match=r"log dialect: found 'rigg'.*did you mean 'rig'"):
-        rftfit.read_log(path, "rigg")
-    path.write_bytes(b"\x00\x01\x02\x03" * 50)
-    with pytest.raises(rftfit.RftfitError, match="no dialect reads"):
-        rftfit.read_log(path)
+    holed = np.where(depth == 1, np.nan, stress)
+    for x, y, match in ((depth[:-1], stress, "fit together"), (depth, holed, "finite")):
+        with pytest.raises(ValueError, match=match):
+            rftfit.fit_slope(x, y)
+    (tmp_path / "bytes").write_bytes(b"\x00\x01\x02\x03" * 50)
+    words: Any
+    for name, words, match in (
+        ("push.csv", {"text": {"delimiter": "comma"}}, r"text: .*delimiter"),
+        ("push.csv", {"dialect": "rigg"}, r"log dialect: found 'rigg'.*did you mean 'rig'"),
+        ("bytes", {}, "no dialect reads"),
+    ):
+        with pytest.raises(rftfit.RftfitError, match=match):
+            rftfit.read_log(tmp_path / name, **words)
 
 
 def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):

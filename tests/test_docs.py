@@ -36,24 +36,18 @@ NOT_RUN = {
 
 
 @pytest.fixture(scope="module")
-def base():
-    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
-    values: dict[str, Any] = yaml.safe_load(text)
-    return values
-
-
-def test_no_block_escapes():
-    assert len(EVERY) > 30
-    assert [f"{block.place}: {block.language!r}" for block in EVERY if not fate(block)] == []
+def base() -> dict[str, Any]:
+    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
 
 
 def test_few_blocks_are_not_run_and_say_why():
+    assert len(EVERY) > 30
+    assert [f"{block.place}: {block.language!r}" for block in EVERY if not fate(block)] == []
     found: dict[str, list[str]] = {}
     for block in EVERY:
         if fate(block) == "not run":
             assert block.marks["not run"] in REASONS, block.place
             found.setdefault(block.page, []).append(block.marks["not run"])
-    print(found)
     assert found == NOT_RUN
 
 
@@ -114,11 +108,9 @@ def test_every_page_has_a_picture_or_a_table():
 
 
 def test_tests_that_a_page_names_are_there():
-    found = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
-    there = {
-        *re.findall(r"def (test_\w+)", found),
-        *(path.stem for path in (ROOT / "tests").rglob("*.py")),
-    }
+    files = [*(ROOT / "tests").rglob("*.py")]
+    found = "".join(path.read_text(encoding="utf-8") for path in files)
+    there = {*re.findall(r"def (test_\w+)", found), *(path.stem for path in files)}
     text = "".join((ROOT / page).read_text(encoding="utf-8") for page in pages())
     named = {*re.findall(r"\btest_\w+", text)}
     assert named
@@ -126,14 +118,19 @@ def test_tests_that_a_page_names_are_there():
 
 
 @pytest.fixture
-def drawings(monkeypatch):
+def extension(monkeypatch):
+    """A module of the build of the documentation."""
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    return importlib.import_module("drawings")
+    return importlib.import_module
 
 
-def test_the_gallery_shows_every_figure(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    gallery = importlib.import_module("gallery")
+@pytest.fixture
+def drawings(extension):
+    return extension("drawings")
+
+
+def test_the_gallery_shows_every_figure(extension):
+    gallery = extension("gallery")
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     shown = re.findall(r"(?m)^### `(.+)`\n\n!\[.*\]\((.+)\)", text)
     assert [name for name, _ in shown] == [gallery.name_of(one) for one in gallery.declared()]
@@ -151,20 +148,15 @@ def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings):
 
 
 def test_arrows_of_the_sketch_follow_the_conventions(drawings):
-
-    plate_and_motion = drawings.angles().axes[0]
-    arrows = [
-        np.subtract(text.xy, text.xyann)
-        for text in plate_and_motion.texts
-        if getattr(text, "arrow_patch", None) is not None
-    ]
+    axes = drawings.angles().axes[0]
+    texts = [text for text in axes.texts if getattr(text, "arrow_patch", None) is not None]
+    arrows = [np.subtract(text.xy, text.xyann) for text in texts]
     for way in (direction(np.radians(60)), drawings.force(*np.radians([30, 60]))):
         along = [arrow @ way / np.hypot(*arrow) / np.hypot(*way) for arrow in arrows]
         assert max(along) == pytest.approx(1)
     # beta is counted from +x downward, so the forward end of a plate at 30 degrees is the lower one
-    plates = [line.get_xydata() for line in plate_and_motion.lines if line.get_linewidth() == 4]
-    assert len(plates) == 1
-    end = plates[0][1] - plates[0][0]
+    (plate,) = (line.get_xydata() for line in axes.lines if line.get_linewidth() == 4)
+    end = plate[1] - plate[0]
     assert end / np.hypot(*end) == pytest.approx(tangent(np.radians(30)))
 
 
@@ -221,31 +213,25 @@ def test_a_block_that_is_wrong_is_seen(tmp_path, base):
         blocks_of("page.md", "- so:\n\n  ```sh\n  ls\n  ```\n")
 
 
-def test_a_page_that_needs_the_network_is_seen(tmp_path, monkeypatch):
+def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, extension):
     pytest.importorskip("sphinx")
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    from offline_check import far_addresses  # type: ignore[import-not-found]
-
+    check, far, near = extension("offline_check"), tmp_path / "far", tmp_path / "near"
     page = '<a href="https://doi.org/1">paper</a><script src="own.js"></script>'
-    (tmp_path / "good.html").write_text(page, encoding="utf-8")
-    assert far_addresses(tmp_path) == []
-    (tmp_path / "bad.html").write_text('<script src="//far.example/x.js"></script>', "utf-8")
-    (tmp_path / "bad.css").write_text("@import url(https://far.example/x.css);", "utf-8")
-    assert len(far_addresses(tmp_path)) == 2
-
-
-def test_a_link_that_leads_nowhere_is_seen(tmp_path, monkeypatch):
-    pytest.importorskip("sphinx")
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    dead_links = importlib.import_module("offline_check").dead_links
-
-    (tmp_path / "one.html").write_text('<h1 id="top">1</h1><a href="two.html#there">2</a>', "utf-8")
-    (tmp_path / "two.html").write_text(
-        '<p id="there"><a href="#there">here</a><a href="one.html?x=1#top">1</a><a href="https://x/y">far</a></p>',
-        "utf-8",
-    )
-    assert dead_links(tmp_path) == []
-    (tmp_path / "three.html").write_text(
-        '<a href="one.html#gone">1</a><img alt="x" src="gone.png"><a href="#gone">here</a>', "utf-8"
-    )
-    assert len(dead_links(tmp_path)) == 3
+    for name, text, count in (
+        ("good.html", page, 0),
+        ("bad.html", '<script src="//far.example/x.js"></script>', 1),
+        ("bad.css", "@import url(https://far.example/x.css);", 2),
+    ):
+        far.mkdir(exist_ok=True)
+        (far / name).write_text(text, encoding="utf-8")
+        assert len(check.far_addresses(far)) == count
+    two = '<p id="there"><a href="#there">here</a><a href="one.html?x=1#top">1</a>'
+    three = '<a href="one.html#gone">1</a><img alt="x" src="gone.png"><a href="#gone">here</a>'
+    for name, text, count in (
+        ("two.html", two + '<a href="https://x/y">far</a></p>', 1),
+        ("one.html", '<h1 id="top">1</h1><a href="two.html#there">2</a>', 0),
+        ("three.html", three, 3),
+    ):
+        near.mkdir(exist_ok=True)
+        (near / name).write_text(text, encoding="utf-8")
+        assert len(check.dead_links(near)) == count

@@ -44,10 +44,6 @@ def root(tmp_path_factory):
     return folder
 
 
-def only_files_are_lacking(problems):
-    return all("no such file was made" in problem for problem in problems)
-
-
 # --- the dictionary itself ------------------------------------------------------------------------
 
 
@@ -85,25 +81,24 @@ def test_a_word_means_the_same_in_every_table():
 
 def test_every_stage_and_result_is_described(tmp_path, paper_config):
     """Both ways, for a campaign that has everything: what the stages write, and who writes what."""
-    (tmp_path / "raw" / "paper" / "robot").mkdir(parents=True)
+    raw = tmp_path / "raw" / "paper"
+    (raw / "robot").mkdir(parents=True)
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    sheet = sheet_text(plan_runs(paper_config), {})
-    (tmp_path / "raw" / "paper" / "runs.csv").write_text(sheet, encoding="utf-8")
-    (tmp_path / "raw" / "paper" / "robot" / "runs.csv").write_text(
-        "run_id,condition,medium,curvature_times_R,frequency_Hz,track\na1,a,poppy_LP,1,2,a1.csv\n",
-        encoding="utf-8",
+    trial = (
+        "run_id,condition,medium,curvature_times_R,frequency_Hz,track\na1,a,poppy_LP,1,2,a1.csv\n"
     )
-    (tmp_path / "raw" / "paper" / "robot" / "a1.csv").write_text(
-        "t_s,x_cm,z_cm\n", encoding="utf-8"
-    )
+    for name, text in {
+        "runs.csv": sheet_text(plan_runs(paper_config), {}),
+        "robot/runs.csv": trial,
+        "robot/a1.csv": "t_s,x_cm,z_cm\n",
+    }.items():
+        (raw / name).write_text(text, encoding="utf-8")
     config = tmp_path / "config" / "config.yaml"
     full = [f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors")]
     jobs = [*planned_jobs(config), *planned_jobs(config, full)]
-    made = {path: job.rule for job in jobs for path in job.writes}
-    assert [path for path in made if describe(path) is None] == []
-    for path, stage in made.items():
+    for path, stage in {path: job.rule for job in jobs for path in job.writes}.items():
         output = describe(path)
-        assert output is not None
+        assert output is not None, path
         assert stage in output.stage.split(", "), path
     known = {*STAGES, *FIGURE_RULES, "all"}
     for one in outputs():
@@ -116,7 +111,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
 
 def test_tables_of_the_measurement(root):
     problems = check_results(root / "results")
-    assert only_files_are_lacking(problems), problems
+    assert all("no such file was made" in problem for problem in problems), problems
     made = {describe(p.relative_to(root).as_posix()) for p in (root / "results").rglob("*.*")}
     assert len(made - {None}) >= 9
 
@@ -167,49 +162,30 @@ def test_columns_of_found_clocks_and_surface(tmp_path):
     assert extra <= set(runs.columns)
 
 
-def test_tables_of_commands(tmp_path, capsys):
-    (tmp_path / "dig.csv").write_text(
-        "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n", encoding="utf-8"
-    )
-    (tmp_path / "scoop.csv").write_text("x_cm,z_cm\n0,0\n0,-4\n1,-5\n", encoding="utf-8")
-    (tmp_path / "fly.csv").write_text(
-        "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n0,0,0,0,0,0,0\n1,0,0,-3,9,0,0\n"
-    )
-    (tmp_path / "body.obj").write_text(
-        "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-    )
-    out = [
-        str(tmp_path / name) for name in ("alpha.csv", "leg.csv", "path.csv", "walk", "mesh.csv")
-    ]
-    body = [
-        "--mesh",
-        str(tmp_path / "body.obj"),
-        "--unit",
-        "cm",
-        "--path",
-        str(tmp_path / "fly.csv"),
-    ]
-    scoop = ["--outline", str(tmp_path / "scoop.csv"), "--width", "5"]
-    runs = [
-        ["scale", "--alpha", "0.9", "--output", out[0]],
-        ["predict", "--leg", "c_leg", "--alpha", "0.9", "--output", out[1]],
-        ["predict", *scoop, "--path", str(tmp_path / "dig.csv"), "--medium", MEDIUM, "--output", out[2]],
-        ["simulate", "--frequency", "4", "--curvature", "1", "--medium", MEDIUM, "--no-animation", "--output", out[3]],
-        ["predict", *body, "--alpha", "0.9", "--output", out[4]],
-    ]  # fmt: skip
-    for words in runs:
-        assert main(words) == 0, capsys.readouterr().err
-    files = {"scale": [out[0]], "predict": out[1:3], "simulate": [f"{out[3]}/motion.csv"],
-             "predict --mesh": out[4:]}  # fmt: skip
-    for command, made in files.items():
+def test_tables_of_commands(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, text in {
+        "dig.csv": "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n",
+        "scoop.csv": "x_cm,z_cm\n0,0\n0,-4\n1,-5\n",
+        "fly.csv": "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n0,0,0,0,0,0,0\n1,0,0,-3,9,0,0\n",
+        "body.obj": "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
+    }.items():
+        Path(name).write_text(text, encoding="utf-8")
+    for command, words, made in (
+        ("scale", "--alpha 0.9", "a.csv"),
+        ("predict", "--leg c_leg --alpha 0.9", "b.csv"),
+        ("predict", f"--outline scoop.csv --width 5 --path dig.csv --medium {MEDIUM}", "c.csv"),
+        ("simulate", f"--frequency 4 --curvature 1 --medium {MEDIUM} --no-animation", "walk"),
+        ("predict --mesh", "body.obj --unit cm --path fly.csv --alpha 0.9", "d.csv"),
+    ):
+        assert main([*command.split(), *words.split(), "--output", made]) == 0, capsys.readouterr()
         (output,) = (one for one in outputs() if one.stage == f"rftfit {command}")
-        for name in made:
-            names, table = columns_in(Path(name))
-            assert undescribed(output, names) == []
-            assert table is not None
-            assert wrong_kind(output, table) == []
-            told = {name for one in output.columns if not one.when for name in one.names}
-            assert {one for one in told if "<" not in one} <= set(names)
+        names, table = columns_in(Path(made) if "." in made else Path(made, "motion.csv"))
+        assert undescribed(output, names) == []
+        assert table is not None
+        assert wrong_kind(output, table) == []
+        told = {name for one in output.columns if not one.when for name in one.names}
+        assert {one for one in told if "<" not in one} <= set(names)
 
 
 # --- the check itself -----------------------------------------------------------------------------
