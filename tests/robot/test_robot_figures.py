@@ -32,16 +32,8 @@ PROFILES = ("table", "generic", "depth_only")
 
 def speeds():
     rows = [
-        (
-            profile,
-            "poppy_LP",
-            round(k, 2),
-            f,
-            0.0,
-            f * (8 + 6 * k - 3 * k * k) * (1 + at / 5),
-            "steady",
-        )
-        for at, profile in enumerate(PROFILES)
+        (profile, "poppy_LP", round(k, 2), f, 0.0, f * (8 + 6 * k - 3 * k * k) * factor, "steady")
+        for profile, factor in zip(PROFILES, (1, 1.2, 1.4), strict=True)
         for k in [*np.arange(-1, 1.01, 0.2), -0.92, 0.92]
         for f in (1.0, 2.0, 5.0)
     ]
@@ -52,33 +44,23 @@ def speeds():
 
 def compared():
     measured = published_speeds("poppy_LP", list(CALIBRATED_ON.values()))
-    parts = []
-    for profile in PROFILES:
-        speed = measured["speed_cm_per_s"] * 1.1
-        parts.append(
-            pd.DataFrame(
-                {"profile": profile, "curvature_times_R": measured["curvature_times_R"],
-                 "frequency_Hz": measured["frequency_Hz"], "speed_cm_per_s": speed,
-                 "speed_lo_cm_per_s": speed, "speed_hi_cm_per_s": speed, "reason": ""}
-            )
-        )  # fmt: skip
+    speed = measured["speed_cm_per_s"] * 1.1
+    ends = dict.fromkeys(("speed_cm_per_s", "speed_lo_cm_per_s", "speed_hi_cm_per_s"), speed)
+    simulated = measured[["curvature_times_R", "frequency_Hz"]].assign(**ends, reason="")
+    parts = [simulated.assign(profile=profile) for profile in PROFILES]
     return speed_errors(measured, pd.concat(parts))
 
 
 @pytest.fixture(scope="module")
-def runs():
-    """Motion and mid-stance of the runs of Fig. 4B, coarse in time."""
+def every():
+    """The runs of Fig. 4B, coarse in time."""
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
-    every = [simulate(robot, profile, f, k, samples_per_stride=50) for k, f in MOTION]
-    return {
-        "motion": pd.concat([tail_of(run, 50) for run in every], ignore_index=True),
-        "stances": pd.concat([stance_of(robot, profile, run, 50) for run in every]),
-    }
+    return [simulate(robot, profile, f, k, samples_per_stride=50) for k, f in MOTION]
 
 
-@pytest.fixture
-def motion(runs):
-    return runs["motion"]
+@pytest.fixture(scope="module")
+def motion(every):
+    return pd.concat([tail_of(run, 50) for run in every], ignore_index=True)
 
 
 def strides(speed=26.0):
@@ -139,15 +121,14 @@ def test_speeds_are_those_of_the_tables():
 
 def test_speed_against_curvature_is_read_off_speed_against_frequency():
     frequencies, values = np.array([1.0, 2.0, 4.0]), np.array([10.0, 30.0, 50.0])
-    assert read_at(frequencies, values, 0.5) == 5.0
-    assert read_at(frequencies, values, 1.25) == 15.0
-    assert read_at(frequencies, values, 4.0) == 50.0
+    found = [read_at(frequencies, values, at) for at in (0.5, 1.25, 4.0)]
+    assert found == [5.0, 15.0, 50.0]
     # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
     assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
     errors = compared()
     axes = profiles(swept(speeds(), errors), "robot").axes[1]
     points = next(line for line in axes.lines if line.get_marker() == "s")
-    own = errors[(errors["profile"] == "table") & (errors["curvature_times_R"] == 1.0)]
+    own = errors.query("profile == 'table' and curvature_times_R == 1.0")
     wanted = np.interp(2.0, own["frequency_Hz"], own["measured_cm_per_s"])
     assert dict(xy(points).T.tolist())[1.0] == pytest.approx(wanted)
     assert len(xy(points).T) == 7
@@ -176,7 +157,6 @@ def test_speeds_without_a_measurement():
 
 def test_curvatures_look_different():
     looks = curvature_looks([-1, -0.92, -0.6, 0, 0.6, 0.92, 1])
-    assert len(set(looks.values())) == 7
     assert len({colour for colour, _ in looks.values()}) == 7
     red, blue = (int(looks[1][0][i : i + 2], 16) for i in (1, 5))
     assert red > blue
@@ -187,22 +167,19 @@ def test_optimum_is_drawn_where_it_is():
     best = optima(runs)
     figure = curvature(swept(runs, compared(), best), "robot")
     assert inside(figure) == []
-    own = best[best["profile"] == "table"]
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
-    np.testing.assert_allclose(xy(line)[0], own["best_curvature_times_R"])
-    np.testing.assert_allclose(xy(line)[1], [1, 2, 5])
-    grid = right.collections[0].get_array()
-    assert grid is not None
-    assert grid.max() == pytest.approx(runs[runs["profile"] == "table"]["speed_cm_per_s"].max())
+    own = best[best["profile"] == "table"]
+    np.testing.assert_allclose(xy(line), [own["best_curvature_times_R"], [1, 2, 5]])
+    fastest = runs[runs["profile"] == "table"]["speed_cm_per_s"].max()
+    assert right.collections[0].get_array().max() == pytest.approx(fastest)  # type: ignore[union-attr]
 
 
 def test_a_sweep_without_a_steady_run_says_why():
-    runs = speeds()
+    runs, best = speeds(), optima(speeds())
     lost = runs["profile"] == "table"
-    runs.loc[lost, "speed_cm_per_s"] = np.nan
-    runs.loc[lost, "reason"] = "no alpha at (beta, gamma) in degrees (30, 90)"
-    best = optima(speeds())
+    why = "no alpha at (beta, gamma) in degrees (30, 90)"
+    runs.loc[lost, ["speed_cm_per_s", "reason"]] = np.nan, why
     figure = curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
@@ -235,38 +212,35 @@ def test_forces_are_means_over_ten_milliseconds(motion):
     assert belly.sum() == pytest.approx(11)
 
 
-def test_tripods_take_turns(motion):
-    first = motion[motion["curvature_times_R"] == 1.0]
-    one, two = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
-    np.testing.assert_allclose(np.roll(one, 25)[25:75], two[25:75], atol=0.02 * one.max())
-
-
 def test_reaction_of_both_tripods(motion):
     figure = robot_reaction(memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 2
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["tripod 1", "tripod 2"]
-    dashes = [line.get_linestyle() for line in figure.axes[0].lines]
-    assert dashes[:2] == ["-", "--"]
+    assert [line.get_linestyle() for line in figure.axes[0].lines][:2] == ["-", "--"]
+    # they take turns
+    first = motion[motion["curvature_times_R"] == 1.0]
+    one, two = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
+    np.testing.assert_allclose(np.roll(one, 25)[25:75], two[25:75], atol=0.02 * one.max())
 
 
-def test_stance_shows_the_forces_of_one_tripod(runs):
-    table = runs["stances"]
+def test_stance_shows_the_forces_of_one_tripod(every):
+    robot, profile = paper_robot(), TableProfile.published("poppy_LP")
+    table = pd.concat([stance_of(robot, profile, run, 50) for run in every])
     figure = robot_stance(memory({"robot/stances.csv": table}))
     assert inside(figure) == []
-    assert [axes.get_title(loc="left") for axes in figure.axes] == [
-        "c-leg, 2 Hz", "reversed c-leg, 2.2 Hz",
-    ]  # fmt: skip
-    own = table[(table["group"] == "tripod_1") & (table["curvature_times_R"] == 1.0)]
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["c-leg, 2 Hz", "reversed c-leg, 2.2 Hz"]
+    own = table.query("group == 'tripod_1' and curvature_times_R == 1.0")
     # the tips hang below the hips
     ends = own[["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float).reshape(3, -1, 4)
     np.testing.assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
     assert (ends[:, 0, 1] > ends[:, -1, 3]).all()
     arrows = figure.axes[0].collections[-1]
     assert 0 < len(np.asarray(arrows.get_offsets())) <= len(own)
-    deep = own["at_z_cm"] < 0
-    assert own.loc[~deep, ["force_z_N", "force_x_N"]].abs().to_numpy().max() == 0
+    above = own[own["at_z_cm"] >= 0]
+    assert not above[["force_z_N", "force_x_N"]].any(axis=None)
 
 
 def test_each_sweep_has_its_figures():
