@@ -81,6 +81,12 @@ KINDS = ("map", "published", "measured", "hole", "open", "half", "scattered")
 
 
 @pytest.fixture(scope="module")
+def own(sources):
+    """The profile of every source."""
+    return sources | {"map": sources["map"].profile}
+
+
+@pytest.fixture(scope="module")
 def files(sources, tmp_path_factory):
     folder = tmp_path_factory.mktemp("profile é")
     for kind, source in sources.items():
@@ -104,20 +110,19 @@ def plane(step=7.5):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_profile_comes_back(kind, sources, files, tmp_path):
-    source: Any = sources[kind]
+def test_a_profile_comes_back(kind, sources, own, files, tmp_path):
+    wrote: Any = own[kind]
     found: Any = rftfit.read_profile(files / f"{kind}.json")
-    own: Any = source.profile if kind == "map" else source
     angles = np.radians(plane(9.3))
-    wanted = np.array(own.alpha(*angles))
+    wanted = np.array(wrote.alpha(*angles))
     np.testing.assert_allclose(found.alpha(*angles), wanted, rtol=0, atol=1e-8)
     assert np.isnan(wanted).any() == (kind in ("hole", "half", "scattered"))
-    assert (found.name, found.reason, found.window) == (own.name, own.reason, (1.0, 8.0))
-    assert (found.spread is None) == (own.spread is None) == (kind == "published")
-    if own.spread is not None:
-        many = np.array(own.spread.alpha(*angles))
+    assert (found.name, found.reason, found.window) == (wrote.name, wrote.reason, (1.0, 8.0))
+    assert (found.spread is None) == (wrote.spread is None) == (kind == "published")
+    if wrote.spread is not None:
+        many = np.array(wrote.spread.alpha(*angles))
         np.testing.assert_allclose(found.spread.alpha(*angles), many, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(found.pushed, source.pushed, rtol=1e-4, atol=1e-8)
+    np.testing.assert_allclose(found.pushed, sources[kind].pushed, rtol=1e-4, atol=1e-8)
     # nothing of it is lost, and nothing added, when it is handed on once more
     rftfit.write_profile(tmp_path / "again.json", found)
     again = rftfit.read_profile(tmp_path / "again.json")
@@ -125,15 +130,13 @@ def test_a_profile_comes_back(kind, sources, files, tmp_path):
         np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
 
 
-def test_forces_and_their_intervals_come_back(sources, files):
-    for kind in ("map", "measured"):
-        own = sources[kind].profile if kind == "map" else sources[kind]
-        wanted, found = (
-            rftfit.predict(one, rftfit.model_leg("c_leg")).drop(columns="reason")
-            for one in (own, rftfit.read_profile(files / f"{kind}.json"))
-        )
-        assert "force_z_lo_N" in wanted
-        np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-5)
+@pytest.mark.parametrize("kind", ["map", "measured"])
+def test_forces_and_their_intervals_come_back(kind, own, files):
+    both = own[kind], rftfit.read_profile(files / f"{kind}.json")
+    leg = rftfit.model_leg("c_leg")
+    wanted, found = (rftfit.predict(one, leg).drop(columns="reason") for one in both)
+    assert "force_z_lo_N" in wanted
+    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-5)
 
 
 def test_what_stands_in_it(sources, files, content):
@@ -177,20 +180,20 @@ def test_the_same_map_gives_the_same_bytes(files, tmp_path):
 def test_many_directions(monkeypatch, tmp_path):
     """More nodes than 5,000 are read as well; what none would read is not written."""
     path = tmp_path / "p.json"
-    fine = rftfit.published_medium("poppy_LP").alpha
-    beta, gamma = (
-        np.radians(np.linspace(-88, 90, 90))[:, None],
-        np.radians(np.linspace(-90, 90, 60)),
-    )
-    rftfit.write_profile(path, rftfit.TableProfile(*fine(beta, gamma), beta, gamma))
+
+    def fine(betas, gammas):
+        beta, gamma = (
+            np.radians(lines(*np.linspace(-88, 90, betas))),
+            np.radians(np.linspace(-90, 90, gammas)),
+        )
+        alpha = rftfit.published_medium("poppy_LP").alpha(beta, gamma)
+        return rftfit.TableProfile(*alpha, beta, gamma)
+
+    rftfit.write_profile(path, fine(90, 60))
     assert rftfit.read_profile(path).alpha_z.size > 5_000
     path.unlink()
-    beta, gamma = (
-        np.radians(np.linspace(-89, 90, 180))[:, None],
-        np.radians(np.linspace(-90, 90, 181)),
-    )
     with pytest.raises(CampaignError) as caught:
-        rftfit.write_profile(path, rftfit.TableProfile(*fine(beta, gamma), beta, gamma))
+        rftfit.write_profile(path, fine(179, 181))
     assert {one.place.key for one in caught.value.problems} >= {f"directions.{Z}"}
     monkeypatch.setattr("rftfit.model.profile_file._MOST_BYTES", 10_000)
     with pytest.raises(InputError, match=r"errors of 26 directions; allowed: 0\.01 MB"):
@@ -228,22 +231,18 @@ def test_what_is_no_profile_is_not_written(profile, words, said, tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_reader_in_numpy(kind, sources, files, pytestconfig):
-    alpha = runpy.run_path(str(pytestconfig.rootpath / "examples" / "profile" / "alpha.py"))[
-        "alpha"
-    ]
-    own = sources[kind].profile if kind == "map" else sources[kind]
-    wanted = np.array(own.alpha(*np.radians(plane())))
+def test_a_reader_in_numpy(kind, own, files, pytestconfig):
+    names = runpy.run_path(str(pytestconfig.rootpath / "examples" / "profile" / "alpha.py"))
+    wanted = np.array(own[kind].alpha(*np.radians(plane())))
     assert np.nanmax(np.abs(wanted), axis=1).min() > 0.05
-    found = alpha(read(files / f"{kind}.json"), *plane())
+    found = names["alpha"](read(files / f"{kind}.json"), *plane())
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("kind", ["map", "hole"])
-def test_a_reader_in_octave(kind, sources, files, pytestconfig, tmp_path):
+def test_a_reader_in_octave(kind, own, files, pytestconfig, tmp_path):
     if (octave := shutil.which("octave")) is None:
         pytest.skip("no octave on this machine")
-    own = sources[kind].profile if kind == "map" else sources[kind]
     script = tmp_path / "run.m"
     script.write_text(
         f"addpath('{pytestconfig.rootpath / 'examples' / 'profile'}'); words = argv();\n"
@@ -259,39 +258,38 @@ def test_a_reader_in_octave(kind, sources, files, pytestconfig, tmp_path):
         command, input=text, capture_output=True, text=True, check=True, timeout=120
     )
     found = np.array([[float(word) for word in one.split()] for one in done.stdout.splitlines()]).T
-    np.testing.assert_allclose(found, own.alpha(*np.radians(angles)), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found, own[kind].alpha(*np.radians(angles)), rtol=0, atol=1e-8)
 
 
 # --- what was changed on the way
 
 
 def problems(path, content):
-    """Code and place of every problem of a file."""
+    """Code and place of every problem of a file, and what is said."""
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     with pytest.raises(CampaignError) as caught:
         rftfit.read_profile(path)
-    return [(one.code.partition(".")[2], one.place.key) for one in caught.value.problems], str(
-        caught.value
-    )
+    found = [(one.code.partition(".")[2], one.place.key) for one in caught.value.problems]
+    return found, str(caught.value)
 
 
 def turned(values):
     return [None if one is None else -one for one in values]
 
 
-OTHER: dict[str, dict[str, Any]] = {
-    "the sign of alpha_z is turned": {Z: lambda d: turned(d[Z])},
-    "the sign of alpha_x is turned": {X: lambda d: turned(d[X])},
-    "the signs of alpha_z and alpha_x are turned": {
-        Z: lambda d: turned(d[Z]),
-        X: lambda d: turned(d[X]),
-    },
-    "alpha_z and alpha_x are swapped": {Z: lambda d: d[X], X: lambda d: d[Z]},
-    "beta counts the other way": {"beta_deg": lambda d: turned(d["beta_deg"])},
-    "gamma counts the other way": {"gamma_deg": lambda d: turned(d["gamma_deg"])},
-    "beta and gamma count the other way": {
-        name: lambda d, name=name: turned(d[name]) for name in ("beta_deg", "gamma_deg")
-    },
+def other_way(*names):
+    """A change of directions: these columns with the other sign."""
+    return lambda d: {name: turned(d[name]) for name in names}
+
+
+OTHER = {
+    "the sign of alpha_z is turned": other_way(Z),
+    "the sign of alpha_x is turned": other_way(X),
+    "the signs of alpha_z and alpha_x are turned": other_way(Z, X),
+    "alpha_z and alpha_x are swapped": lambda d: {Z: d[X], X: d[Z]},
+    "beta counts the other way": other_way("beta_deg"),
+    "gamma counts the other way": other_way("gamma_deg"),
+    "beta and gamma count the other way": other_way("beta_deg", "gamma_deg"),
 }
 
 
@@ -301,7 +299,7 @@ def test_another_convention_is_named(words, tmp_path):
         rftfit.write_profile(tmp_path / "p.json", rftfit.TableProfile.published(medium))
         content = read(tmp_path / "p.json") | {"digest": ""}
         listed = content["directions"]
-        listed |= {name: change(dict(listed)) for name, change in OTHER[words].items()}
+        listed |= OTHER[words](listed)
         found, said = problems(tmp_path / "p.json", content)
         wrong = {"the sign of alpha_z is turned": [Z], "the sign of alpha_x is turned": [X]}
         assert found == [("golden", f"directions.{name}") for name in wrong.get(words, [Z, X])]
@@ -378,7 +376,7 @@ def test_all_that_is_wrong_is_told_at_once(content, tmp_path):
 
 
 def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
-    path, own = tmp_path / "p.json", rftfit.read_profile(files / "map.json")
+    path, whole = tmp_path / "p.json", rftfit.read_profile(files / "map.json")
     for place in (("directions", Z, 20), ("errors", DRAWS_X, 3, 5), ("pushes", "se_z", 0),
                   ("validity", "depth_to_cm")):  # fmt: skip
         one = copy.deepcopy(content)
@@ -386,7 +384,7 @@ def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
         assert ("digest", "digest") in problems(path, one)[0]
     content["medium"]["notes"] = "as I found it"
     path.write_text(json.dumps(content), encoding="utf-8")
-    np.testing.assert_array_equal(rftfit.read_profile(path).alpha_z, own.alpha_z)
+    np.testing.assert_array_equal(rftfit.read_profile(path).alpha_z, whole.alpha_z)
 
 
 # --- damaged and hostile files
