@@ -1,10 +1,9 @@
 """Files of arrays: MATLAB 5 and 7.3, HDF5, NumPy; every column by its path, none read as another."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from scipy.io import savemat
 
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import LogError
@@ -20,15 +19,8 @@ Z = -10 * TIME
 
 
 def mat5(path):
-    from scipy.io import savemat
-
-    run = {
-        "time": TIME,
-        "F": FORCE,
-        "name": "plate",
-        "gain": 2.0,
-        "cells": np.array([1, "a"], object),
-    }
+    run = {"time": TIME, "F": FORCE, "name": "plate", "gain": 2.0}
+    run["cells"] = np.array([1, "a"], object)
     savemat(path, {"run": run, "z_mm": Z[None]})
 
 
@@ -53,14 +45,9 @@ def hdf5(path):
 
 
 def npz(path):
-    arrays: dict[str, Any] = {
-        "run.time": TIME,
-        "run.F": FORCE,
-        "z [mm]": Z,
-        "settings": np.arange(7),
-    }
+    arrays = {"run.time": TIME, "run.F": FORCE, "z [mm]": Z, "settings": np.arange(7)}
     with path.open("wb") as file:
-        np.savez(file, **arrays)
+        np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
@@ -121,16 +108,12 @@ def test_lengths(tmp_path):
     assert_array_equal(log.columns["settings"], np.arange(7))
 
 
-def damaged(path):
-    content = path.read_bytes()
-    path.write_bytes(content[: len(content) // 3])
-
-
 @pytest.mark.parametrize("name", MAKERS)
 def test_a_file_that_was_cut(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
-    damaged(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 3])
     with pytest.raises(LogError, match=name) as error:
         ArraysReader().load(path)
     assert error.value.code in ("damaged", "header_only")
@@ -153,7 +136,6 @@ def test_what_holds_no_plain_numbers(tmp_path):
 
 def test_cells_and_struct_arrays_of_matlab(tmp_path):
     """Each cell and each struct by its number, as MATLAB counts; a field of one number each is a column."""
-    from scipy.io import savemat
 
     cells = np.empty((1, 2), dtype=object)
     runs = np.zeros((1, 3), dtype=[("fz", object), ("F", object)])

@@ -170,7 +170,7 @@ def test_optimum_is_drawn_where_it_is():
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
     own = best[best["profile"] == "table"]
-    np.testing.assert_allclose(xy(line), [own["best_curvature_times_R"], [1, 2, 5]])
+    np.testing.assert_allclose(xy(line), [own["best_curvature_times_R"].tolist(), [1, 2, 5]])
     fastest = runs[runs["profile"] == "table"]["speed_cm_per_s"].max()
     assert right.collections[0].get_array().max() == pytest.approx(fastest)  # type: ignore[union-attr]
 
