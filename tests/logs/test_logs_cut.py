@@ -39,7 +39,7 @@ def whole(made, place):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_whole(name, place):
+def test_whole_and_claimed_by_its_own_reader_only(name, place):
     made = LOGS[name]
     log = whole(made, place)
     assert (log.rows, log.dropped, log.missing) == (ROWS, {}, {})
@@ -47,29 +47,18 @@ def test_whole(name, place):
     got = np.stack([log.columns[column] for column in made.raw], axis=1)
     np.testing.assert_array_equal(got, wanted)
     assert (np.diff(log.columns["Time" if name in ("instron", "dated") else "time"]) > 0).all()
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_only_its_own_reader_claims_it(name):
-    head = LOGS[name].content
-    claim = [other for other, reader in DIALECTS.items() if reader.detect(head)]
+    claim = [other for other, reader in DIALECTS.items() if reader.detect(made.content)]
     assert claim == ([] if name in ("delimited", "dated") else [name])
 
 
-def ends(made):
-    """Where each data line is complete: behind its first line end character."""
-    stops = np.cumsum([len(made.header), *map(len, made.lines)])[1:]
-    return [
-        int(stop) - line.endswith(b"\r\n") for stop, line in zip(stops, made.lines, strict=True)
-    ]
-
-
 def check_cut(made, full, stop, place):
-    complete = sum(end <= stop for end in ends(made))
+    stops = np.cumsum([len(made.header), *map(len, made.lines)])[1:]
+    # a data line is complete behind its first line end character
+    ends = stops - [line.endswith(b"\r\n") for line in made.lines]
+    complete = int((ends <= stop).sum())
     log = read(made.reader, made.content[:stop], place)
     if isinstance(log, LogError):
-        assert complete == 0
-        assert log.rows == 0
+        assert complete == log.rows == 0
         return
     assert log.size == complete
     assert set(log.dropped) <= {CUT}
@@ -141,15 +130,13 @@ def test_no_row_is_invented(name, spots, tmp_path_factory):
         check_rows(made, log, bytes(content))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sorted({*NAMES} - {"ati-netft", "lvm"}))  # no number first
 def test_a_byte_order_mark_within_the_file_is_damage(name, place):
     """Parsers pass over one at the start of what they are given, and take the cell without it."""
     made = LOGS[name]
     lines = [b"\xef\xbb\xbf" + made.lines[0].lstrip()[1:], *made.lines[1:]]
     log = read(made.reader, made.header + b"".join(lines), place)
-    assert isinstance(log, Log)
-    if name not in ("ati-netft", "lvm"):  # there the first cell is no number that is read
-        assert log.size == ROWS - 1
+    assert log.rows - 1 == log.size == ROWS - 1
 
 
 def test_lost_packets_are_a_gap(place):
@@ -168,20 +155,14 @@ def test_lost_packets_are_a_gap(place):
 def test_segments(place):
     made = lvm(20, segments=3)
     log = whole(made, place)
-    assert log.rows == 60
+    assert (log.rows, log.units) == (60, {"time": "s", "Force z": "N", "z": "mm"})
     np.testing.assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
-    assert log.units == {"time": "s", "Force z": "N", "z": "mm"}
-
-
-def test_a_segment_with_other_channels(place):
-    made = lvm(20, segments=2)
-    content = made.content
-    second = content.index(b"Channels", len(made.header))
-    content = content[:second] + content[second:].replace(b"Force z", b"Torque")
+    # a segment with other channels
+    first, second, third = made.content.rsplit(b"Channels", 2)
+    content = b"Channels".join([first, second, third.replace(b"Force z", b"Torque")])
     log = read(made.reader, content, place)
     assert isinstance(log, Log)
-    assert (log.rows, log.size) == (40, 20)
-    assert list(log.dropped) == ["segment with other channels than the first"]
+    assert log.dropped == {"segment with other channels than the first": 20}
 
 
 def test_an_error_that_is_kept_holds_no_file_open(tmp_path):

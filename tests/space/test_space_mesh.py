@@ -44,17 +44,16 @@ def test_refused(case):
 
 
 MENDED = {
-    "inverted": (lambda v, f: (v, f[:, ::-1]), "inside out"),
-    "doubled": (lambda v, f: (v, np.vstack([f, f[:5]])), "5 faces that were there twice"),
-    "degenerate": (lambda v, f: (v, np.vstack([f, [[1, 1, 2]]])), "1 faces without area"),
+    "inside out": lambda v, f: (v, f[:, ::-1]),
+    "5 faces that were there twice": lambda v, f: (v, np.vstack([f, f[:5]])),
+    "1 faces without area": lambda v, f: (v, np.vstack([f, [[1, 1, 2]]])),
 }
 
 
-@pytest.mark.parametrize("case", MENDED)
-def test_mended_with_a_word_to_the_same_forces(case):
-    change, words = MENDED[case]
+@pytest.mark.parametrize("words", MENDED)
+def test_mended_with_a_word_to_the_same_forces(words):
     with pytest.warns(UserWarning, match=words):
-        mesh = Mesh(*change(BALL.vertices_cm, BALL.faces))
+        mesh = Mesh(*MENDED[words](BALL.vertices_cm, BALL.faces))
     assert len(mesh.notes) == 1
     found, expected = (mesh_forces(POPPY, one, MOTION) for one in (mesh, BALL))
     np.testing.assert_allclose(found, expected, atol=1e-12)
@@ -108,16 +107,17 @@ def test_a_path_is_differentiated():
 
 def test_intervals_are_quantiles_of_the_draws():
     random = np.random.default_rng(0)
-    z, x = ((one + 0.03 * random.standard_normal((1000, one.size))).reshape(-1, 7, 13) for one in POPPY.cells[2:])  # fmt: skip
-    profile = rftfit.TableProfile(z.mean(0), x.mean(0), spread=rftfit.TableProfile(z, x))
+    own = np.reshape(POPPY.cells[2:], (2, 1, 7, 13))
+    cells = own + 0.03 * random.standard_normal((2, 1000, 7, 13))
+    profile = rftfit.TableProfile(*cells.mean(axis=1), spread=rftfit.TableProfile(*cells))
     table = rftfit.predict(profile, BALL, MOTION, confidence=0.9)
     each = [
-        mesh_forces(rftfit.TableProfile(*one), BALL, MOTION)[0] for one in zip(z, x, strict=True)
+        mesh_forces(rftfit.TableProfile(*cells[:, draw]), BALL, MOTION)[0] for draw in range(1000)
     ]
-    lo, hi = np.quantile(each, (0.05, 0.95), axis=0)
+    ends = np.quantile(each, (0.05, 0.95), axis=0)
     for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
         found = [table[name.format(end)][0] for end in ("lo", "hi")]
-        np.testing.assert_allclose(found, [lo[k], hi[k]], rtol=0.01)
+        np.testing.assert_allclose(found, ends[:, k], rtol=0.01)
     load = mesh_forces(profile, BALL, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
     np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
