@@ -209,15 +209,11 @@ def test_a_column_or_file_too_many_or_too_few_is_seen(root, tmp_path):
         assert words in problems
 
 
-def test_the_closest_entry_describes(root):
-    assert root.is_dir()
-    found = {path: describe(path) for path in ("results/ledger/robot.csv", "results/a/b/c/d.csv")}
-    assert found["results/ledger/robot.csv"] is not None
-    assert found["results/a/b/c/d.csv"] is None
-    motion = describe("results/robot/motion.csv")
-    assert motion is not None
-    column = column_of(motion, "force_z_tripod_2_N")
-    assert column is not None
+def test_the_closest_entry_describes():
+    assert describe("results/ledger/robot.csv") is not None
+    assert describe("results/a/b/c/d.csv") is None
+    motion: Any = describe("results/robot/motion.csv")
+    column: Any = column_of(motion, "force_z_tripod_2_N")
     assert column.name.endswith("tripod_<number>_N")
 
 

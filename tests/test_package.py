@@ -26,19 +26,11 @@ def parse(path):
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
-def report(problems):
-    return f"{len(problems)} problems:\n" + "\n".join(problems)
-
-
-def test_versions_agree():
+def test_versions_and_citation_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert project["version"] == rftfit.__version__ == citation["version"]
     assert project["license"] == citation["license"]
-
-
-def test_citation_names_the_paper():
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     paper = citation["references"][0]
     assert paper["doi"] in CITATION
     assert paper["title"] in CITATION
@@ -47,18 +39,19 @@ def test_citation_names_the_paper():
 # --- imports between rooms -----------------------------------------------------------------------
 
 
+ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+
+
 def documented_order():
     """Read the rooms, upper first, from the chain in docs/architecture.md."""
-    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    chain = re.search(r"Imports run downward only:\s*`([^`]+)`", text)
+    chain = re.search(r"Imports run downward only:\s*`([^`]+)`", ARCHITECTURE)
     assert chain, "docs/architecture.md no longer states the order of the rooms"
     return [{room.strip() for room in level.split(",")} for level in chain[1].split("->")]
 
 
 def documented_lab_rooms():
     """Read from docs/architecture.md which rooms the lab may import."""
-    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    sentence = re.search(r"`lab` imports only ([^.]+)\.", text)
+    sentence = re.search(r"`lab` imports only ([^.]+)\.", ARCHITECTURE)
     assert sentence, "docs/architecture.md no longer states what the lab may import"
     return set(re.findall(r"`(\w+)`", sentence[1]))
 
@@ -111,28 +104,23 @@ def test_imports_run_downward():
                 allowed = room == here or rank.get(room, 99) < rank[here]
             if not allowed:
                 problems.append(f"{relative(path)}:{line}: {here} imports {room}")
-    assert not problems, report(problems)
-
-
-def module_name(path):
-    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(
-        ".__init__"
-    )
+    assert not problems, "\n".join(problems)
 
 
 def test_no_circle_between_modules():
     """Also through `import rftfit`, and by imports for types alone or inside functions."""
-    names = {module_name(path) for path in MODULES}
+    dotted = {path: relative(path)[4:-3].replace("/", ".") for path in MODULES}
+    names = {path: name.removesuffix(".__init__") for path, name in dotted.items()}
     imported = {}
-    for path in MODULES:
+    for path, name in names.items():
         found = set()
         for node in ast.walk(parse(path)):
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 parts = {f"{node.module}.{alias.name}" for alias in node.names}
-                found |= {part if part in names else node.module for part in parts}
-        imported[module_name(path)] = found & names - {module_name(path)}
+                found |= {part if part in names.values() else node.module for part in parts}
+        imported[name] = found & {*names.values()} - {name}
     # modules that import no other are taken away, again and again: a circle remains
     while leaves := {name for name, others in imported.items() if not others}:
         imported = {name: imported[name] - leaves for name in imported.keys() - leaves}
@@ -152,7 +140,7 @@ def test_tracked_files_are_small():
     assert ROOT / "pyproject.toml" in tracked
     sizes = {path: path.stat().st_size for path in tracked if path.is_file()}
     problems = [f"{relative(path)}: {n} bytes" for path, n in sizes.items() if n > 1_000_000]
-    assert not problems, report(problems)
+    assert not problems, "\n".join(problems)
 
 
 def test_lock_file_has_hashes_and_no_addresses():
@@ -161,4 +149,4 @@ def test_lock_file_has_hashes_and_no_addresses():
     assert len(entries) > 50
     problems = [entry for entry in entries if not re.match(r"[\w.-]+==\S+ .*--hash=sha256:", entry)]
     problems += re.findall(r".*(?:https?:|file:|--index-url|--extra-index|--find-links).*", text)
-    assert not problems, report(problems)
+    assert not problems, "\n".join(problems)

@@ -38,32 +38,26 @@ def nine_draws(spread, count=8):
 
 def test_half_width_is_students():
     # about the profile's own number, whose place is known: one degree of freedom a draw
-    values = 7.0 + np.array([0.3, -0.1, 0.2, -0.4])
+    found = half_width(7.0 + np.array([0.3, -0.1, 0.2, -0.4]), 7.0, 0.95)
     root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
-    found = half_width(values, 7.0, 0.95)
     assert found.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
     assert (found.draws, found.why) == (4, ())
-
-
-def test_no_width_where_a_draw_has_no_speed():
-    found = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
-    assert math.isnan(found.half)
-    assert found.why == (remark("draws-lost", lost=1, draws=3),)
+    # no width where a draw, or the profile, has no speed
+    lost = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
+    assert math.isnan(lost.half)
+    assert lost.why == (remark("draws-lost", lost=1, draws=3),)
     assert codes_of(half_width(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
 def test_draws_of_every_kind_of_profile():
-    noise = np.random.default_rng(1).normal(1, 0.02, (3, 2, 7, 13))
-    grid = alpha_grid("poppy_LP")
-    table = TableProfile(grid[0] * noise[:, 0], grid[1] * noise[:, 1])
+    noise = np.random.default_rng(1).normal(1, 0.02, (2, 3, 7, 13))
+    table = TableProfile(*(np.array(alpha_grid("poppy_LP"))[:, None] * noise))
     beta, gamma = np.radians([-70.0, 10.0, 33.0]), np.radians([120.0, 90.0, -20.0])
     for stack in (table, nine_draws(0.02, 3), DepthOnlyProfile.of(table)):
-        whole = np.stack(stack.alpha(beta, gamma), axis=1)
-        draws = each_draw(stack, 2)
-        assert len(draws) == 2
-        for place, draw in enumerate(draws):
-            np.testing.assert_allclose(np.stack(draw.alpha(beta, gamma)), whole[place], rtol=1e-12)
-            assert draw.pack is not None
+        whole, draws = np.stack(stack.alpha(beta, gamma), axis=1), each_draw(stack, 2)
+        found = [np.stack(draw.alpha(beta, gamma)) for draw in draws]
+        np.testing.assert_allclose(found, whole[:2], rtol=1e-12)
+        assert all(draw.pack is not None for draw in draws)
 
 
 def test_widths_grow_with_the_errors_of_alpha():
@@ -110,11 +104,9 @@ def test_no_interval_of_a_best_curvature_at_the_end():
 
 
 def test_table_of_widths():
-    measured = pd.DataFrame(
-        {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
-    )
+    places = {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
     profile = FourierProfile(NINE.coefficients, spread=nine_draws(0.002, 3))
-    found = widths(paper_robot(), {"generic": profile}, measured, 0.95)
+    found = widths(paper_robot(), {"generic": profile}, pd.DataFrame(places), 0.95)
     assert list(found.columns) == WIDTH_COLUMNS[1:]
     assert list(found["quantity"]) == [SPEED, SPEED, BEST]
     assert set(found["draws"]) == {3}

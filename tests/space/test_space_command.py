@@ -1,7 +1,5 @@
 """`rftfit predict --mesh`: numbers against the library, figure, and what is refused."""
 
-from __future__ import annotations
-
 import csv
 import json
 import sys

@@ -1,7 +1,5 @@
 """Both laws on faces and bodies in space: published vectors, the numpy twin, and what symmetry demands."""
 
-from __future__ import annotations
-
 from io import StringIO
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Meshes that cannot be used are refused or mended, and say so; intervals and closure of a prediction."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

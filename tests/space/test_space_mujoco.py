@@ -1,7 +1,5 @@
 """Robots in MuJoCo on a measured medium: rest, energy, the paper's robot, and what is refused."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's robot with MuJoCo as integrator and its legs as sheets in space."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

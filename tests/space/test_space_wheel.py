@@ -1,7 +1,5 @@
 """The 96 wheel runs of `examples/cmu-wheel`: errors of forces and of sinkage, by both laws."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 
