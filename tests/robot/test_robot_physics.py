@@ -16,37 +16,27 @@ G = 980.665
 ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
 
 
-def with_plate(width_cm=4.0, length_cm=6.0):
-    """A single level plate as the body; its one leg is too short to touch anything."""
-    plate = {"from_cm": [-length_cm / 2, 0.0], "to_cm": [length_cm / 2, 0.0], "width_cm": width_cm}
-    return Robot.model_validate(
-        {
-            "title": "plate",
-            "body": {"mass_g": 150.0, "inertia_g_cm2": 2080.0, "plates": {"plate": plate}},
-            "legs": {
-                "max_length_cm": 1e-9,
-                "width_cm": 1e-9,
-                "hips": [{"x_cm": 0.0, "z_cm": 0.0, "phase_turns": 0.0}],
-            },
-        }
-    )
+def with_plate():
+    """A single level plate of 6 x 4 cm as the body; its one leg is too short to touch anything."""
+    plate = {"from_cm": [-3.0, 0.0], "to_cm": [3.0, 0.0], "width_cm": 4.0}
+    body = {"mass_g": 150.0, "inertia_g_cm2": 2080.0, "plates": {"plate": plate}}
+    hips = [{"x_cm": 0.0, "z_cm": 0.0, "phase_turns": 0.0}]
+    legs = {"max_length_cm": 1e-9, "width_cm": 1e-9, "hips": hips}
+    return Robot.model_validate({"title": "plate", "body": body, "legs": legs})
 
 
-def test_free_flight(robot, table):
+@pytest.mark.parametrize("rk4", [False, True])
+def test_free_flight(robot, table, rk4):
     # thrown high with turning legs: no force but weight, whatever the legs do
-    parts = assemble(robot, 1.0)
-    state = np.array([0.0, 500.0, 0.1, 30.0, 100.0, 2.0])
-    for rk4 in (False, True):
-        end = step(table, parts, state, 0.0, 30.0, 1e-4, 5000, rk4)
-        time = 0.5
-        np.testing.assert_allclose(end[3:], [30.0, 100.0 - G * time, 2.0], rtol=1e-12)
-        np.testing.assert_allclose(end[[0, 2]], [30.0 * time, 0.1 + 2.0 * time], rtol=1e-12)
-        fall = 500.0 + 100.0 * time - G * time**2 / 2
-        np.testing.assert_allclose(end[1], fall, rtol=1e-12 if rk4 else 1e-4)
-        energy = [
-            150 * (s[3:5] @ s[3:5] / 2 + G * s[1]) + 2080 * s[5] ** 2 / 2 for s in (state, end)
-        ]
-        np.testing.assert_allclose(energy[1], energy[0], rtol=1e-12 if rk4 else 1e-4)
+    state, time, off = np.array([0.0, 500.0, 0.1, 30.0, 100.0, 2.0]), 0.5, 1e-12 if rk4 else 1e-4
+    end = step(table, assemble(robot, 1.0), state, 0.0, 30.0, 1e-4, 5000, rk4)
+    np.testing.assert_allclose(end[3:], [30.0, 100.0 - G * time, 2.0], rtol=1e-12)
+    np.testing.assert_allclose(end[[0, 2]], [30.0 * time, 0.1 + 2.0 * time], rtol=1e-12)
+    np.testing.assert_allclose(end[1], 500.0 + 100.0 * time - G * time**2 / 2, rtol=off)
+    before, after = (
+        150 * (s[3:5] @ s[3:5] / 2 + G * s[1]) + 2080 * s[5] ** 2 / 2 for s in (state, end)
+    )
+    assert after == pytest.approx(before, rel=off)
 
 
 def together(forces):
@@ -146,13 +136,12 @@ def test_dropped_plate_comes_to_rest(table, drop_cm):
 
 def test_plate_let_down_slowly_floats_at_its_depth(table):
     # at the depth where alpha |z| A is the weight, a plate that sinks slowly goes no faster
-    robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
+    parts, weight_N = assemble(with_plate(), 0.0), 150.0 * G / NEWTON_IN_G_CM_PER_S2
     depth = weight_N / (float(table.alpha(0.0, math.pi / 2)[0]) * 24.0)
     state = np.array([0.0, -depth, 0.0, 0.0, -1e-6, 0.0])
-    end = step(table, assemble(robot, 0.0), state, 0.0, 0.0, 1e-6, 1)
-    assert abs(end[4] - state[4]) < 1e-12
+    assert abs(step(table, parts, state, 0.0, 0.0, 1e-6, 1)[4] - state[4]) < 1e-12
     higher = state + np.array([0, 0.01, 0, 0, 0, 0])
-    assert step(table, assemble(robot, 0.0), higher, 0.0, 0.0, 1e-6, 1)[4] < state[4]
+    assert step(table, parts, higher, 0.0, 0.0, 1e-6, 1)[4] < state[4]
 
 
 def mirrored(robot):
@@ -171,16 +160,14 @@ def test_mirror_image(robot, profile, curvature):
     data = robot.model_dump()
     data["legs"]["hips"][0]["x_cm"] = 4.0  # a robot that is not its own mirror image
     robot = Robot.model_validate(data)
-    one = simulate(robot, profile, 2.0, curvature, 0.1, samples_per_stride=20, strides=1)
-    two = simulate(
-        mirrored(robot), profile, -2.0, -curvature, -0.1, samples_per_stride=20, strides=1
-    )
-    assert one.series is not None
-    assert two.series is not None
-    early = slice(0, 12)
-    np.testing.assert_allclose(one.series.x_cm[early], -two.series.x_cm[early], atol=2e-5)
-    np.testing.assert_allclose(one.series.z_cm[early], two.series.z_cm[early], atol=2e-5)
-    np.testing.assert_allclose(one.series.pitch_deg[early], -two.series.pitch_deg[early], atol=1e-3)
+    found = []
+    for body, sign in ((robot, 1), (mirrored(robot), -1)):
+        how = 2.0 * sign, curvature * sign, 0.1 * sign
+        s = simulate(body, profile, *how, samples_per_stride=20, strides=1).series
+        assert s is not None
+        found.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
+    for one, two, most in zip(*found, (2e-5, 2e-5, 1e-3), strict=True):
+        np.testing.assert_allclose(one, two, atol=most)
 
 
 def test_order_of_the_methods(robot, nine):

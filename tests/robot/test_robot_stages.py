@@ -19,6 +19,7 @@ from rftfit.campaign.load import REENACTED, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
+from rftfit.model.fourier import as_array
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.results import open_results
 from rftfit.robot import PROFILES
@@ -76,8 +77,7 @@ def measured(root):
 
 def test_from_tracks_to_the_published_speeds(root):
     trials, speeds, ledger = measured(root)
-    figure = reference.load("fig_4c")
-    figure = figure[figure["stride_frequency_Hz"] > 0.01]
+    figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
     assert (len(trials), len(speeds)) == (42 * TRIALS, 42)
     assert set(trials["status"]) == {"used"}
     order = speeds.sort_values(["curvature_times_R", "frequency_Hz"])
@@ -85,10 +85,9 @@ def test_from_tracks_to_the_published_speeds(root):
     np.testing.assert_allclose(order["frequency_Hz"], figure["stride_frequency_Hz"], rtol=0.01)
     assert (speeds["calibrated"] == "yes").sum() == 3
     assert (order["speed_sd_cm_per_s"] > 0).all()
-    lines = 0
-    for path in (root / "raw" / "paper" / "robot" / "tracks").iterdir():
-        lines += sum(1 for line in path.read_text("utf-8").splitlines() if line[0].isdigit())
-    assert ledger["rows"].sum() == lines
+    tracks = (root / "raw" / "paper" / "robot" / "tracks").iterdir()
+    lines = [line for path in tracks for line in path.read_text("utf-8").splitlines()]
+    assert ledger["rows"].sum() == sum(line[0].isdigit() for line in lines)
 
 
 def test_a_reenacted_track_has_no_mean_stride(root):
@@ -196,19 +195,13 @@ def test_an_own_robot_is_neither_calibrated_nor_compared_with_the_papers(root):
 
 # --- the sweep ---------------------------------------------------------------------------------------
 
-MEASURED = (
-    "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz", "speed_cm_per_s",
-    "speed_sd_cm_per_s", "trials", "calibrated", "source", "reason", "reason_code",
-)  # fmt: skip
 FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
 
 
 @pytest.fixture(scope="module")
 def straight():
-    values = np.array([reference.coefficients("poppy_LP")[t] for t in
-                       ("A00", "A10", "B11", "B01", "Bm1", "C11", "C01", "Cm1", "D10")])  # fmt: skip
-    profile = FourierProfile(values)
-    return profile, run_all(paper_robot(), profile, FEW, 1)
+    profile = FourierProfile(as_array(reference.coefficients("poppy_LP")))
+    return run_all(paper_robot(), profile, FEW, 1)
 
 
 def test_conditions_of_the_sweeps():
@@ -236,29 +229,27 @@ def with_alpha(root, values=None, **fourier):
 
 
 def test_tables(root, straight, monkeypatch):
-    results = with_alpha(root)
+    results, folder = with_alpha(root), root / "results" / "robot"
     seen = pd.DataFrame(
         {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
          "frequency_Hz": 5.0, "frequency_sd_Hz": np.nan, "speed_cm_per_s": [50.0, 60.0],
          "speed_sd_cm_per_s": 1.0, "trials": 3, "calibrated": ["yes", "no"],
          "source": "marker tracks", "reason": "", "reason_code": ""}
     )  # fmt: skip
-    write_csv(seen, root / "results" / "robot" / "measured.csv")
-    table = speed_table(straight[1])
-    table.insert(0, "profile", "table")
-    table.insert(1, "medium", "poppy_LP")
+    table = speed_table(straight).assign(profile="table", medium="poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))
-    write_csv(table, root / "results" / "robot" / "runs_table.csv")
-    write_csv(half, root / "results" / "robot" / "intervals.csv")
+    for name, made in (("measured", seen), ("runs_table", table), ("intervals", half)):
+        write_csv(made, folder / f"{name}.csv")
     speed, optimum, errors = robot_speeds(results)
     assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
     assert optimum.empty  # two curvatures are no sweep
-    mean = np.mean([run.speed_cm_per_s for run in straight[1][:2]])
-    assert errors["simulated_cm_per_s"].iloc[0] == pytest.approx(mean, rel=1e-4)
-    ends = errors.loc[0, ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]]
+    mean = np.mean([run.speed_cm_per_s for run in straight[:2]])
+    row = errors.iloc[0]
+    assert row["simulated_cm_per_s"] == pytest.approx(mean, rel=1e-4)
+    ends = row[["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]]
     assert list(ends) == pytest.approx([mean - 1.5, mean + 1.5], rel=1e-4)
-    assert errors["error_percent"].iloc[0] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
+    assert row["error_percent"] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
     assert errors["reason"].iloc[1] == "this condition was not simulated"
 
 
@@ -320,8 +311,7 @@ def test_a_missing_fit_is_a_reason_not_a_number(root):
 
 
 def test_a_dropped_term_is_not_in_the_profile(root):
-    less = robot_profile(with_alpha(root, threshold=0.9), "fourier")
-    full = robot_profile(with_alpha(root, threshold=0.0), "fourier")
+    less, full = (robot_profile(with_alpha(root, threshold=one), "fourier") for one in (0.9, 0.0))
     assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
     assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
