@@ -33,6 +33,8 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
+PLAN = tomllib.loads((HERE / "modules.toml").read_text(encoding="utf-8"))
+SHARE: dict[str, float] = PLAN["share"]
 ROOT = HERE.parents[1]
 TREE = ROOT / ".mutants"
 RESULT = TREE / "result.json"
@@ -52,13 +54,6 @@ COMPILED = re.compile(r"^( *)@(?:_compiled|_step)\n", re.MULTILINE)
 # what a message says is not physics: that there is an error is, and its tests ask for it
 MESSAGE = re.compile(r"^\s*raise \w+Error\(")
 MEMORY_BYTES = 8 * 2**30
-
-
-def plan():
-    """Tests of each module, both as the table says."""
-    with (HERE / "modules.toml").open("rb") as file:
-        rooms: dict[str, list[str]] = tomllib.load(file)["tests"]
-    return rooms
 
 
 def copy():
@@ -111,17 +106,17 @@ def message_lines(source):
 def show(name):
     """Tell the difference that a mutant of the last build makes."""
     module, _, function = name.rpartition(".")
-    path = TREE / "src" / (module.replace(".", "/") + ".py")
-    text = path.read_text(encoding="utf-8")
-    stem = function.partition("__mutmut_")[0]
-    versions = {}
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef) and node.name.endswith(
-            (function, f"{stem}__mutmut_orig")
-        ):
-            body = ast.get_source_segment(text, node) or ""
-            versions["now" if node.name.endswith("orig") else "mutant"] = body.splitlines()[1:]
-    return "\n".join(difflib.unified_diff(versions["now"], versions["mutant"], lineterm="", n=1))
+    text = (TREE / "src" / (module.replace(".", "/") + ".py")).read_text(encoding="utf-8")
+    ends = f"{function.partition('__mutmut_')[0]}__mutmut_orig", function
+    found = {
+        end: (ast.get_source_segment(text, node) or "").splitlines()[1:]
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef)
+        for end in ends
+        if node.name.endswith(end)
+    }
+    now, mutant = (found[end] for end in ends)
+    return "\n".join(difflib.unified_diff(now, mutant, lineterm="", n=1))
 
 
 def judged(names, tests, limit_s):
@@ -185,16 +180,9 @@ def chosen(names, module, options, before):
     """Take the mutants that are run: the last survivors, or the same sample every time."""
     if options.again:
         return [name for name in names if before.get(name) == "survived"]
-    share = options.share or plan_share(module)
+    share = options.share or SHARE.get(module, SHARE["default"])
     order = random.Random(f"{options.seed} {module}")
     return sorted(order.sample(names, max(round(share * len(names)), min(10, len(names)))))
-
-
-def plan_share(module):
-    """Share of a module's mutants that is run unless the command line says otherwise."""
-    with (HERE / "modules.toml").open("rb") as file:
-        table = tomllib.load(file)["share"]
-    return float(table.get(module, table["default"]))
 
 
 def main():
@@ -205,16 +193,15 @@ def main():
         return 0
     if options.show:
         copy()
-        build([module for module in plan() if dotted(module) == options.show.rpartition(".")[0]])
+        build([one for one in PLAN["tests"] if dotted(one) == options.show.rpartition(".")[0]])
         print(show(options.show))
         return 0
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        os.environ[variable] = "1"
+    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    os.environ |= dict.fromkeys((*threads, "PYTHONDONTWRITEBYTECODE"), "1")
     os.environ["NUMBA_CACHE_DIR"] = str(TREE / "numba")
     os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(TREE / "hypothesis")
-    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
     sys.dont_write_bytecode = True
-    every = {module: tests for module, tests in plan().items() if options.only in module}
+    every = {module: tests for module, tests in PLAN["tests"].items() if options.only in module}
     # the compiled kernels are taken apart only while it is their turn: others need them quick
     copy()
     names = build([module for module in every if module not in KERNELS])
@@ -255,17 +242,13 @@ def main():
 
 def found_before():
     """Read what earlier runs found, by module."""
-    found: dict[str, Any] = {}
-    if RESULT.exists():
-        found = json.loads(RESULT.read_text(encoding="utf-8"))
-    return found
+    return json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {}
 
 
 def table():
     """Tell mutants, score and survivors of all modules that were run so far."""
     lines = ["| module | mutants | run | killed | survived |", "|---|---|---|---|---|"]
-    alive: list[str] = []
-    every = 0
+    alive, every = list[str](), 0
     for module, found in found_before().items():
         left = [name for name, verdict in found["verdicts"].items() if verdict == "survived"]
         run = len(found["verdicts"])
