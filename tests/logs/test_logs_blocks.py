@@ -78,26 +78,19 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
 def test_results_come_in_order_and_few_items_are_taken_early():
     taken: list[int] = []
 
-    def items():
-        for item in range(1, 41):
-            taken.append(item)
-            yield item
-
     def work(item):
         time.sleep(0.002 * (item % 3))
         return item * item
 
-    for place, result in enumerate(parallel_map(work, items()), start=1):
+    items = (taken.append(item) or item for item in range(1, 41))  # type: ignore[func-returns-value]
+    for place, result in enumerate(parallel_map(work, items), start=1):
         assert result == place**2
         assert len(taken) <= place + MOST_WORKERS + 1
     assert len(taken) == 40
 
 
 def test_an_error_of_the_work_reaches_whoever_asked():
-    def work(item):
-        return 1 / item
-
     with pytest.raises(ZeroDivisionError):
-        list(parallel_map(work, [3, 2, 1, 0, 1]))
-    assert list(parallel_map(work, [])) == []
-    assert list(parallel_map(work, [2])) == [0.5]
+        list(parallel_map(lambda item: 1 / item, [3, 2, 1, 0, 1]))
+    assert list(parallel_map(lambda item: 1 / item, [])) == []
+    assert list(parallel_map(lambda item: 1 / item, [2])) == [0.5]

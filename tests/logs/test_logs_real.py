@@ -1,11 +1,13 @@
 """Logs as real programs wrote them: read whole, or what is lost is counted, or refused in words."""
 
+import re
+
 import numpy as np
 import pytest
 from real_logs import LOGS, OTHERWISE
 
 import rftfit
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, dialect, head_of
 
@@ -41,8 +43,11 @@ def test_read(file):
 @pytest.mark.parametrize("file", REFUSED)
 def test_refused(file):
     (reader,) = claimants(head_of(LOGS / file))
-    with pytest.raises(LogError, match=REFUSED[file].replace("?", r"\?")):
+    with pytest.raises(LogError, match=re.escape(REFUSED[file])):
         reader.load(LOGS / file)
+    if "Rate" in REFUSED[file]:  # and with a rate
+        with pytest.raises(LogError, match="a header and no data"):
+            reader.with_options({"rate_Hz": 125}).load(LOGS / file)
 
 
 def test_every_file_is_known():
@@ -76,36 +81,25 @@ def test_lost_packets():
     assert np.abs(log.columns["Fz"]).max() == pytest.approx(38.476, abs=1e-3)  # in N, not in counts
 
 
-def test_rate_and_unit_of_a_file_that_does_not_know_them():
-    path = LOGS / "ati_netft/R2_2018_07_20_manual01"
-    with pytest.raises(LogError, match="a header and no data"):
-        dialect("ati-netft").with_options({"rate_Hz": 125}).load(path)
-
-
 def test_regrouped_digits_cost_the_column_and_not_the_file():
-    path = LOGS / "instron/Tensile_test_PE.csv"
-    log = dialect("instron").load(path)
-    assert isinstance(log, Log)
+    path, reader = LOGS / "instron/Tensile_test_PE.csv", dialect("instron")
+    log = reader.load(path)
     assert list(log.dropped) == ["digits regrouped in this column: 10,114 may have been 1,0114"]
     assert log.size + log.dropped.popitem()[1] == 12660
     # what is left is one smooth pull: no value off by a power of ten
     assert (np.diff(log.columns["Displacement"]) > 0).all()
     assert log.columns["Displacement"][-1] == pytest.approx(210.53)
-    reader = dialect("instron")
     only = getattr(reader, "only")({"Time", "Force"}).load(path)  # noqa: B009
     assert (only.size, only.dropped) == (12660, {})
 
 
-def test_text_columns_and_units():
+def test_columns_and_units():
     log = dialect("lvm").load(LOGS / "labview/with_comments.lvm")
     assert list(log.columns) == ["time", "X_Value", "Pressão ABS.", "Temperatura", "Volume"]
     assert [log.units[name] for name in list(log.columns)[2:]] == ["MPa", "°C", "ml"]
     log = dialect("lvm").load(LOGS / "labview/short.lvm")
     assert log.columns["time"][-1] == pytest.approx(9 * 3.90625e-5)
     assert log.columns["Excitation"][0] == pytest.approx(0.914018)
-
-
-def test_ros():
     log = dialect("rostopic").load(LOGS / "ros1/ur3_wrench.csv")
     assert guesses(log)["F3"] == "wrench.force.z"
     assert np.median(np.diff(log.columns["time"])) == pytest.approx(1 / 125, rel=1e-3)

@@ -118,9 +118,7 @@ def test_solid_body_feels_the_sand_ahead_only():
 def test_no_poses_and_wrong_ones():
     with pytest.raises(ValueError, match="shape"):
         forces_on(TABLE, model_leg("c_leg"), np.zeros((3, 5)))
-    many = TableProfile(
-        *np.tile(reference.alpha_grid("poppy_LP"), (1, 3, 1, 1)).reshape(2, 3, 7, 13)
-    )
+    many = TableProfile(*np.repeat(np.array(reference.alpha_grid("poppy_LP"))[:, None], 3, axis=1))
     for found, shape in (
         (force_draws(many, model_leg("c_leg"), np.zeros((0, 6))), (3, 0)),
         (force_draws(TABLE, model_leg("c_leg"), np.zeros((0, 6))), (0,)),
@@ -128,19 +126,6 @@ def test_no_poses_and_wrong_ones():
     ):
         shapes = {one.shape for one in (found.force_z_N, found.force_x_N, found.moment_N_cm)}
         assert (shapes, found.reason) == ({shape}, "")
-
-
-def test_columns_of_a_path_table():
-    down = path(np.arange(3.0), np.zeros(3), [-2.0, -3.0, -4.0], np.full(3, 30.0))
-    plate = polyline([(-1, 0), (1, 0)], 1.0)
-    table = predict(TABLE, plate, down)
-    assert list(table.columns) == [
-        "t_s", "x_cm", "z_cm", "angle_deg", "force_z_N", "force_x_N", "moment_N_cm", "reason",
-    ]  # fmt: skip
-    np.testing.assert_array_equal(table["z_cm"], [-2.0, -3.0, -4.0])
-    np.testing.assert_allclose(table["angle_deg"], 30)
-    moment = forces_on(TABLE, plate, down.poses).moment_N_cm
-    np.testing.assert_array_equal(table["moment_N_cm"], moment)
 
 
 @pytest.mark.parametrize("most", [1, 2_000_000])

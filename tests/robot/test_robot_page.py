@@ -15,8 +15,7 @@ from rftfit.robot.motion import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("campaign")
-    results = bare_campaign(folder, ("poppy_LP",), robot=True)
+    results = bare_campaign(tmp_path_factory.mktemp("campaign"), ("poppy_LP",), robot=True)
     write_robot(results)
     return results
 
@@ -52,15 +51,13 @@ def test_numbers_for_the_script(results):
     assert len(data["measured"]["frequency_Hz"]) == 42
 
 
-def test_nothing_without_a_robot(tmp_path):
-    results = bare_campaign(tmp_path, ("poppy_LP",))
+def test_nothing_without_a_robot_and_damaged_pictures_are_named(tmp_path):
+    results = bare_campaign(tmp_path / "none", ("poppy_LP",))
     assert (robot_tables(results), robot_data(results)) == (None, None)
-
-
-def test_damaged_pictures_are_named(tmp_path):
-    results = bare_campaign(tmp_path, ("poppy_LP",), robot=True)
+    results = bare_campaign(tmp_path / "damaged", ("poppy_LP",), robot=True)
     write_robot(results)
-    (tmp_path / "results" / "robot" / "frames.json").write_text("{", encoding="utf-8")
+    frames = tmp_path / "damaged" / "results" / "robot" / "frames.json"
+    frames.write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"frames\.json"):
         robot_data(results)
 
