@@ -78,12 +78,16 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
 def test_results_come_in_order_and_few_items_are_taken_early():
     taken: list[int] = []
 
+    def items():
+        for item in range(1, 41):
+            taken.append(item)
+            yield item
+
     def work(item):
         time.sleep(0.002 * (item % 3))
         return item * item
 
-    items = (taken.append(item) or item for item in range(1, 41))  # type: ignore[func-returns-value]
-    for place, result in enumerate(parallel_map(work, items), start=1):
+    for place, result in enumerate(parallel_map(work, items()), start=1):
         assert result == place**2
         assert len(taken) <= place + MOST_WORKERS + 1
     assert len(taken) == 40
