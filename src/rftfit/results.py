@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Iterable, Iterator
 from copy import copy
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
+import pandas as pd
 
+from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, cell_at, column, window_of
 from rftfit.measure.flags import Remark, remark, with_reasons
 from rftfit.measure.verdicts import marks_of
+from rftfit.model import scaling
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import (
@@ -26,27 +31,9 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.model.scaling import (
-    MediumFit,
-    Reference,
-    ScaledMedium,
-    alpha_of_test,
-    fit_medium,
-    generic,
-    reference_of,
-    scale,
-)
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import column_of, describe
 from rftfit.store import csv_bytes, read_csv, read_parquet
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    import pandas as pd
-
-    from rftfit.campaign.config import Config
-    from rftfit.conventions import FloatArray
 
 FOLDER = "results"
 _CONFIGS = ("config/config.yaml", "config.yaml")
@@ -110,7 +97,7 @@ class Tables:
             return self._sample_table(name)
         self.path(name)
         if name not in self._tables:
-            self._tables[name] = self._read(name)
+            self._tables[name] = self._typed(name, self._there(name))
         return self._tables[name].copy(deep=False)
 
     def hold(self, name: str, table: pd.DataFrame) -> None:
@@ -127,9 +114,6 @@ class Tables:
             raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
         return path
 
-    def _read(self, name: str) -> pd.DataFrame:
-        return self._typed(name, self._there(name))
-
     def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
         path, output = self.folder / name, describe(f"{FOLDER}/{name}")
         if output is None or not output.columns:
@@ -137,14 +121,8 @@ class Tables:
         table = read_csv(
             source, lambda column: one.kind if (one := column_of(output, column)) else ""
         )
-        lacking = [
-            column
-            for one in output.columns
-            if not one.when and "<" not in one.name
-            for column in one.names
-            if column not in table
-        ]
-        if lacking:
+        always = (one.names for one in output.columns if not one.when and "<" not in one.name)
+        if lacking := [name for names in always for name in names if name not in table]:
             raise InputError(
                 f"{path}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
             )
@@ -181,7 +159,7 @@ class Results(Tables):
         super().__init__(campaign.root / FOLDER)
         self.campaign = campaign
         self.root = campaign.root
-        self._fits: dict[tuple[str, str], MediumFit] = {}
+        self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
         self._alpha: dict[str, pd.DataFrame] = {}
 
     @property
@@ -240,8 +218,6 @@ class Results(Tables):
         -------
         pandas.DataFrame
         """
-        import pandas as pd
-
         names = self.media if media is None else media
         tables = [self.table(pattern.format(medium=medium)) for medium in names]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
@@ -283,7 +259,7 @@ class Results(Tables):
             why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
-    def fits(self, method: str | None = None) -> dict[str, MediumFit]:
+    def fits(self, method: str | None = None) -> dict[str, scaling.MediumFit]:
         """Nine-term fits of the laboratory media, made from their alpha tables.
 
         Parameters
@@ -301,7 +277,7 @@ class Results(Tables):
             # read first: a stage must not get at a table that it does not declare
             table = self.alpha_table(medium)
             if (medium, method) not in self._fits:
-                self._fits[medium, method] = fit_medium(table, self.config, method)
+                self._fits[medium, method] = scaling.fit_medium(table, self.config, method)
         return {medium: self._fits[medium, method] for medium in self.laboratory}
 
     def generic(self, method: str | None = None) -> FloatArray:
@@ -318,9 +294,9 @@ class Results(Tables):
             Dimensionless; NaN where no medium has a usable grid.
         """
         own = [fit.used for fit in self.fits(method).values() if fit.counts]
-        return generic(np.stack(own)) if own else np.full(9, np.nan)
+        return scaling.generic(np.stack(own)) if own else np.full(9, np.nan)
 
-    def reference(self, method: str | None = None) -> Reference:
+    def reference(self, method: str | None = None) -> scaling.Reference:
         """The media that a further medium is scaled from.
 
         Parameters
@@ -335,7 +311,7 @@ class Results(Tables):
             media have a usable grid.
         """
         fits = list(self.fits(method).values())
-        return reference_of(fits, method or self.config.fourier.method)
+        return scaling.reference_of(fits, method or self.config.fourier.method)
 
     def shapes(self, medium: str = "") -> Shapes:
         """Known media whose shape a medium is taken to have.
@@ -459,7 +435,7 @@ class Medium:
             return fit.alpha_z / fit.zeta
         return float(self.results.reference().chi.mean())
 
-    def scaled(self, method: str | None = None) -> ScaledMedium:
+    def scaled(self, method: str | None = None) -> scaling.ScaledMedium:
         """The medium by its one penetration test, alpha_z(0, 90 deg), and the scaling routine.
 
         Parameters
@@ -481,9 +457,9 @@ class Medium:
         if cell is None:
             raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence
-        alpha, se = alpha_of_test(cell, level)
+        alpha, se = scaling.alpha_of_test(cell, level)
         try:
-            return scale(alpha, se, self.results.reference(method), level)
+            return scaling.scale(alpha, se, self.results.reference(method), level)
         except ValueError as error:
             why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
             raise InputError(f"{self.name}: {why}") from error
@@ -581,7 +557,7 @@ class Medium:
             return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
         spread = None
         if draws:
-            many = generic(np.stack([fit.draws for fit in others], axis=1))
+            many = scaling.generic(np.stack([fit.draws for fit in others], axis=1))
             spread = scaled_generic(own.zeta_draws, many)
         return scaled_generic(own.zeta, self.results.generic(method), name, spread)
 

@@ -9,20 +9,9 @@ from rftfit.campaign.config import Config
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import REASON, flags_of, quoted, reason_columns, reason_of, remark
+from rftfit.model import scaling
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
-from rftfit.model.scaling import (
-    AS_PRINTED,
-    GENERIC,
-    MediumFit,
-    Reference,
-    alpha_of_test,
-    generic,
-    generic_interval,
-    routine,
-    scale_new_medium,
-    vertical_penetration,
-)
 from rftfit.reference import MEDIA, coefficients
 
 COEFFICIENT_COLUMNS = [
@@ -37,7 +26,7 @@ PENETRATION_COLUMNS = [
 ]  # fmt: skip
 
 
-def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> pd.DataFrame:
+def coefficient_rows(fit: scaling.MediumFit, bic: dict[str, bool | None]) -> pd.DataFrame:
     """One row per coefficient of one fit; `bic`: by term, whether an information criterion keeps it.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
@@ -64,7 +53,7 @@ def coefficient_rows(fit: MediumFit, bic: dict[str, bool | None]) -> pd.DataFram
     return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
 
 
-def _misfit(fit: MediumFit) -> tuple[float, float]:
+def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
     """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
     if fit.reason:
         return np.nan, np.nan
@@ -73,22 +62,24 @@ def _misfit(fit: MediumFit) -> tuple[float, float]:
     return z, x
 
 
-def generic_rows(group: list[MediumFit]) -> pd.DataFrame:
+def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
     """Rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
     method, config = group[0].method, group[0].config
-    m0 = generic(np.stack([fit.used for fit in group]))
-    draws = generic(np.stack([fit.draws for fit in group], axis=1))
-    lo, hi = generic_interval(group, config.fit.confidence)
+    m0 = scaling.generic(np.stack([fit.used for fit in group]))
+    draws = scaling.generic(np.stack([fit.draws for fit in group], axis=1))
+    lo, hi = scaling.generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
     own = {config.media[fit.medium].published_as for fit in group}
-    printed = coefficients(GENERIC) if method == AS_PRINTED and own >= {*MEDIA} else {}
+    printed = (
+        coefficients(scaling.GENERIC) if method == scaling.AS_PRINTED and own >= {*MEDIA} else {}
+    )
     values = m0, draws.std(axis=0, ddof=1), lo, hi, np.abs(m0 / m0[0]), m0 != 0, None
     beside = [printed.get(term, np.nan) for term in TERMS], np.nan, np.nan
-    columns = (method, GENERIC, TERMS, *values, *beside, *reason_columns([]).values())
+    columns = (method, scaling.GENERIC, TERMS, *values, *beside, *reason_columns([]).values())
     return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
 
 
-def penetration_row(fit: MediumFit) -> dict[str, object]:
+def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
     """Vertical penetration of a medium as measured and as fitted, chi and zeta (as Table S3)."""
     row: dict[str, object] = {"method": fit.method, "medium": fit.medium}
     for name, unit, value, draws in (
@@ -100,15 +91,17 @@ def penetration_row(fit: MediumFit) -> dict[str, object]:
     ):  # fmt: skip
         lo, hi = interval(draws, fit.config.fit.confidence)
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
-    row["zeta_without_flagged"] = float(vertical_penetration(fit.without_flagged))
+    row["zeta_without_flagged"] = float(scaling.vertical_penetration(fit.without_flagged))
     row["zeta_errors"] = shares(fit.zeta_errors)
     missing = [remark("no-push")] if cell_at(fit.table, 0, 90) is None else []
     return row | reason_columns(fit.why or missing)
 
 
-def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[str, object]:
+def sand_row(
+    table: pd.DataFrame, reference: scaling.Reference, config: Config
+) -> dict[str, object]:
     """Zeta of a natural sand by the scaling routine, from its alpha table."""
-    method = routine(config.fourier.method, printed=reference.printed)
+    method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = cell_at(table, 0, 90)
     if cell is None:
@@ -117,7 +110,7 @@ def sand_row(table: pd.DataFrame, reference: Reference, config: Config) -> dict[
         row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
     level = config.fit.confidence
     try:
-        scaled = scale_new_medium(*alpha_of_test(cell, level), reference.chi, level)
+        scaled = scaling.scale_new_medium(*scaling.alpha_of_test(cell, level), reference.chi, level)
     except ValueError as error:
         return row | reason_columns(reason_of({**cell}) or [quoted(error, "no-zeta")])
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")

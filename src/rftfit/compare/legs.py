@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Config, Leg
+from rftfit.campaign.config import Arm, Config, Leg
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
 from rftfit.measure.errors import shares
@@ -76,7 +76,7 @@ def leg_prediction(
     What the leg's own shape may be off by is in the intervals, where the profile has any. Returns also
     the peak by component, where the profile has draws: mean and interval of the draws' own peaks.
     """
-    motion = _turned(leg, config)
+    motion = _turned(leg, config.arm)
     level = config.fit.confidence
     # of the moment nothing is measured
     names = {"z": "force_z_N", "x": "force_x_N"}
@@ -110,8 +110,8 @@ def _wider(value: Any, lo: Any, hi: Any, half: Any) -> tuple[Any, Any]:
     return value - np.hypot(value - lo, half), value + np.hypot(hi - value, half)
 
 
-def _turned(leg: Leg, config: Config, hip_cm: float = 0.0) -> Motion:
-    return rotation(None, leg.hip_height_cm + hip_cm, config.arm.leg_speed_rad_per_s)
+def _turned(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:
+    return rotation(None, leg.hip_height_cm + hip_cm, arm.leg_speed_rad_per_s)
 
 
 def shape_errors(
@@ -125,12 +125,10 @@ def shape_errors(
     errors, arc = config.errors, arc_of(leg)
     surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
     hip_cm = math.hypot(errors.hip_cm, *(one / 10 for one in surface))
-    plain, motion = leg_outline(leg), _turned(leg, config)
+    plain, motion = leg_outline(leg), _turned(leg, config.arm)
     longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
-    found = {
-        "hip": forces_on(profile, plain, _turned(leg, config, hip_cm).poses),
-        "arc": forces_on(profile, longer, motion.poses),
-    }
+    moved = {"hip": (plain, _turned(leg, config.arm, hip_cm)), "arc": (longer, motion)}
+    found = {name: forces_on(profile, body, way.poses) for name, (body, way) in moved.items()}
     return {
         name: {"z": one.force_z_N - best["z"], "x": one.force_x_N - best["x"]}
         for name, one in found.items()
@@ -150,7 +148,7 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     sound = TableProfile(alpha[0], alpha[1], *directions(table))
     shown, rests = {}, {}
     for name, leg in config.legs.items():
-        motion = _turned(leg, config)
+        motion = _turned(leg, config.arm)
         best = forces_on(profile, leg_outline(leg), motion.poses)
         forces = {"z": best.force_z_N, "x": best.force_x_N}
         if not np.isfinite(forces["z"]).all():

@@ -118,44 +118,11 @@ def _listed(values: pd.Series[float], form: str = "+.0f", unit: str = " %") -> s
     return ", ".join(f"{name} {value:{form}}{unit}" for name, value in values.items())
 
 
-_DISCREPANCIES = (
-    (
-        "unit of the number zeta",
-        "supplement, scaling",
-        "number of alpha_z fit in N/m^3",
-        "in N/cm^3",
-        "only N/cm^3 gives the zeta of Table S2",
-    ),
-    (
-        "what zeta equals",
-        "supplement, scaling",
-        "alpha_z,x fit(beta, gamma)",
-        "alpha_z fit(0, 90 deg)",
-        "one number per medium; only this makes the generic alpha_z(0, 90 deg) equal to 1",
-    ),
-    (
-        "second projected area of an element",
-        "supplement, depth-only model",
-        "printed as the first one again",
-        "dA_xs, the vertical projection",
-        "the horizontal force needs the area seen along x",
-    ),
-    ("diameter of the large glass spheres", "text", "3 m", "3 mm", "Table S1 gives 3.2 mm"),
-    (
-        "sign of the vertical velocity",
-        "supplement, depth-only model",
-        "counts downward as positive",
-        "upward as positive, as everywhere else",
-        "one frame for all equations: z up, z = 0 at the surface",
-    ),
-)
-
-
 def discrepancies() -> list[Item]:
     """Statements of the paper that contradict its own tables and equations; nothing can settle them."""
     return [
-        stated(item, where, paper, ours, INCONSISTENT, TEXT, why)
-        for item, where, paper, ours, why in _DISCREPANCIES
+        stated(row["item"], row["where"], row["paper"], row["ours"], INCONSISTENT, TEXT, row["why"])
+        for row in load("discrepancies").to_dict("records")
     ]
 
 

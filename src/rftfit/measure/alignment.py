@@ -271,12 +271,8 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in tried]
     best = tried[int(np.argmin(misfit))]
     for fit, size in zip(tried, misfit, strict=True):
-        apart = abs(fit.offset - best.offset)
-        if (
-            apart > 0.2
-            and apart > 4 * math.sqrt(best.offset_variance)
-            and size < _AS_GOOD * min(misfit)
-        ):
+        apart = abs(fit.offset - best.offset) > max(0.2, 4 * math.sqrt(best.offset_variance))
+        if apart and size < _AS_GOOD * min(misfit):
             first, second = sorted((fit.offset, best.offset))
             raise Refused("two-offsets", first=first, second=second)
     return best
@@ -297,12 +293,9 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
         raise Refused("begins-in-push", found=peak + 1, wanted=_MIN_READINGS)
     every = -(-(peak + 1) // _MOST_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
-    kept = (peak + 1) // every * every
-    start = peak + 1 - kept
-    return (
-        time[start : peak + 1].reshape(-1, every).mean(axis=1),
-        force[start : peak + 1].reshape(-1, every).mean(axis=1),
-    )
+    push = slice((peak + 1) % every, peak + 1)
+    time, force = (part[push].reshape(-1, every).mean(axis=1) for part in (time, force))
+    return time, force
 
 
 def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
@@ -310,15 +303,10 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], boo
     length, other = float(np.ptp(time)), float(np.ptp(motion_time))
     shortest = min(length, other)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
-    near = round(between / HOUR_S)
-    hours = [
-        hour
-        for hour in (near - 1, near, near + 1)
-        if abs(between - hour * HOUR_S) < (length + other) / 2 - shortest / 2 and abs(hour) <= 26
-    ]
-    if hours:
-        return [hour * HOUR_S for hour in hours], True
-    return [float(motion_time[0] - time[0])], False
+    near, most = round(between / HOUR_S), (length + other) / 2 - shortest / 2
+    hours = [hour * HOUR_S for hour in (near - 1, near, near + 1) if abs(hour) <= 26]
+    overlap = [offset for offset in hours if abs(between - offset) < most]
+    return overlap or [float(motion_time[0] - time[0])], bool(overlap)
 
 
 def _refine(

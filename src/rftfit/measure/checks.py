@@ -10,32 +10,22 @@ import pandas as pd
 
 from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
-from rftfit.measure.checks_axes import check_symmetry, check_up_down, check_work
-from rftfit.measure.checks_channels import check_channels
-from rftfit.measure.checks_runs import (
-    check_drift,
-    check_logs,
-    check_repeats,
-    check_rods,
-    check_size,
-    check_steadiness,
-)
-from rftfit.measure.checks_surface import check_linearity, check_surface
+from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_surface
 from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, Measured
 
 IN_ORDER: dict[CheckName, Callable[[Measured], Check]] = {
-    "channels": check_channels,
-    "rods": check_rods,
-    "drift": check_drift,
-    "work": check_work,
-    "symmetry": check_symmetry,
-    "up_down": check_up_down,
-    "surface": check_surface,
-    "linearity": check_linearity,
-    "steadiness": check_steadiness,
-    "repeats": check_repeats,
-    "same_logs": check_logs,
-    "size": check_size,
+    "channels": checks_channels.check_channels,
+    "rods": checks_runs.check_rods,
+    "drift": checks_runs.check_drift,
+    "work": checks_axes.check_work,
+    "symmetry": checks_axes.check_symmetry,
+    "up_down": checks_axes.check_up_down,
+    "surface": checks_surface.check_surface,
+    "linearity": checks_surface.check_linearity,
+    "steadiness": checks_runs.check_steadiness,
+    "repeats": checks_runs.check_repeats,
+    "same_logs": checks_runs.check_logs,
+    "size": checks_runs.check_size,
 }
 """All checks; those that others wait for come first."""
 

@@ -185,10 +185,8 @@ class Cells:
     @property
     def rank(self) -> tuple[int, int]:
         """Number of these tests that fail, and of cells that give energy back: the fewer the better."""
-        return (
-            3 - self.takes_energy - self.mirror_images_agree - self.push_exceeds_pull,
-            self.n_negative_work,
-        )
+        passed = self.takes_energy + self.mirror_images_agree + self.push_exceeds_pull
+        return 3 - passed, self.n_negative_work
 
 
 _OTHER_AXES = {

@@ -188,12 +188,10 @@ def _other_gain(
     if not (noise > 0).all() or (clusters := two_clusters(np.log(noise))) is None:
         return None
     other = clusters[1]
-    if not (strong & other).any() or not (strong & ~other).any():
+    here, there = strong & other, strong & ~other
+    if not here.any() or not there.any():
         return None
     share = np.abs(force / np.where(strong, known, 1.0))
-    times, more = (
-        float(np.median(of[strong & other]) / np.median(of[strong & ~other]))
-        for of in (noise, share)
-    )
+    times, more = (float(np.median(of[here]) / np.median(of[there])) for of in (noise, share))
     alike = more > 0 and abs(math.log(more / times)) < 0.5 * abs(math.log(times))
     return (times, other) if alike and abs(math.log(times)) > math.log(_GAIN) else None

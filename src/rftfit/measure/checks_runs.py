@@ -145,10 +145,8 @@ def check_repeats(measured: Measured) -> Check:
         f"{found} ({values} N/cm^3; {rows_of(apart['run_id'], measured.sheet)}): look at the medium, the unit, the "
         "angles and the logs of these runs. They are used; exclude what is a mistake."
     )
-    flags = [
-        remark("apart", run_id=str(row["run_id"]), beside=row["beside"], times=row["times_spread"])
-        for row in apart.to_dict("records")
-    ]
+    of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
+    flags = [remark("apart", run_id=one, beside=by, times=times) for one, by, times in of_runs]
     seen = known["seen_from_ratio"]
     allowed = (
         f"no run differs; a difference below {seen.median():.0%} of the largest alpha "
@@ -175,13 +173,10 @@ def check_logs(measured: Measured) -> Check:
     what = "run" if of_table else "log"
     where = "at these runs in the table" if of_table else "at force_log of these runs"
     # a table may state the plate at 90 degrees, which is the one at -90, under both angles
-    copied = [
-        name
-        for name in sheet
-        if any(
-            abs(sheet[name].beta_deg - sheet[one].beta_deg) != 180 for one in copies.get(name, ())
-        )
-    ]
+    copied = []
+    for name, run in sheet.items():
+        others = (sheet[one] for one in copies.get(name, ()))
+        copied += [name] * any(abs(run.beta_deg - one.beta_deg) != 180 for one in others)
     found = f"no {what} is there twice"
     if copied:
         first = f"{copied[0]} and {', '.join(copies[copied[0]])}"

@@ -62,10 +62,8 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     if why:
         return Check.skipped("surface", why), Check.skipped("linearity", why)
     errors = measured.config.errors
-    run_cm, session_cm = (
-        max(_SURFACE_CM, (stated or 0) / 10)
-        for stated in (errors.surface_run_mm, errors.surface_session_mm)
-    )
+    stated = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
+    run_cm, session_cm = (max(_SURFACE_CM, one / 10) for one in stated)
     sine = np.where(pushes, 1, -1) * np.abs(np.sin(np.radians(known["gamma_deg"].to_numpy(float))))
     # the zero of a tare, which moves weak pulls, is one error of all that share it
     shared = known.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)

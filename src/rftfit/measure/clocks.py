@@ -66,10 +66,8 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     starts = _crossing(time, speed, threshold, first - 1, first)
     ends = _crossing(time, speed, threshold, last, last + 1)
     rests = starts[1:] - ends[:-1] > _JITTER_S
-    starts, ends = (
-        starts[np.append(True, rests)[: starts.size]],
-        ends[np.append(rests, True)[: ends.size]],
-    )
+    starts = starts[np.append(True, rests)[: starts.size]]
+    ends = ends[np.append(rests, True)[: ends.size]]
     spans: FloatArray = np.stack([starts, ends], axis=1)
     long: FloatArray = spans[ends - starts > _JITTER_S]
     return long

@@ -68,10 +68,8 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     from sample to sample leaves what is noise.
     """
     where = split_runs(tared)
-    force, tare = (
-        tared[[f"{what}_{c}_N" for c in "zx"]].to_numpy(float) for what in ("force", "tare")
-    )
-    force = force + np.nan_to_num(tare)
+    force = tared[["force_z_N", "force_x_N"]].to_numpy(float)
+    force = force + np.nan_to_num(tared[["tare_z_N", "tare_x_N"]].to_numpy(float))
     found: dict[str, list[str]] = {}
     for group in groups:
         noise = {name: _noise(force[where[name]]) for name in group if name in where}

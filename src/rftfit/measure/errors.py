@@ -114,10 +114,9 @@ def spread_of_beds(
 
     `groups`: By component.
     """
+    # a table may state no errors
     repeated = [
-        # a table may state no errors
-        [one for one in part if one[0].size > 1 and np.isfinite(one[1]).all()]
-        for part in groups
+        [one for one in part if one[0].size > 1 and np.isfinite(one[1]).all()] for part in groups
     ]
     dof = [float(sum(alpha.size - 1 for alpha, _ in part)) for part in repeated]
     if min(dof) < LEAST_DOF:
@@ -126,11 +125,11 @@ def spread_of_beds(
         size = np.square(np.array(stated or (0.0, BED_PERCENT / 100)))
         return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)
     size, covariance = _of_variances(repeated)
-    kept = [[place, -1] for place in range(len(groups))]
-    return [
-        Spread(size[one], covariance[np.ix_(one, one)], REPEATS, known)
-        for one, known in zip(kept, dof, strict=True)
-    ]
+    found = []
+    for place, known in enumerate(dof):
+        kept = [place, -1]
+        found.append(Spread(size[kept], covariance[np.ix_(kept, kept)], REPEATS, known))
+    return found
 
 
 def _of_variances(repeated: Sequence[Groups]) -> tuple[FloatArray, FloatArray]:

@@ -15,6 +15,7 @@ from rftfit.campaign.config import AnyPlate, Config, Container, Fit
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, file_extraction
+from rftfit.measure import slopes
 from rftfit.measure.flags import (
     FLAGS,
     MARKS,
@@ -22,6 +23,7 @@ from rftfit.measure.flags import (
     Remark,
     flag_columns,
     flags_of,
+    mark_columns,
     reason_columns,
     reason_of,
     remark,
@@ -29,15 +31,6 @@ from rftfit.measure.flags import (
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
-from rftfit.measure.slopes import (
-    CURVED_P,
-    FEWEST,
-    Slope,
-    fit_few,
-    fit_slope,
-    startup_bias,
-    zero_intercept,
-)
 
 SHORTEST_WINDOW = 0.1
 """Depth that a window must cover at least, relative to the length of the plate."""
@@ -145,7 +138,7 @@ class RunFit:
     gamma_deg: float
     depth_from_cm: float = math.nan
     depth_to_cm: float = math.nan
-    slope: Slope | None = None
+    slope: slopes.Slope | None = None
     laws: Laws | None = None
     line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
     rod: FloatArray = field(default_factory=lambda: np.zeros(2))
@@ -181,19 +174,15 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     def refuse(*reason: Remark) -> RunFit:
         return RunFit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
 
-    wanted_count, saturated, untared = (
-        int(np.count_nonzero(part))
-        for part in (wanted, *(wanted & (stroke.why == bad)
-                               for bad in (RowStatus.SATURATED, RowStatus.UNTARED)))
-    )  # fmt: skip
-    if saturated:
+    lost = np.bincount(stroke.why[wanted], minlength=len(RowStatus))
+    if saturated := lost[RowStatus.SATURATED]:
         return refuse(remark("window-saturated", count=saturated))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
-    if untared > 0.02 * wanted_count + 2:
+    if (untared := lost[RowStatus.UNTARED]) > 0.02 * lost.sum() + 2:
         return refuse(remark("tare-short", count=untared))
     depth = stroke.depth[usable]
     # rows of a table are depths that somebody chose, samples of a log are not
-    fewest = 1 if of_table else max(fit.min_points, FEWEST)
+    fewest = 1 if of_table else max(fit.min_points, slopes.FEWEST)
     lacking = None
     if depth.size < fewest:
         lacking = remark("few-points", found=depth.size, wanted=fewest)
@@ -207,15 +196,15 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     fitted, flags = stress[:, usable], stroke.flags
-    few = of_table and (depth.size < FEWEST or not run.gamma_deg)
+    few = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if few:
-        slope = fit_few(depth, fitted)
+        slope = slopes.fit_few(depth, fitted)
     else:
-        startup = (
-            startup_bias(stroke.path, stress, usable, fit.horizontal_skip_cm) if level else None
-        )
+        startup = None
+        if level:
+            startup = slopes.startup_bias(stroke.path, stress, usable, fit.horizontal_skip_cm)
         variance = stroke.zero_variance / plate.area_cm2**2
-        slope = fit_slope(depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup)
+        slope = slopes.fit_slope(depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup)
         # curvature that stays below the noise of one sample bends nothing that could be measured
         visible = config.transducer.precision_N / plate.area_cm2
         flags += () if level else _linearity_flags(slope, float(depth.max()), visible)
@@ -230,14 +219,15 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     laws = other_laws(depth, fitted, fit.law_depth_cm)
     rod = found.rod
     if stroke.tare is not None:
-        rod = zero_intercept(depth, stroke.tare[:, usable] / plate.area_cm2)[0] * [1.0, sign_x]
+        rods = stroke.tare[:, usable] / plate.area_cm2
+        rod = slopes.zero_intercept(depth, rods)[0] * [1.0, sign_x]
     by = by_law(slope, laws, fit.law)
     return replace(found, slope=by, laws=laws, line=slope.alpha, rod=rod)
 
 
 def _of_table(
-    slope: Slope, depth: FloatArray, stress: FloatArray, run: Run
-) -> tuple[Slope, tuple[Remark, ...]]:
+    slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
+) -> tuple[slopes.Slope, tuple[Remark, ...]]:
     """Take the error off a slope whose stress was calculated: no scatter is known."""
     off = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
     exact = (off <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
@@ -248,7 +238,7 @@ def _of_table(
     return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
 
 
-def _flag_negative_work(slope: Slope, gamma_deg: float) -> tuple[Remark, ...]:
+def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its way, as a turned sign makes it."""
     share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
     noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
@@ -282,14 +272,11 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
     return (remark("most-beyond-wall", **share, **ends),)
 
 
-def _linearity_flags(slope: Slope, deepest: float, visible: float) -> tuple[Remark, ...]:
+def _linearity_flags(slope: slopes.Slope, deepest: float, visible: float) -> tuple[Remark, ...]:
     """Flag the components whose curvature is both significant and large enough to matter."""
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
-    return tuple(
-        remark("not-linear", component=name, percent=100 * ratio)
-        for name, ratio, bad in zip(COMPONENTS, slope.nonlinear_ratio, is_curved, strict=True)
-        if bad
-    )
+    percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
+    return tuple(remark("not-linear", component=c, percent=one) for c, one, bad in percent if bad)
 
 
 def curved(
@@ -297,7 +284,9 @@ def curved(
 ) -> npt.NDArray[np.bool_]:
     """Tell curvature that is significant, large enough to matter, and more than `visible`, N/cm^2."""
     size = np.abs(ratio)
-    return (p < CURVED_P) & (size > _CURVED_RATIO) & (size * np.abs(alpha) * deepest > visible)
+    return (
+        (p < slopes.CURVED_P) & (size > _CURVED_RATIO) & (size * np.abs(alpha) * deepest > visible)
+    )
 
 
 def fit_medium(
@@ -362,12 +351,10 @@ def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
     words = fits.filter([*FLAGS, *REASON]).to_dict("records")
     rows = [(flags_of(row), reason_of(row)) for row in words]
     flags = [own for own, reason in rows if own or not reason]
-    return tuple(
-        flag
-        for flag in dict.fromkeys(flag for run in flags for flag in run)
-        if flag.code in ("several-plates", "no-force-x")
-        or (flag.code in _OF_ALL and all(flag in run for run in flags))
-    )
+    every = dict.fromkeys(flag for run in flags for flag in run)
+    own = [flag for flag in every if flag.code in _OF_ALL and all(flag in run for run in flags)]
+    always = ("several-plates", "no-force-x")
+    return tuple(flag for flag in every if flag.code in always or flag in own)
 
 
 def describe_shared_flags(shared: Sequence[Remark]) -> list[str]:
@@ -421,14 +408,8 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
     ledger.add_rows(run, handed_on[handed_on != RowStatus.GOOD], "")
     good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
     if good and fit.reason:
-        ledger.add(
-            run,
-            run.force_log,
-            DROPPED,
-            good,
-            remark("no-alpha", why=fit.reason[0]),
-            *fit.reason[1:],
-        )
+        why = remark("no-alpha", why=fit.reason[0])
+        ledger.add(run, run.force_log, DROPPED, good, why, *fit.reason[1:])
     elif good:
         ledger.add(run, run.force_log, USED, good, remark("slope"))
 
@@ -440,17 +421,13 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
     """
     if fit.laws is None:
         return (np.full(2, np.nan),) * 4
-    line = np.where(fit.line == 0, np.nan, fit.line)
+    line, laws = np.where(fit.line == 0, np.nan, fit.line), ("free_intercept", "power")
     free, power = (
-        100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1)
-        for law in ("free_intercept", "power")
+        100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1) for law in laws
     )
     # a component that is not felt goes with any power
     exponent = np.where(fit.line == 0, np.nan, [one.exponent for one in fit.laws["power"]])
-    left, of_line = (
-        np.array([one.rest @ one.rest for one in fit.laws[law]])
-        for law in ("power", "free_intercept")
-    )
+    of_line, left = (np.array([one.rest @ one.rest for one in fit.laws[law]]) for law in laws)
     misfit = left / np.where(of_line > 0, of_line, np.nan)
     return free, exponent, np.where(np.isnan(exponent), np.nan, power), misfit
 
@@ -466,12 +443,8 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     slope = fit.slope
     if slope is None:
         return row
-    row |= {"n_points": slope.points, "lever_per_cm": slope.lever}
-    row |= {
-        "offset_cm": slope.offset[0],
-        "offset_se_cm": slope.offset_se[0],
-        "start_cm": slope.start[0],
-    }
+    row |= {"n_points": slope.points, "lever_per_cm": slope.lever, "start_cm": slope.start[0]}
+    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
     lo, hi = slope.interval(confidence)
     values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
               slope.curvature, fit.rod, slope.intercept, slope.free_slope, *_other_laws(fit),
@@ -517,6 +490,6 @@ def leg_curves(
             curve[f"zero_se_{c}_N"] = np.sqrt(sum(fact[f"zero_var_{c}_N2"] for fact in pair))
         flags = flag_columns([remark("no-tare")] if campaign.holds_tare(run) else [])
         place = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
-        curves.append(curve.assign(**place, **flags, **reason_columns([], MARKS)))
+        curves.append(curve.assign(**place, **flags, **mark_columns()))
     nothing = pd.DataFrame(columns=LEG_COLUMNS)
     return (pd.concat(curves, ignore_index=True) if curves else nothing)[LEG_COLUMNS], ledger

@@ -328,9 +328,14 @@ def reason_cells(reasons: Collection[Remark]) -> tuple[str, str]:
     return say(reasons), codes_of(reasons)
 
 
-def reason_columns(reasons: Collection[Remark], names: tuple[str, str] = REASON) -> dict[str, str]:
-    """Columns of a reason, or of the marks of a medium."""
-    return dict(zip(names, reason_cells(reasons), strict=True))
+def reason_columns(reasons: Collection[Remark]) -> dict[str, str]:
+    """Columns of a reason."""
+    return dict(zip(REASON, reason_cells(reasons), strict=True))
+
+
+def mark_columns(marks: Collection[Remark] = ()) -> dict[str, str]:
+    """Columns of the marks of a medium."""
+    return dict(zip(MARKS, reason_cells(marks), strict=True))
 
 
 def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:

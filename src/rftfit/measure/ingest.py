@@ -16,6 +16,7 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.text import OF_CELLS
+from rftfit.measure import lab_frame
 from rftfit.measure.alignment import Alignment, find_clock
 from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import (
@@ -30,16 +31,6 @@ from rftfit.measure.flags import (
     reason_columns,
     remark,
     say,
-)
-from rftfit.measure.lab_frame import (
-    CHANNEL_FACTS,
-    CHANNELS,
-    ForceReadings,
-    channel_facts,
-    force_in_lab_frame,
-    new_readings,
-    path_in_lab_frame,
-    without_repeats,
 )
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import Pair, gaps, load_pairs, readers, same_table
@@ -105,7 +96,7 @@ def _ingest_run(
         assert isinstance(force, Log)
         assert isinstance(motion, Log)
         try:
-            read = without_repeats(force, config.transducer)
+            read = lab_frame.without_repeats(force, config.transducer)
             trace = _trace(config, run, read, motion, pair.zero, compliance)
         except ValueError as error:
             reasons = [quoted(error)]
@@ -168,8 +159,8 @@ def _trace(
     zero_log: Log | LogError | None,
     compliance: Compliance | None,
 ) -> Trace:
-    readings = force_in_lab_frame(force_log, config.transducer)
-    path = path_in_lab_frame(motion_log, run, config.arm)
+    readings = lab_frame.force_in_lab_frame(force_log, config.transducer)
+    path = lab_frame.path_in_lab_frame(motion_log, run, config.arm)
     spans = path.spans(config.arm)
     clock, alignment = find_clock(config.clock, run, readings, path, spans)
     time = clock.motion_time(readings.time)
@@ -209,7 +200,7 @@ def _trace(
     return Trace(
         run, readings.time, phase, x, z, angle, force, why, zero, clock, tuple(flags),
         (force_log.rows, motion_log.rows), alignment, surface,
-        channel_facts(readings.channels, in_stroke),
+        lab_frame.channel_facts(readings.channels, in_stroke),
     )  # fmt: skip
 
 
@@ -239,7 +230,7 @@ def _row_status(
 
 def _zero(
     config: Config,
-    readings: ForceReadings,
+    readings: lab_frame.ForceReadings,
     rest: np.ndarray,
     in_stroke: np.ndarray,
     zero_log: Log | LogError | None,
@@ -247,7 +238,7 @@ def _zero(
     """Zero of a run from its zero log, else as the config states it, else from its rest in air."""
     drift = config.transducer.drift_N_per_min
     if isinstance(zero_log, Log):
-        unloaded = force_in_lab_frame(zero_log, config.transducer).force
+        unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer).force
         zero = zero_of_log(unloaded, drift, config.zero.log_age_min)
     elif config.zero.method == "stated":
         zero = stated_zero(config.zero, config.transducer)
@@ -291,7 +282,12 @@ _MOST_REPEATED = 1 / 3
 
 
 def _doubts(
-    config: Config, run: Run, readings: ForceReadings, zero: Zero, stroke: np.ndarray, lost_s: float
+    config: Config,
+    run: Run,
+    readings: lab_frame.ForceReadings,
+    zero: Zero,
+    stroke: np.ndarray,
+    lost_s: float,
 ) -> Iterator[Remark]:
     """Doubts about the readings of the `stroke`, of which the force log lacks so many seconds."""
     yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
@@ -300,7 +296,7 @@ def _doubts(
     if zero.drift_N > config.transducer.max_drift_N:
         yield remark("zero-drifted", newtons=zero.drift_N)
     # a logger that writes each reading of a slower transducer several times
-    share = (~new_readings(readings.channels)[stroke]).mean()
+    share = (~lab_frame.new_readings(readings.channels)[stroke]).mean()
     # the force of a horizontal run may be steady; of others it grows
     if run.direction != "horizontal" and share >= _MOST_REPEATED:
         yield remark("readings-repeated", share=share)
@@ -319,7 +315,7 @@ RUN_COLUMNS: dict[str, object] = {
          "zero_var_x_N2", "zero_dof", "zero_trend_z_N", "zero_trend_x_N", "clock_hours", "clock_rest_s",
          "clock_drift", "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
          "surface_growth_N_per_cm",
-         *(f"{channel}_{fact}" for channel in CHANNELS for fact in CHANNEL_FACTS)),
+         *(f"{channel}_{fact}" for channel in lab_frame.CHANNELS for fact in lab_frame.CHANNEL_FACTS)),
         math.nan,
     ),
 }  # fmt: skip

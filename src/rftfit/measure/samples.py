@@ -47,9 +47,8 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     edges = np.flatnonzero(np.diff(codes)) + 1
     starts = np.concatenate([[0], edges]) if codes.size else np.empty(0, dtype=int)
     stops = np.append(edges, codes.size)
-    return {
-        str(names[codes[a]]): slice(int(a), int(b)) for a, b in zip(starts, stops, strict=False)
-    }
+    parts = zip(starts.tolist(), stops.tolist(), strict=False)
+    return {str(names[codes[a]]): slice(a, b) for a, b in parts}
 
 
 Stroke = dict[str, np.ndarray]

@@ -13,15 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import CheckName, Config, Medium
 from rftfit.campaign.sheet import Run
-from rftfit.measure.flags import (
-    FLAGS,
-    MARKS,
-    Remark,
-    flag_columns,
-    flags_of,
-    reason_columns,
-    remark,
-)
+from rftfit.measure.flags import FLAGS, Remark, flag_columns, flags_of, mark_columns, remark
 
 PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
 UNUSABLE, DOUBTFUL = "unusable", "doubtful"
@@ -178,7 +170,7 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
 
 def marked(alpha: pd.DataFrame, checks: Sequence[Check], marks: Sequence[Remark]) -> pd.DataFrame:
     """Add the marks of its medium to an alpha table, and flags to the cells of single bad runs."""
-    alpha = alpha.assign(**reason_columns(marks, MARKS))
+    alpha = alpha.assign(**mark_columns(marks))
     bad = {one.run_id: one for check in checks for one in check.runs}
     added = ([bad[run] for run in runs.split() if run in bad] for runs in alpha["run_ids"])
     rows = zip(alpha.to_dict("records"), added, strict=True)

@@ -43,10 +43,8 @@ def face_alpha(
     `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
     driving parts are turned, and the tangential part is at most this times the normal one.
     """
-    normal, velocity = (
-        part / np.linalg.norm(part, axis=-1, keepdims=True)
-        for part in np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
-    )
+    both = np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
+    normal, velocity = (part / np.linalg.norm(part, axis=-1, keepdims=True) for part in both)
     if law == "measured":
         stress = _measured(as_table(profile), normal, velocity)
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,9 +36,8 @@ def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
 
     body, width_cm, solid = outline.body, outline.width_cm, outline.solid
     net = pose_forces(profile.pack, body, width_cm, solid, _checked(poses))
-    unknown = not np.isfinite(net).all()
     force_z, force_x, moment = net.T.copy()
-    return Forces(force_z, force_x, moment, _why(profile) if unknown else "")
+    return Forces(force_z, force_x, moment, "" if np.isfinite(net).all() else _why(profile))
 
 
 def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
@@ -58,13 +57,9 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
         nothing = np.zeros((*values_z.shape[:-1], 0))
         return Forces(nothing, nothing, nothing)
     weights_z, weights_x = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
-    forces = Forces(
-        combine(values_z, weights_z[0]),
-        combine(values_x, weights_x[0]),
-        combine(values_x, weights_x[2]) - combine(values_z, weights_z[1]),
-    )
-    unknown = not np.isfinite(forces.moment_N_cm).all()
-    return replace(forces, reason=_why(profile) if unknown else "")
+    moment = combine(values_x, weights_x[2]) - combine(values_z, weights_z[1])
+    why = "" if np.isfinite(moment).all() else _why(profile)
+    return Forces(combine(values_z, weights_z[0]), combine(values_x, weights_x[0]), moment, why)
 
 
 def _weights(

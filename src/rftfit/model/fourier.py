@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import combinations
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -203,20 +203,14 @@ def _bic(columns: FloatArray, values: FloatArray) -> float:
 
 def _best_subset(columns: FloatArray, values: FloatArray) -> set[int]:
     """Add or drop one or exchange two terms as long as that lowers the criterion."""
-    everything = range(columns.shape[1])
+    everything = {*range(columns.shape[1])}
     chosen: set[int] = {0}
     best = _bic(columns[:, [0]], values)
     while True:
-        trials = [chosen ^ {index} for index in everything]
-        trials += [
-            chosen ^ {a, b}
-            for a, b in combinations(everything, 2)
-            if (a in chosen) != (b in chosen)
-        ]
-        scored = [
-            (_bic(columns[:, sorted(trial)], values), sorted(trial)) for trial in trials if trial
-        ]
-        lowest = min(scored)
-        if lowest[0] >= best - 1e-9:
+        exchanged = product(chosen, everything - chosen)
+        trials = [chosen ^ {*terms} for terms in (*zip(everything), *exchanged)]
+        tried = [sorted(trial) for trial in trials if trial]
+        lowest, terms = min((_bic(columns[:, trial], values), trial) for trial in tried)
+        if lowest >= best - 1e-9:
             return chosen
-        best, chosen = lowest[0], set(lowest[1])
+        best, chosen = lowest, {*terms}

@@ -102,18 +102,13 @@ def rotation(
 # --- A body moved along any path: a csv of time, place and angle.
 
 
-SCHEMA = Schema(
-    "path",
-    (
-        Column("t_s", meaning="time"),
-        Column("x_cm", meaning="x of the reference point"),
-        Column("z_cm", meaning="z of the reference point, 0 at the surface"),
-        Column("angle_deg", meaning="angle from z toward x"),
-    ),
-    comments=True,
-    others="ignored",
-    most_rows=2_000_000,
+_COLUMNS = (
+    Column("t_s", meaning="time"),
+    Column("x_cm", meaning="x of the reference point"),
+    Column("z_cm", meaning="z of the reference point, 0 at the surface"),
+    Column("angle_deg", meaning="angle from z toward x"),
 )
+SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
 _MOST_SHOWN = 20
 
 

@@ -251,13 +251,8 @@ def _turns_clockwise(points: FloatArray) -> bool:
 # --- A user's own outline from a csv of points, checked before it is used.
 
 
-SCHEMA = Schema(
-    "outline",
-    (Column("x_cm", meaning="x of a point"), Column("z_cm", meaning="z of a point, upward")),
-    rows="points",
-    comments=True,
-    others="ignored",
-)
+_COLUMNS = Column("x_cm", meaning="x of a point"), Column("z_cm", meaning="z of a point, upward")
+SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
 MAX_POINTS = 5000
 _MOST_SHOWN = 20
 

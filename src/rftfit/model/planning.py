@@ -203,10 +203,8 @@ def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
         ways += [("horizontal", "")] * (step.runs - len(ways))
     elif len(step.directions) > 1:
         ways = [("intrusion", ""), ("extraction", "")]
-    return [
-        {"direction": way, "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}", "depth_cm": depth}
-        for way, depth in ways
-    ]
+    angles = {"beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}"}
+    return [{"direction": way, **angles, "depth_cm": depth} for way, depth in ways]
 
 
 def plan(
@@ -337,15 +335,11 @@ def reachable(
     known: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
     """Directions of a map (degrees) with these angles of plate and path; where none is named, with any."""
-    angles = (np.degrees(part).round(4) for part in (known.beta, known.gamma))
-    return tuple(
-        (float(beta), float(gamma))
-        for beta, gamma in zip(*angles, strict=True)
-        if all(
-            not len(wanted) or np.abs(np.asarray(wanted) - one).min() < 0.5
-            for one, wanted in ((beta, beta_deg), (gamma, gamma_deg))
-        )
-    )
+    angles, near = np.degrees([known.beta, known.gamma]).round(4), np.ones(known.beta.size, bool)
+    for own, wanted in zip(angles, (beta_deg, gamma_deg), strict=True):
+        if len(wanted):
+            near &= np.abs(own[:, None] - np.asarray(wanted)).min(axis=1) < 0.5
+    return tuple((beta, gamma) for beta, gamma in angles[:, near].T.tolist())
 
 
 SHEET_COLUMNS = (

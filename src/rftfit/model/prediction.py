@@ -122,14 +122,12 @@ def _of_draws(
     confidence: float,
     quantities: Sequence[str],
 ) -> Ends:
-    parts: dict[str, list[tuple[FloatArray, FloatArray]]] = {name: [] for name in quantities}
+    parts: dict[str, list[FloatArray]] = {name: [] for name in quantities}
     for many in _at_once(draws, outline, poses):
         for name, values in _named(many, quantities).items():
-            parts[name].append(interval(values, confidence))
-    return {
-        name: (np.concatenate([lo for lo, _ in part]), np.concatenate([hi for _, hi in part]))
-        for name, part in parts.items()
-    }
+            parts[name].append(np.stack(interval(values, confidence)))
+    whole = {name: np.concatenate(part, axis=1) for name, part in parts.items()}
+    return {name: (lo, hi) for name, (lo, hi) in whole.items()}
 
 
 def _at_once(draws: Profile, outline: Outline, poses: FloatArray) -> Iterator[Forces]:
@@ -186,20 +184,22 @@ def beyond_measured(
         return []
     found = []
     shallowest, deepest = profile.window
+
+    def share(where: np.ndarray) -> float:
+        return float(np.nansum(load[where])) / total
+
     if (deeper := depth[load > 0].max()) > deepest:
-        part = float(np.nansum(load[depth > deepest])) / total
         found.append(
             f"deeper than measured: down to {deeper:.1f} cm, alpha is from {deepest:.1f} cm at most "
-            f"({100 * part:.0f} % of depth times area lies below)"
+            f"({100 * share(depth > deepest):.0f} % of depth times area lies below)"
         )
-    part = float(np.nansum(load[depth < shallowest])) / total
-    if part > _NOTICED:
+    if (part := share(depth < shallowest)) > _NOTICED:
         found.append(
             f"nearer to the surface than measured: {100 * part:.0f} % of depth times area lies above "
             f"{shallowest:.1f} cm"
         )
     if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
-        part = float(np.nansum(load[speed > QUASI_STATIC_CM_PER_S])) / total
+        part = share(speed > QUASI_STATIC_CM_PER_S)
         found.append(
             f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * part:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
@@ -287,10 +287,7 @@ def find_peaks(
             lo, hi = map(float, interval(own[name], confidence))
             value = float(own[name].mean())
         else:
-            lo, hi = (
-                float(table[end].iloc[row]) if end in table else math.nan
-                for end in end_names(quantity)
-            )
+            lo, hi = (float(table.iloc[row].get(end, math.nan)) for end in end_names(quantity))
             value = float(values[row])
         found.append(Peak(name, quantity, value, lo, hi, float(at[row])))
     return found

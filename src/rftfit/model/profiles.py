@@ -387,12 +387,9 @@ class TableProfile(Profile):
         return self.alpha_z.reshape(shape), self.alpha_x.reshape(shape)
 
     def _packed(self) -> Pack:
-        corners = [
-            alpha[first : first + self.beta.size - 1, second : second + self.gamma.size - 1]
-            for alpha in (self.alpha_z, self.alpha_x)
-            for first in (0, 1)
-            for second in (0, 1)
-        ]
+        ends = (slice(None, -1), slice(1, None))
+        both = (self.alpha_z, self.alpha_x)
+        corners = [alpha[row, column] for alpha in both for row in ends for column in ends]
         return make_pack(TABLE, np.zeros(0), self.beta, self.gamma, np.stack(corners, axis=-1))
 
     def _corners(

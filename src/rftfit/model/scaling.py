@@ -18,16 +18,8 @@ from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, fla
 from rftfit.measure.flags import Remark, quoted, remark, say
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdicts import usable
+from rftfit.model import fourier
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
-from rftfit.model.fourier import (
-    TERMS,
-    TERMS_Z,
-    as_array,
-    evaluate,
-    fit_dft_index,
-    fit_lsq,
-    kept_terms,
-)
 from rftfit.model.profiles import FourierProfile, OneTest, scaled_generic
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
 
@@ -43,7 +35,7 @@ _TEST_DOF = 1e3
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
     """Zeta, alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1."""
-    result: FloatArray = coefficients[..., : len(TERMS_Z)].sum(axis=-1)
+    result: FloatArray = coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1)
     return result
 
 
@@ -224,7 +216,7 @@ def published(method: str = "lsq") -> Reference:
         return _by_least_squares()
     rows = load("table_s3").query("quantity == 'chi'")
     chi = dict(zip(rows["medium"], rows["value"].astype(float), strict=True))
-    arrays = {medium: as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
+    arrays = {medium: fourier.as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
     name = "published Tables S2 and S3, method dft-index as printed"
     return reference_from(name, chi, arrays, printed=True)
 
@@ -234,8 +226,8 @@ def _by_least_squares() -> Reference:
     chi, fits = {}, {}
     for medium, own in load("table_s5").groupby("medium", sort=False):
         name, angles, alpha = str(medium), directions(own), alpha_columns(own)
-        keep = kept_terms(fit_lsq(*angles, *alpha), PAPER_RULE)
-        fits[name] = fit_lsq(*angles, *alpha, keep)
+        keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
+        fits[name] = fourier.fit_lsq(*angles, *alpha, keep)
         down = own.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
         chi[name] = float(down / vertical_penetration(fits[name]))
     m0 = generic(np.stack(list(fits.values())))
@@ -323,12 +315,10 @@ class ScaledMedium(Scaled, OneTest):
         alpha_z, alpha_x : tuple of numpy.ndarray, shape (...)
             Value, lower and upper end, N/cm^3.
         """
-        z, x = evaluate(self.reference.m0, beta, gamma)
-        each = [evaluate(own, beta, gamma) for own in self.reference.scaled]
-        return (
-            self.with_interval(z, np.stack([own for own, _ in each])),
-            self.with_interval(x, np.stack([own for _, own in each])),
-        )
+        z, x = fourier.evaluate(self.reference.m0, beta, gamma)
+        each = [fourier.evaluate(own, beta, gamma) for own in self.reference.scaled]
+        each_z, each_x = map(np.stack, zip(*each, strict=True))
+        return self.with_interval(z, each_z), self.with_interval(x, each_x)
 
     def table(self) -> pd.DataFrame:
         """Alpha on the published grid of 7 x 13 angles.
@@ -428,7 +418,7 @@ class MediumFit:
     table: pd.DataFrame = field(repr=False)
     config: Config = field(repr=False)
     why: tuple[Remark, ...] = ()
-    without_flagged: FloatArray = field(default_factory=lambda: np.full(len(TERMS), np.nan))
+    without_flagged: FloatArray = field(default_factory=lambda: np.full(len(fourier.TERMS), np.nan))
 
     @property
     def reason(self) -> str:
@@ -453,7 +443,7 @@ class MediumFit:
     def draws(self) -> FloatArray:
         """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
         if self.reason or not errors_known(self.table):
-            return np.full((self.config.fourier.draws, len(TERMS)), np.nan)
+            return np.full((self.config.fourier.draws, len(fourier.TERMS)), np.nan)
         return self._of(self._alpha_draws)
 
     def _of(self, alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
@@ -497,12 +487,12 @@ def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]
         fit_medium(table, config, method)
         for method in ALL_METHODS
         for table in tables
-        if method != AS_PRINTED or _published_as(table, config) in MEDIA
+        if method != AS_PRINTED or config.media[_name(table)].published_as in MEDIA
     ]
 
 
-def _published_as(table: pd.DataFrame, config: Config) -> str:
-    return config.media[str(table["medium"].iloc[0])].published_as or ""
+def _name(table: pd.DataFrame) -> str:
+    return str(table["medium"].iloc[0])
 
 
 def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
@@ -511,8 +501,8 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     bare = np.where(doubtful, np.nan, alpha)
     if config.fit.flagged == "leave_out":
         alpha = bare[0], bare[1]
-    full = used = without = np.full(len(TERMS), np.nan)
-    keep, why = np.ones(len(TERMS), dtype=bool), tuple[Remark, ...]()
+    full = used = without = np.full(len(fourier.TERMS), np.nan)
+    keep, why = np.ones(len(fourier.TERMS), dtype=bool), tuple[Remark, ...]()
     try:
         full = _transform(method, angles, alpha, None)
         if not np.isfinite(full).all():
@@ -525,19 +515,18 @@ def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     except ValueError as error:
         why = (quoted(error, "no-fit"),)
     if not why:
-        keep = kept_terms(full, config.fourier.threshold)
+        keep = fourier.kept_terms(full, config.fourier.threshold)
         if method == AS_PRINTED:
-            keep = as_array(coefficients(_published_as(table, config))) != 0
+            printed = coefficients(config.media[_name(table)].published_as or "")
+            keep = fourier.as_array(printed) != 0
         used = _transform(method, angles, alpha, keep)
         if doubtful.any() and method == "lsq":
             with contextlib.suppress(ValueError):
                 without = _transform(method, angles, (bare[0], bare[1]), keep)
     cell = cell_at(table, 0, 90)
     measured = np.nan if cell is None else float(cell[column("z")])
-    return MediumFit(
-        str(table["medium"].iloc[0]), method, full, keep, used, measured, table, config, why,
-        without,
-    )  # fmt: skip
+    numbers = full, keep, used, measured
+    return MediumFit(_name(table), method, *numbers, table, config, why, without)
 
 
 def _transform(
@@ -547,8 +536,8 @@ def _transform(
     keep: npt.NDArray[np.bool_] | None,
 ) -> FloatArray:
     if method == "lsq":
-        return fit_lsq(*angles, *alpha, keep)
-    values = fit_dft_index(*angles, *alpha)
+        return fourier.fit_lsq(*angles, *alpha, keep)
+    values = fourier.fit_dft_index(*angles, *alpha)
     return values if keep is None else np.where(keep, values, 0.0)
 
 

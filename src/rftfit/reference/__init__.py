@@ -33,7 +33,7 @@ GAMMA_DEG = np.concatenate([-_GAMMA_UP[:0:-1], _GAMMA_UP])
 """Intrusion angles of Table S5: tan gamma = 0, 1/3, 2/3, 1, 3/2, 3, infinity, both signs."""
 
 NAMES = ("table_s1", "table_s2", "table_s3", "table_s4", "table_s5", "fig_s5", "fig_s11", "fig_s12",
-         "fig_4c")  # fmt: skip
+         "fig_4c", "discrepancies")  # fmt: skip
 
 
 @cache
@@ -50,7 +50,8 @@ def load(name: str) -> pd.DataFrame:
     ----------
     name : str
         ``table_s1`` to ``table_s5``, ``fig_s5`` (legs), ``fig_s11`` (penetration of sands), ``fig_s12``
-        (legs in sands) or ``fig_4c`` (speed of the robot).
+        (legs in sands), ``fig_4c`` (speed of the robot), or ``discrepancies``: statements of the paper
+        that its own tables and equations contradict.
 
     Returns
     -------

@@ -99,10 +99,8 @@ def speeds_of(
     threads: int | None = None,
 ) -> FloatArray:  # fmt: skip
     """Speeds (profiles, conditions), cm/s; NaN where a run is not steady."""
-    rows = [
-        [run.speed_cm_per_s for run in run_all(robot, profile, conditions, threads)]
-        for profile in profiles
-    ]
+    runs = (run_all(robot, profile, conditions, threads) for profile in profiles)
+    rows = [[run.speed_cm_per_s for run in own] for own in runs]
     return np.array(rows, dtype=float).reshape(len(profiles), len(conditions))
 
 
@@ -143,11 +141,11 @@ def speed_widths(
         return widths
     other = [with_arc_scaled(one, 1 + arc_percent / 100) for one in conditions]
     moved = speeds_of(longer, [profile], other, threads)[0] - found[0]
-    wide = float(student_quantile(confidence, GIVEN_DOF))
+    off = (float(student_quantile(confidence, GIVEN_DOF)) * moved).tolist()
     arc = (remark("arc-lost"),)
     return [
-        Width(math.hypot(one.half, wide * off), one.draws, one.why or arc * math.isnan(off))
-        for one, off in zip(widths, moved.tolist(), strict=True)
+        Width(math.hypot(one.half, by), one.draws, one.why or arc * math.isnan(by))
+        for one, by in zip(widths, off, strict=True)
     ]
 
 

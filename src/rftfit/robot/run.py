@@ -117,11 +117,8 @@ def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics)
         (b[0] - a[0]) / (stretch * stride_s) for a, b in ((before, middle), (middle, last))
     )
     near = max(numerics.settled_share * abs(second), numerics.settled_cm_per_s)
-    return bool(
-        abs(second - first) <= near
-        and abs(last[1] - middle[1]) <= SETTLED_Z_CM
-        and abs(last[2] - middle[2]) <= SETTLED_PITCH
-    )
+    moved = np.abs([second - first, *(last - middle)[1:3]])
+    return bool((moved <= [near, SETTLED_Z_CM, SETTLED_PITCH]).all())
 
 
 def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:

@@ -24,25 +24,15 @@ from rftfit.robot.config import read_robot
 # --- The robot's run sheet: which marker track is a trial of which condition.
 
 
+_CURVATURE = "R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)"
+_FREQUENCY = "stride frequency; blank: taken from the track"
 _FILE = Column("track", "path", "file of the marker track, relative to the folder of this sheet")
 COLUMNS = (
     Column("run_id", "text", "unique name of the trial"),
     Column("condition", "text", "name shared by the trials of one condition"),
     Column("medium", "choice", "the medium that the config's robot runs on"),
-    Column(
-        "curvature_times_R",
-        meaning="R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)",
-        low=-1,
-        high=1,
-    ),
-    Column(
-        "frequency_Hz",
-        meaning="stride frequency; blank: taken from the track",
-        needed=False,
-        above=0,
-        high=100,
-        unit="Hz",
-    ),
+    Column("curvature_times_R", meaning=_CURVATURE, low=-1, high=1),
+    Column("frequency_Hz", meaning=_FREQUENCY, needed=False, above=0, high=100, unit="Hz"),
     _FILE,
     Column("note", "text", "free text", needed=False),
 )
@@ -118,17 +108,13 @@ def _trial(draft: DraftRow) -> Trial:
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 CENTIMETRES = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 
+_MARKER = (
+    Column("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
+    Column("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
+    Column("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
+)
 _TRACK = Schema(
-    "track",
-    (
-        Column("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
-        Column("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
-        Column("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
-    ),
-    comments=True,
-    others="ignored",
-    lenient=True,
-    most_rows=2_000_000,
+    "track", _MARKER, comments=True, others="ignored", lenient=True, most_rows=2_000_000
 )
 
 
@@ -176,12 +162,9 @@ def read_track(path: Path) -> Track:
         before, row = good[back[0]], good[back[0] + 1]
         how = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
         more = f", and {back.size - 1} times more" if back.size > 1 else ""
-        raise TrackError(
-            "time-backwards",
-            f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}; "
-            "allowed: time that grows from row to row",
-            len(rows),
-        )
+        found = f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}"
+        allowed = "allowed: time that grows from row to row"
+        raise TrackError("time-backwards", f"{found}; {allowed}", len(rows))
     return Track(time - time[0], x, z, len(rows), dict(dropped))
 
 
@@ -240,11 +223,9 @@ def mean_stride_speed(
     time, x = track.time_s, track.x_cm
     strides = float(time[-1] * frequency_Hz)
     if strides < FEWEST_STRIDES - 1e-6:
-        raise TrackError(
-            "few-strides",
-            f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s; at least "
-            f"{FEWEST_STRIDES} are needed for a mean speed",
-        )
+        few = f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s"
+        least = f"at least {FEWEST_STRIDES} are needed for a mean speed"
+        raise TrackError("few-strides", f"{few}; {least}")
     flags += _gaps(track, frequency_Hz)
     velocity = _mean_stride(time, x, frequency_Hz)
     speed = float(velocity.mean())
@@ -351,11 +332,8 @@ def _gaps(track: Track, frequency: float) -> list[Remark]:
     text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
     flag = remark("track-gaps", gaps=text, seconds=longest)
     if longest * frequency > LONGEST_GAP_STRIDES:
-        raise TrackError(
-            "track-gaps",
-            f"{flag}, {longest * frequency:.2g} of a stride; allowed: up to "
-            f"{LONGEST_GAP_STRIDES:g} of one",
-        )
+        found = f"{flag}, {longest * frequency:.2g} of a stride"
+        raise TrackError("track-gaps", f"{found}; allowed: up to {LONGEST_GAP_STRIDES:g} of one")
     return [flag]
 
 

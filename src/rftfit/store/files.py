@@ -10,15 +10,12 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rftfit.errors import OutputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
 
 _REST = re.compile(r"\..+\.[0-9]+\.part(\.\w+)?")
 _ATTEMPTS = 5

@@ -12,7 +12,7 @@ from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
-from rftfit.measure.flags import MARKS, reason_columns
+from rftfit.measure.flags import mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import same_table
@@ -100,7 +100,7 @@ def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     curves, book = leg_curves(results.campaign, medium, runs, tared)
     mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, ())
-    return curves.assign(**reason_columns(mark, MARKS)), book.table()
+    return curves.assign(**mark_columns(mark)), book.table()
 
 
 def ledger(results: Results) -> pd.DataFrame:

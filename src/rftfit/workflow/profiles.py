@@ -15,7 +15,7 @@ from rftfit.compare.coefficients import (
 )
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import MARKS, reason_columns
+from rftfit.measure.flags import MARKS, mark_columns
 from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
@@ -55,7 +55,7 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
         return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
     return table.assign(
         medium=medium, known_media=found.known, chance_if_it_belongs=found.belongs,
-        horizontal=found.horizontal, **reason_columns(results.marks.get(medium, ()), MARKS),
+        horizontal=found.horizontal, **mark_columns(results.marks.get(medium, ())),
     )[MAP_COLUMNS]  # fmt: skip
 
 
