@@ -111,7 +111,7 @@ def test_intervals_of_coefficients_cover():
         noise = random.normal(0, se, (2, 91))
         noise[:, :13] = noise[:, -13:]
         table = alpha_frame("m", (alpha[0] + noise[0], alpha[1] + noise[1]), se)
-        draws = fourier.fit_lsq(BETA, GAMMA, *alpha_draws(table, 400, seed, 0.95))
+        draws = fourier.fit_lsq(BETA, GAMMA, *alpha_draws(table, 250, seed, 0.95))
         lo, hi = interval(draws, 0.95)
         inside += (lo <= true) & (hi >= true)
     assert 0.93 <= inside.sum() / 2700 <= 0.97

