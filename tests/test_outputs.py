@@ -1,9 +1,8 @@
 """The dictionary of outputs: consistent in itself, and true of the tables that the program makes.
 
-`tests/workflow/test_workflow_whole.py` holds it against every file of a whole run.
+`tests/workflow/test_workflow_again.py` holds it against every file of a whole run.
 """
 
-import importlib
 import shutil
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import pandas as pd
 import pytest
 import yaml
 from dictionary_check import check_results, columns_in, undescribed, unit_of, wrong_kind
-from jobs import planned_jobs, run_rules
+from jobs import planned_jobs
 from rigroom import Room
 
 from rftfit.campaign.config import Config
@@ -29,19 +28,6 @@ from rftfit.workflow.stages import FIGURE_RULES, STAGES
 ROOT = Path(__file__).parents[1]
 TABLES = [one for one in outputs() if one.columns]
 MEDIUM = "poppy_LP"
-
-
-@pytest.fixture(scope="module")
-def root(tmp_path_factory):
-    """A plate pushed and pulled, a level one and a leg, through the stages that know their logs."""
-    folder = tmp_path_factory.mktemp("outputs")
-    room = Room(folder)
-    room.add(*(f"{MEDIUM}_{name}" for name in ("bp30_g90_in", "bp30_g90_ex", "c_leg")))
-    config = room.write()
-    run_rules(config, "ingest", "tare", "slopes", "checks", "legs")
-    for name in ("records", "state"):
-        shutil.rmtree(folder / "results" / name)
-    return folder
 
 
 # --- the dictionary itself ------------------------------------------------------------------------
@@ -109,42 +95,6 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
 # --- against tables -------------------------------------------------------------------------------
 
 
-def test_tables_of_the_measurement(root):
-    problems = check_results(root / "results")
-    assert all("no such file was made" in problem for problem in problems), problems
-    made = {describe(p.relative_to(root).as_posix()) for p in (root / "results").rglob("*.*")}
-    assert len(made - {None}) >= 9
-
-
-STATED = {
-    "results/ledger.csv": "rftfit.measure.ledger:COLUMNS",
-    "results/fourier/media.csv": "rftfit.compare.coefficients:COEFFICIENT_COLUMNS",
-    "results/fourier/terms.csv": "rftfit.workflow.profiles:TERM_COLUMNS",
-    "results/coefficients.csv": "rftfit.compare.coefficients:COEFFICIENT_COLUMNS",
-    "results/penetration.csv": "rftfit.compare.coefficients:PENETRATION_COLUMNS",
-    "results/alpha_extended.csv": "rftfit.workflow.profiles:SYMMETRY_COLUMNS",
-    "results/predicted.csv": "rftfit.compare.legs:PREDICTED_COLUMNS",
-    "results/leg_errors.csv": "rftfit.compare.legs:COLUMNS",
-    "results/leg_sensitivity.csv": "rftfit.compare.sensitivity:SENSITIVITY_COLUMNS",
-    "results/reproduction.csv": "rftfit.compare.published:ITEM_COLUMNS",
-    "results/sands.csv": "rftfit.compare.sands:SAND_COLUMNS",
-    "results/robot/measured.csv": "rftfit.robot.speeds:MEASURED",
-    "results/robot/errors.csv": "rftfit.robot.speeds:ERRORS",
-    "results/robot/intervals.csv": "rftfit.robot.intervals:WIDTH_COLUMNS",
-    "results/robot/optimum.csv": "rftfit.compare.robot:COLUMNS",
-}
-"""Where the code itself lists the columns of a table."""
-
-
-@pytest.mark.parametrize("file", STATED)
-def test_columns_that_the_code_lists(file):
-    module, _, name = STATED[file].partition(":")
-    output = describe(file)
-    assert output is not None
-    columns = getattr(importlib.import_module(module), name)
-    assert undescribed(output, columns) == []
-
-
 def test_columns_of_found_clocks_and_surface(tmp_path):
     text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
     values: dict[str, Any] = yaml.safe_load(text)
@@ -191,10 +141,9 @@ def test_tables_of_commands(tmp_path, capsys, monkeypatch):
 # --- the check itself -----------------------------------------------------------------------------
 
 
-def test_a_column_or_file_too_many_or_too_few_is_seen(root, tmp_path):
+def test_a_column_or_file_too_many_or_too_few_is_seen(small_made, tmp_path):
     results = tmp_path / "results"
-    (results / "fits").mkdir(parents=True)
-    table = pd.read_csv(root / "results" / "fits" / f"{MEDIUM}.csv")
+    table = small_made.table(f"fits/{MEDIUM}.csv")
     changed = table.drop(columns="alpha_x_dof").assign(alpha_y_N=1.0, n_points=0.5)
     write_csv(changed, results / "fits" / f"{MEDIUM}.csv")
     (results / "new.csv").write_text("a\n1\n", encoding="utf-8")
