@@ -80,9 +80,8 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Smallest alpha of all published media, with its sign, shape (2, n); 0 where the signs differ."""
     shapes = published_shapes()
-    media = np.split(shapes.of_media(beta, gamma), 2, axis=1)
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
-    ratios = np.stack(media) / level
+    ratios = np.stack(np.split(shapes.of_media(beta, gamma), 2, axis=1)) / level
     alike = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
     return np.where(alike, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 

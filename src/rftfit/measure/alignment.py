@@ -178,8 +178,7 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))
     if high < low:
         raise Refused("no-overlap")
-    lags: FloatArray = near + step * np.arange(low, high + 1)
-    return lags
+    return np.asarray(near + step * np.arange(low, high + 1))
 
 
 KNOTS = (7, 10, 14)

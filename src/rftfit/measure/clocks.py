@@ -69,8 +69,7 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     starts = starts[np.append(True, rests)[: starts.size]]
     ends = ends[np.append(rests, True)[: ends.size]]
     spans: FloatArray = np.stack([starts, ends], axis=1)
-    long: FloatArray = spans[ends - starts > _JITTER_S]
-    return long
+    return np.asarray(spans[ends - starts > _JITTER_S])
 
 
 def flickers(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
@@ -95,8 +94,7 @@ def _crossing(
     # at either end of the log there is no neighbour: the log's first or last sample is the edge
     rise[rise == 0] = np.inf
     share = np.minimum(np.maximum((threshold - speed[low]) / rise, 0), 1)
-    result: FloatArray = time[low] + share * (time[high] - time[low])
-    return result
+    return np.asarray(time[low] + share * (time[high] - time[low]))
 
 
 def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:

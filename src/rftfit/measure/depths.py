@@ -18,8 +18,7 @@ def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
     """Runs by which the check `linearity` tells an exponent of depth."""
     alpha, se = fits[column("z")].abs(), fits[column("z", "_se")]
     steep = (fits["direction"] == "intrusion") & (fits["gamma_deg"].abs() >= 45)
-    known: pd.DataFrame = fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]
-    return known
+    return fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]
 
 
 def power_of(fits: pd.DataFrame, checks: pd.DataFrame) -> float:

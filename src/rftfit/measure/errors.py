@@ -286,8 +286,7 @@ def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) ->
     rise = np.where(near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     wanted = np.einsum("nm,inm,nm->ni", weight, step, rise)
-    result: FloatArray = np.einsum("nij,nj->ni", np.linalg.pinv(square), wanted)
-    return result
+    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(square), wanted))
 
 
 def shares(parts: Mapping[str, float | FloatArray]) -> str:

@@ -232,7 +232,8 @@ class Remark:
     words: str = ""
 
     def __str__(self) -> str:
-        return sentence(self)
+        """The sentence, without the run that it is about."""
+        return self.words or SENTENCES[self.code].format(**self.values)
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -274,16 +275,11 @@ def dropped_rows(reason: str) -> Remark:
     return Remark(_ROW_CODES.get(reason, "damaged-rows"), words=reason)
 
 
-def sentence(one: Remark) -> str:
-    """Say one remark, without the run that it is about."""
-    return one.words or SENTENCES[one.code].format(**one.values)
-
-
 def say(remarks: Iterable[Remark]) -> str:
     """Say some remarks; those on one run stand together behind its name."""
     parts: list[str] = []
     for run, group in groupby(remarks, key=lambda one: one.run_id):
-        sentences = [sentence(one) for one in group]
+        sentences = [str(one) for one in group]
         parts += [f"{run}: {', '.join(sentences)}"] if run else sentences
     return "; ".join(parts)
 

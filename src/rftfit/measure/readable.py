@@ -45,7 +45,7 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     every = campaign.runs_of(medium)
     sizes = {run.run_id: _sizes(campaign, run) for run in every}
     large = {
-        name for name, own in sizes.items() if any(size and size > LARGEST_BYTES for size in own)
+        name for name, own in sizes.items() if max(filter(None, own), default=0) > LARGEST_BYTES
     }
     runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
@@ -118,9 +118,7 @@ def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
 
 
 def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
-    return [
-        campaign.size_of(name) for name in (run.force_log, run.motion_log, run.zero_log) if name
-    ]
+    return [campaign.size_of(one) for one in (run.force_log, run.motion_log, run.zero_log) if one]
 
 
 def _place(medium: str, members: list[Run], of: int, what: str) -> Place:

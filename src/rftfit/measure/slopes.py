@@ -27,8 +27,7 @@ FEWEST = 8
 def _cosines(n: int, count: int) -> FloatArray:
     """First `count` cosine modes over `n` samples, orthonormal, shape (count, n)."""
     order = np.arange(1, count + 1)
-    modes: FloatArray = np.sqrt(2 / n) * np.cos(np.pi * np.outer(order, np.arange(n) + 0.5) / n)
-    return modes
+    return np.asarray(np.sqrt(2 / n) * np.cos(np.pi * np.outer(order, np.arange(n) + 0.5) / n))
 
 
 def weighted_sum_variance(
@@ -67,16 +66,14 @@ def _level(white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int
     shadow = modes @ basis
     overlap = modes @ modes.T - shadow @ shadow.T
     sums = white @ modes.T - (white @ basis) @ shadow.T
-    level: FloatArray = np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count
-    return level
+    return np.asarray(np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count)
 
 
 def _orthonormal(rows: FloatArray) -> FloatArray:
     """Orthonormal columns that span the same as some rows."""
     if len(rows) == 1:
         # by hand: the general way costs more than all the rest of `_level`
-        single: FloatArray = rows.T / np.sqrt(rows[0] @ rows[0])
-        return single
+        return np.asarray(rows.T / np.sqrt(rows[0] @ rows[0]))
     return np.linalg.qr(rows.T)[0]
 
 
@@ -117,8 +114,7 @@ def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
     total = variances.sum(axis=0)
     parts = (variances**2 / dofs).sum(axis=0)
     safe = np.where(parts > 0, parts, 1.0)
-    result: FloatArray = np.where(parts > 0, total**2 / safe, np.max(dofs, axis=0))
-    return result
+    return np.asarray(np.where(parts > 0, total**2 / safe, np.max(dofs, axis=0)))
 
 
 GIVEN_DOF = 1e6
@@ -152,8 +148,7 @@ def startup_bias(
     early, late = (stress[:, part].mean(axis=1) - mean for part in (second, last))
     # noise must not pass for a start-up that never ends
     share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
-    left: FloatArray = late * share / (1 - share) * third / length
-    return left
+    return np.asarray(late * share / (1 - share) * third / length)
 
 
 _NEAR = 0.1

@@ -74,15 +74,14 @@ class IntruderPath:
         gap = np.diff(ends)[1::2]
         rest = (gap > least_s) & (far < 0.5 * gap)
         kept = np.concatenate([[True], np.repeat(rest, 2), [True]]) if ends.size else ends > 0
-        joined: FloatArray = ends[kept].reshape(-1, 2)
-        return joined
+        return np.asarray(ends[kept].reshape(-1, 2))
 
     def _noise(self) -> float:
         """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
         off = [part[1:-1] - part[:-2] - share * (part[2:] - part[:-2]) for part in (self.x, self.z)]
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
-        return max(float(np.median(np.abs(one))) for one in off) / 0.826
+        return float(np.median(np.abs(off), axis=1).max()) / 0.826
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
         """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""

@@ -70,19 +70,19 @@ def find_zero(
     pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
     if not pieces:
         raise Refused("no-zero")
-    middles = [float(time[piece].mean()) for piece in pieces]
-    if middles[0] > stroke_time or middles[-1] < stroke_time:
+    rests = [(float(time[piece].mean()), piece) for piece in pieces]
+    if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
-        pieces = [max(pieces, key=len)]
-    t0, t1 = (float(time[piece].mean()) for piece in (pieces[0], pieces[-1]))
-    first, variance, dof = _mean(force[:, pieces[0]])
-    if len(pieces) == 1:
+        rests = [max(rests, key=lambda one: one[1].size)]
+    (t0, before), (t1, after) = rests[0], rests[-1]
+    first, variance, dof = _mean(force[:, before])
+    if len(rests) == 1:
         # any drift up to the largest is equally likely
         unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
-        away = time[pieces[0]] - t0
-        trend = force[:, pieces[0]] @ away / float(away @ away) * (stroke_time - t0)
+        away = time[before] - t0
+        trend = force[:, before] @ away / float(away @ away) * (stroke_time - t0)
         return Zero(first[:, None], variance + unseen, dof, math.nan, (trend[0], trend[1]))
-    last, last_variance, last_dof = _mean(force[:, pieces[-1]])
+    last, last_variance, last_dof = _mean(force[:, after])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = first[:, None] * (1 - share) + last[:, None] * share
     # the larger of the two: an upper bound for any mix of the two means

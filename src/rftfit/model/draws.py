@@ -91,8 +91,7 @@ def _part(table: pd.DataFrame, component: str, source: str) -> FloatArray:
     name = column(component, f"_{source}")
     if name not in table:
         return np.zeros(len(table))
-    values: FloatArray = np.nan_to_num(table[name].to_numpy(float))
-    return values
+    return np.asarray(np.nan_to_num(table[name].to_numpy(float)))
 
 
 def _shared_normals(

@@ -69,9 +69,9 @@ def mesh_draws(
 ) -> FloatArray:
     """`mesh_forces` for each of a stack of draws, without the last column: (draws, p, 6)."""
     stack, faces = as_table(draws), describe(mesh)
-    alpha = np.stack([stack.alpha_z, stack.alpha_x])
-    alpha = alpha.reshape(2, -1, *alpha.shape[-2:]).swapaxes(0, 1)
-    each = (TableProfile.of_nodes(stack.beta, stack.gamma, (z, x)) for z, x in alpha)
+    shape = (-1, *stack.alpha_z.shape[-2:])
+    alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
+    each = (TableProfile.of_nodes(stack.beta, stack.gamma, one) for one in alpha)
     return np.stack([_forces(law_of(one, law), faces, motion, friction)[:, :6] for one in each])
 
 

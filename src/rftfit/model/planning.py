@@ -97,8 +97,7 @@ def blank(shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | N
 
 def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
     flat = alpha.reshape(*alpha.shape[:-2], -1)
-    result: FloatArray = flat / np.abs(known.alpha).max()
-    return result
+    return np.asarray(flat / np.abs(known.alpha).max())
 
 
 def _zeta(alpha: FloatArray, known: Map) -> FloatArray:

@@ -35,8 +35,7 @@ _TEST_DOF = 1e3
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
     """Zeta, alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1."""
-    result: FloatArray = coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1)
-    return result
+    return np.asarray(coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1))
 
 
 def generic(coefficients: FloatArray) -> FloatArray:
@@ -45,8 +44,7 @@ def generic(coefficients: FloatArray) -> FloatArray:
     `coefficients`: shape (..., media, 9), N/cm^3. Returns shape (..., 9), dimensionless.
     """
     zeta = vertical_penetration(coefficients)
-    result: FloatArray = (coefficients / zeta[..., None]).mean(axis=-2)
-    return result
+    return np.asarray((coefficients / zeta[..., None]).mean(axis=-2))
 
 
 @dataclass(frozen=True)

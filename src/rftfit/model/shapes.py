@@ -180,10 +180,7 @@ class _Prior(NamedTuple):
 
     def covariance(self, own: float) -> FloatArray:
         """C + (1 - w) K + w R, `own`: w."""
-        result: FloatArray = (
-            self.between.T @ self.between + (1 - own) * self.smooth + own * self.rough
-        )
-        return result
+        return self.between.T @ self.between + (1 - own) * self.smooth + own * self.rough
 
 
 def _alike(
@@ -222,8 +219,7 @@ def _rough(by: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def _matern(distance: FloatArray) -> FloatArray:
-    result: FloatArray = (1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance)
-    return result
+    return np.asarray((1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance))
 
 
 def published_shapes(without: Iterable[str] = ()) -> Shapes:
@@ -667,8 +663,7 @@ class _Given:
         """Its logarithm, shape (departures, sizes)."""
         variance = 1 + (departures[:, None] * sizes**2)[..., None] * self._values
         squares = (self._y - sizes[:, None] * self._mean) ** 2 / variance
-        result: FloatArray = -0.5 * (np.log(variance) + squares).sum(axis=-1)
-        return result
+        return np.asarray(-0.5 * (np.log(variance) + squares).sum(axis=-1))
 
     def expected(self, known: float | None) -> float:
         """Size of a medium that departs as the known ones do."""
@@ -677,8 +672,7 @@ class _Given:
 
     def solved(self, off: FloatArray, variance: FloatArray) -> FloatArray:
         """Inverse covariance of the numbers times `off`, (draws, n); `variance`: s^2 lambda, (draws, 1)."""
-        result: FloatArray = (off @ self._whiten.T / (1 + variance * self._values)) @ self._whiten
-        return result
+        return np.asarray((off @ self._whiten.T / (1 + variance * self._values)) @ self._whiten)
 
     def distance(self, size: float) -> float:
         """Squared distance of the numbers from the shape of this size: chi^2 where the medium belongs."""
@@ -739,8 +733,7 @@ def root(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance: normal numbers times them have it."""
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     keep = values > LEAST_VARIANCE * max(float(values[-1]), 1e-300)
-    result: FloatArray = (vectors[:, keep] * np.sqrt(values[keep])).T
-    return result
+    return np.asarray((vectors[:, keep] * np.sqrt(values[keep])).T)
 
 
 def _same_direction(
@@ -824,14 +817,12 @@ class Map:
     @cached_property
     def alpha(self) -> FloatArray:
         """Mean of the draws, shape (2, n): z and x, N/cm^3."""
-        mean: FloatArray = self.draws.mean(axis=0)
-        return mean
+        return np.asarray(self.draws.mean(axis=0))
 
     @property
     def factor(self) -> FloatArray:
         """Rows whose products are the covariance of alpha, shape (draws, 2, n)."""
-        rows: FloatArray = (self.draws - self.alpha) / np.sqrt(len(self.draws) - 1)
-        return rows
+        return np.asarray((self.draws - self.alpha) / np.sqrt(len(self.draws) - 1))
 
     @property
     def pushed(self) -> FloatArray:

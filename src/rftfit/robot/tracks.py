@@ -319,8 +319,7 @@ def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArra
     order = np.arange(1, HARMONICS + 1)
     turn = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
     rates = 2 * np.pi * frequency * order
-    velocity: FloatArray = slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates
-    return velocity
+    return np.asarray(slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates)
 
 
 def _gaps(track: Track, frequency: float) -> list[Remark]:
