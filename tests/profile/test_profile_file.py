@@ -37,17 +37,14 @@ def small_map(pushes):
     return replace(whole, draws=whole.draws[:150])
 
 
-def with_draws(z, x, beta, gamma, count=30):
-    random = np.random.default_rng(0)
-    drawn_z, drawn_x = (one + random.normal(0, 0.01, (count, *one.shape)) for one in (z, x))
-    spread = rftfit.TableProfile(drawn_z, drawn_x, beta, gamma)
-    return rftfit.TableProfile(z, x, beta, gamma, spread=spread)
-
-
-def table_at(beta_deg, gamma_deg, medium="glass3mm_CP"):
+def table_at(beta_deg, gamma_deg):
+    """Glass beads pushed in these directions, with 30 draws of their errors."""
     beta, gamma = np.radians(beta_deg), np.radians(gamma_deg)
-    alpha = rftfit.published_medium(medium).alpha(beta, gamma)
-    return with_draws(*alpha, beta, gamma)
+    alpha = np.array(rftfit.published_medium("glass3mm_CP").alpha(beta, gamma))
+    shape = (2, 30, *alpha.shape[1:])
+    draws = alpha[:, None] + np.random.default_rng(0).normal(0, 0.01, shape)
+    spread = rftfit.TableProfile(*draws, beta, gamma)
+    return rftfit.TableProfile(*alpha, beta, gamma, spread=spread)
 
 
 def lines(*degrees):
@@ -57,20 +54,20 @@ def lines(*degrees):
 @pytest.fixture(scope="module")
 def sources(paper_config):
     """A map, and tables of every kind: complete, with a hole, without the lines that close it, scattered."""
-    z, x = (one.copy() for one in reference.alpha_grid("poppy_CP"))
-    z[4, 3] = x[4, 3] = np.nan
-    measured: dict[str, Any] = {
-        kind: measured_profile(alpha_frame(kind, alpha), paper_config)
-        for kind, alpha in (("poppy_LP", reference.alpha_grid("poppy_LP")), ("poppy_CP", (z, x)))
-    }
-    for one in measured.values():
+    holed = np.array(reference.alpha_grid("poppy_CP"))
+    holed[:, 4, 3] = np.nan
+    grids = {"poppy_LP": reference.alpha_grid("poppy_LP"), "poppy_CP": tuple(holed)}
+    measured: list[Any] = [
+        measured_profile(alpha_frame(kind, alpha), paper_config) for kind, alpha in grids.items()
+    ]
+    for one in measured:
         beta, gamma, *draws = one.spread.cells
         one.spread = rftfit.TableProfile(*(part[:100] for part in draws), beta, gamma)
     return {
         "map": small_map(PUSHES),
         "published": rftfit.published_medium("glass0.3mm_LP"),
-        "measured": measured["poppy_LP"],
-        "hole": measured["poppy_CP"],
+        "measured": measured[0],
+        "hole": measured[1],
         "open": table_at(lines(-60, -20, 20, 60), [-80, -40, -10, 10, 40, 80]),
         "half": table_at(lines(0, 30, 60, 90), [-90, -45, 0, 45, 90]),
         "scattered": table_at(*np.random.default_rng(3).uniform(-90, 90, (2, 40))),
@@ -100,7 +97,7 @@ def read(path):
 
 @pytest.fixture
 def content(files):
-    return copy.deepcopy(read(files / "map.json"))
+    return read(files / "map.json")
 
 
 def plane(step=7.5):
@@ -144,31 +141,28 @@ def test_what_stands_in_it(sources, files, content):
     # 7 x 25 nodes, each direction once
     assert {len(column) for column in content["directions"].values()} == {74}
     assert (content["origin"]["pushes"], content["origin"]["known_media"]) == (4, ", ".join(MEDIA))
-    np.testing.assert_allclose(
-        pushes_in_profile(files / "map.json")["alpha_z_se_N_per_cm3"][:3], [0.02, 0.01, 0.03]
-    )
+    se = pushes_in_profile(files / "map.json")["alpha_z_se_N_per_cm3"]
+    np.testing.assert_allclose(se[:3], [0.02, 0.01, 0.03])
     assert (files / "map.json").stat().st_size < 220_000
     # of a table that is a grid its directions are what was pushed; its errors those of the draws
     assert read(files / "measured.json")["pushes"] is None
-    frame = sources["measured"].cells[2]
-    assert rftfit.read_profile(files / "measured.json").pushed.shape == (6, 74) != frame.shape
+    assert sources["measured"].cells[2].shape != (6, 74)
+    assert rftfit.read_profile(files / "measured.json").pushed.shape == (6, 74)
     assert len(read(files / "scattered.json")["pushes"]["beta_deg"]) == 40
     se = rftfit.read_profile(files / "scattered.json").pushed[4:]
     assert 0.005 < se.min() < se.max() < 0.015
 
 
-def test_a_pair_of_mirror_images_is_one_push():
+@pytest.mark.parametrize(("signs", "se"), [((1, 1, 0), 0.1), ((1, -1, 0), 0.0)])
+def test_a_pair_of_mirror_images_is_one_push(signs, se):
     """Their mean is as well known as their common error lets it be."""
     beta, gamma = np.radians([30, -30, 0]), np.radians([90, 90, 45])
-    off = np.array([[-1.0], [0.0], [1.0]])
-    for signs, se in (((1, 1), 0.1), ((1, -1), 0.0)):
-        draws = 1 + 0.1 * off * np.array([*signs, 0])
-        spread = rftfit.TableProfile(draws, draws * [1, -1, 0], beta, gamma)
-        table = rftfit.TableProfile(
-            np.ones(3), np.array([0.5, -0.7, 0]), beta, gamma, spread=spread
-        )
-        np.testing.assert_allclose(table.pushed[:, 0], [-30, 90, 1, -0.6, se, se], atol=1e-12)
-        assert table.pushed.shape == (6, 2)
+    draws = 1 + 0.1 * np.outer([-1, 0, 1], signs)
+    spread = rftfit.TableProfile(draws, draws * [1, -1, 0], beta, gamma)
+    alpha_x = np.array([0.5, -0.7, 0])
+    table = rftfit.TableProfile(np.ones(3), alpha_x, beta, gamma, spread=spread)
+    np.testing.assert_allclose(table.pushed[:, 0], [-30, 90, 1, -0.6, se, se], atol=1e-12)
+    assert table.pushed.shape == (6, 2)
 
 
 def test_the_same_map_gives_the_same_bytes(files, tmp_path):
@@ -370,9 +364,8 @@ def test_all_that_is_wrong_is_told_at_once(content, tmp_path):
     del content["origin"]
     content["directions"]["beta_deg"] = "none"
     found, _ = problems(tmp_path / "p.json", content | {"version": 7})
-    assert {place for _, place in found} == {
-        "version", "medium.nmae", "origin", "directions.beta_deg"
-    }  # fmt: skip
+    wanted = {"version", "medium.nmae", "origin", "directions.beta_deg"}
+    assert {place for _, place in found} == wanted
 
 
 def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
