@@ -90,10 +90,8 @@ def test_compiled_and_plain_agree(profile, rows):
 def test_any_number_of_elements(profile, count, solid):
     """Blocks that are full, nearly full, or have lanes to spare; some of them in the air."""
     random = np.random.default_rng(count)
-    turn = random.uniform(-4, 4, count)
-    body = np.column_stack(
-        [random.normal(size=(count, 2)), np.cos(turn), np.sin(turn), random.uniform(0, 0.3, count)]
-    )
+    turn, half = random.uniform(-4, 4, count), random.uniform(0, 0.3, count)
+    body = np.column_stack([random.normal(size=(count, 2)), np.cos(turn), np.sin(turn), half])
     body[: count // 2, 1] += 5.0
     poses = random.normal(size=(60, 6))
     poses[0, 3:] = 0.0

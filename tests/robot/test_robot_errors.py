@@ -172,7 +172,7 @@ FAR = "depth-only: largest error of speed, %"
     ],
 )  # fmt: skip
 def test_claims_beside_the_papers(factor, top, profile, item, paper, ours, verdict, why):
-    found = claims(factor, top, profile).loc[f"robot, {item}" if ":" in item else f"robot: {item}"]
+    found = claims(factor, top, profile).loc[f"robot{',' if ':' in item else ':'} {item}"]
     assert (found["paper"], found["verdict"]) == (paper, verdict)
     assert found["ours"] == pytest.approx(ours)
     assert why in found["why"]

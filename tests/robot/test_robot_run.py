@@ -98,24 +98,21 @@ def test_series(robot, table):
     s = run.series
     assert s is not None
     assert tuple(s.force_z_N) == ("belly", "front", "rear", "tripod_1", "tripod_2")
-    assert len(s.time_s) == 50 * run.strides
+    assert len(s.time_s) == len(s.table()) == 50 * run.strides
     np.testing.assert_allclose(np.diff(s.time_s), 0.5 / 50)
     np.testing.assert_allclose(s.leg_angle_deg[:3], [60.0, 67.2, 74.4])
     assert (s.time_s[0], s.x_cm[0], s.pitch_deg[0]) == (0, 0, 0)
     # in the mean over steady strides the ground bears the weight and neither speeds up nor turns
-    last = slice(-50 * run.averaged, None)
-    weight_N = 150 * 980.665e-5
-    lift = sum(force[last].mean() for force in s.force_z_N.values())
-    thrust = sum(force[last].mean() for force in s.force_x_N.values())
-    np.testing.assert_allclose(lift, weight_N, rtol=0.03)
-    assert abs(thrust) < 0.03 * weight_N
+    last, weight_N = slice(-50 * run.averaged, None), 150 * 980.665e-5
+    lift, thrust = (
+        sum(force[last].mean() for force in forces.values())
+        for forces in (s.force_z_N, s.force_x_N)
+    )
+    assert (lift, thrust) == pytest.approx((weight_N, 0), abs=0.03 * weight_N)
     assert s.drive_moment_N_cm[last].mean() > 0
     # the two tripods do the same, half a stride apart
     one, two = s.force_z_N["tripod_1"][-25:], s.force_z_N["tripod_2"][-50:-25]
     np.testing.assert_allclose(one, two, atol=0.05 * one.max())
-    table_of = s.table()
-    assert list(table_of.columns[:3]) == ["time_s", "x_cm", "z_cm"]
-    assert {"force_z_belly_N", "force_x_tripod_2_N"} <= set(table_of.columns)
     # samples change nothing but the number of steps to a stride
     bare = simulate(robot, table, 2.0, 1.0, 1 / 6)
     np.testing.assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
@@ -131,9 +128,8 @@ def test_elements_over_time(robot, table):
     assert legs.ends_x_cm.shape == (10, 3, 30, 2)
     assert belly.force_z_N.shape == (10, 1, 30)
     for name, group in groups.items():
-        np.testing.assert_allclose(
-            group.force_z_N.sum(axis=(1, 2)), run.series.force_z_N[name][::4], atol=1e-9
-        )
+        whole = run.series.force_z_N[name][::4]
+        np.testing.assert_allclose(group.force_z_N.sum(axis=(1, 2)), whole, atol=1e-9)
     # one element begins where the one before ends, and the leg begins at its hip
     np.testing.assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
     front = run.series.x_cm[::4] + 5.5 * np.cos(np.radians(run.series.pitch_deg[::4]))
