@@ -203,14 +203,15 @@ def test_a_block_that_is_wrong_is_seen(tmp_path, base):
     with pytest.raises(ValueError, match="sync_line"):
         check_values(bad, base)
     assert fate(unknown) == ""
-    reader = Reader(tmp_path)
     for block in (broken, python):
         with pytest.raises(AssertionError, match=r"page.md, line"):
-            reader.follow(block)
-    with pytest.raises(AssertionError, match="no such mark"):
-        blocks_of("page.md", "<!-- skip: because -->\n```sh\nls\n```\n")
-    with pytest.raises(AssertionError, match="indented"):
-        blocks_of("page.md", "- so:\n\n  ```sh\n  ls\n  ```\n")
+            Reader(tmp_path).follow(block)
+    for text, match in (
+        ("<!-- skip: because -->\n```sh\nls\n```\n", "no such mark"),
+        ("- so:\n\n  ```sh\n  ls\n  ```\n", "indented"),
+    ):
+        with pytest.raises(AssertionError, match=match):
+            blocks_of("page.md", text)
 
 
 def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, extension):

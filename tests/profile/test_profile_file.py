@@ -141,8 +141,8 @@ def test_what_stands_in_it(sources, files, content):
     # 7 x 25 nodes, each direction once
     assert {len(column) for column in content["directions"].values()} == {74}
     assert (content["origin"]["pushes"], content["origin"]["known_media"]) == (4, ", ".join(MEDIA))
-    se = pushes_in_profile(files / "map.json")["alpha_z_se_N_per_cm3"]
-    np.testing.assert_allclose(se[:3], [0.02, 0.01, 0.03])
+    stated = pushes_in_profile(files / "map.json")["alpha_z_se_N_per_cm3"][:3]
+    np.testing.assert_allclose(stated, [0.02, 0.01, 0.03])
     assert (files / "map.json").stat().st_size < 220_000
     # of a table that is a grid its directions are what was pushed; its errors those of the draws
     assert read(files / "measured.json")["pushes"] is None
