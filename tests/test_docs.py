@@ -203,9 +203,10 @@ def test_a_block_that_is_wrong_is_seen(tmp_path, base):
     with pytest.raises(ValueError, match="sync_line"):
         check_values(bad, base)
     assert fate(unknown) == ""
+    reader = Reader(tmp_path)
     for block in (broken, python):
         with pytest.raises(AssertionError, match=r"page.md, line"):
-            Reader(tmp_path).follow(block)
+            reader.follow(block)
     for text, match in (
         ("<!-- skip: because -->\n```sh\nls\n```\n", "no such mark"),
         ("- so:\n\n  ```sh\n  ls\n  ```\n", "indented"),
