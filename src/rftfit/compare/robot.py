@@ -201,17 +201,14 @@ def optima(
 def _optimum(
     part: pd.DataFrame, confidence: float, calibrated: str, half: float
 ) -> tuple[object, ...]:
-    steady = part[part["outcome"] == "steady"]
-    groups = [
-        (one, steady.loc[steady["curvature_times_R"] == one, "speed_cm_per_s"].to_numpy(float))
-        for one in sorted(set(steady["curvature_times_R"].tolist()))
-    ]
+    steady = part[part["outcome"] == "steady"].astype({"speed_cm_per_s": float})
+    groups = dict(iter(steady.groupby("curvature_times_R")["speed_cm_per_s"]))
     lost = part["curvature_times_R"].nunique() - len(groups)
     reason = reason_cells([remark("no-steady-run", count=lost)] if lost else [])
     if not groups:
         return (*(math.nan,) * 8, 0, calibrated, *reason)
-    curvature = np.array([one for one, _ in groups])
-    speeds = [values for _, values in groups]
+    curvature = np.array([*groups], dtype=float)
+    speeds = [values.to_numpy() for values in groups.values()]
     mean = np.array([values.mean() for values in speeds])
     best, top_speed = best_curvature(curvature, mean)
     top = int(np.argmax(mean))

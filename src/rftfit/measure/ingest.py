@@ -401,15 +401,14 @@ def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
     """Account for in-air runs that no leg names: they belong to no medium and no stage reads them."""
     ledger = Ledger()
     for run in campaign.unassigned_air_runs:
-        files = [run.force_log, run.motion_log]
         counts = []
-        for file, reader in zip(files, readers(campaign), strict=True):
+        for file, reader in zip((run.force_log, run.motion_log), readers(campaign), strict=True):
             try:
-                counts.append(sum(log.rows for log in reader.stream(campaign.raw / file)))
+                counts.append((file, sum(log.rows for log in reader.stream(campaign.raw / file))))
             except LogError as error:
-                counts.append(error.rows)
+                counts.append((file, error.rows))
         if same_table(campaign.config, run) and counts[0] == counts[1]:
             counts.pop()
-        for file, rows in zip(files, counts, strict=False):
+        for file, rows in counts:
             ledger.add(run, file, DROPPED, rows, remark("unclaimed"))
     return ledger

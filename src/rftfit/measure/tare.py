@@ -76,11 +76,8 @@ def tare_medium(
     told = status.filter(["run_id", *REASON]).to_dict("records")
     refused = {row["run_id"]: reason_of(row) for row in told}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
-    tares = {
-        name: _tare_of(runs[name], stroke, ledger)
-        for name, stroke in found.items()
-        if runs[name].kind in TARE_KINDS
-    }
+    alone = {name: found.pop(name) for name in [*found] if runs[name].kind in TARE_KINDS}
+    tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in alone.items()}
     parts: dict[str, Stroke] = {}
     rows = [
         (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
@@ -89,8 +86,6 @@ def tare_medium(
     ]
     for name, stroke in found.items():
         run = runs[name]
-        if run.kind in TARE_KINDS:
-            continue
         tare, reason = tares.get(run.tare_run), tuple[Remark, ...]()
         valid = (np.nan, np.nan)
         if isinstance(tare, Tare):

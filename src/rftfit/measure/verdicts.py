@@ -158,11 +158,8 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
             marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
         # by the config as it is now, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
-        accepted = rows.loc[rows["verdict"] == ACCEPTED, "check"]
-        marks += [
-            remark(ACCEPTED, fault=CHECKS[check].fault, why=accept.get(check, ""))
-            for check in accepted
-        ]
+        for check in rows.loc[rows["verdict"] == ACCEPTED, "check"]:
+            marks.append(remark(ACCEPTED, fault=CHECKS[check].fault, why=accept.get(check, "")))
         if marks:
             found[str(medium)] = marks
     return found

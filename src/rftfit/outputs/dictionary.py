@@ -134,15 +134,13 @@ def _table(part: str, entry: dict[str, Any], common: dict[str, Column]) -> Outpu
 
 def _sheet_columns() -> tuple[Column, ...]:
     """Columns of the run sheet, from the definition that also reads it."""
+    kinds = {"number": "number"}
+    # a note changes no result, so the record leaves it out
     return tuple(
-        Column(
-            one.name, "number" if one.form == "number" else "text", "as in the run sheet",
-            one.meaning, one.unit,
-        )
+        Column(one.name, kinds.get(one.form, "text"), "as in the run sheet", one.meaning, one.unit)
         for one in COLUMNS
-        # a note changes no result, so the record leaves it out
         if one.name != "note"
-    )  # fmt: skip
+    )
 
 
 def _read(part: str) -> dict[str, Any]:
@@ -161,9 +159,5 @@ def column_of(output: Output, name: str) -> Column | None:
     """Find what is known of a column; where several entries fit, the one that leaves least open."""
     if (exact := output.exact.get(name)) is not None:
         return exact
-    fitting = [
-        one
-        for one in output.columns
-        if any(_regex(pattern).fullmatch(name) for pattern in one.names)
-    ]
+    fitting = [one for one in output.columns if any(_regex(p).fullmatch(name) for p in one.names)]
     return max(fitting, key=lambda one: len(_ANY.sub("", one.name)), default=None)

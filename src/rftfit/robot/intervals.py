@@ -63,9 +63,8 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
     """Half widths of a quantity by profile, curvature (of speeds) and frequency, from their table."""
     if widths is None:
         return {}
-    own = widths[widths["quantity"] == quantity]
-    keys = own[_KEYS[quantity]].itertuples(index=False, name=None)
-    return dict(zip(keys, own["half_width"].astype(float), strict=True))
+    own = widths[widths["quantity"] == quantity].set_index(_KEYS[quantity])
+    return own["half_width"].astype(float).to_dict()
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -116,12 +115,9 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Mean, least and greatest speed over the starting phases whose runs are steady; NaN where none is."""
-    groups: dict[tuple[float, float], list[dict[Any, Any]]] = {}
-    for row in table.to_dict("records"):
-        groups.setdefault((row["curvature_times_R"], row["frequency_Hz"]), []).append(row)
     rows = []
-    for place in sorted(groups):
-        runs = groups[place]
+    for place, part in table.groupby(["curvature_times_R", "frequency_Hz"]):
+        runs = part.to_dict("records")
         steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
         lost = [run for run in runs if run["outcome"] != "steady"]
         words = [(Remark(run["outcome"].replace(" ", "-"), words=run["outcome"]), *reason_of(run))
