@@ -122,7 +122,7 @@ def test_tdms_and_rosbag(tmp_path, monkeypatch):
     content, reader = path.read_bytes(), tdms.TdmsReader()
     other = reader.with_options({"group": "Other"})
     refused(other, path, content, "group", "'Other'; the file has: Data")
-    for module, one in ((tdms, reader), (rosbag, rosbag.RosBagReader())):
+    for module, one in ((base, reader), (rosbag, rosbag.RosBagReader())):
         monkeypatch.setattr(module, "check_size", partial(check_size, most=10))
         refused(one, path, content, "too_large")
     monkeypatch.setitem(sys.modules, "nptdms", None)

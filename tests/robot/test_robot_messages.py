@@ -11,6 +11,7 @@ from light_campaign import LABORATORY, make_campaign
 from rftfit.campaign.problems import Place
 from rftfit.cli.simulate import sweep
 from rftfit.errors import InputError, RftfitError
+from rftfit.robot import tracks
 from rftfit.robot.speeds import speed_errors
 from rftfit.robot.tracks import read_trials
 from rftfit.workflow import robot as stage
@@ -45,8 +46,8 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
         track="a.csv",
     )  # fmt: skip
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
-    monkeypatch.setattr(stage, "read_track", lambda _: track)
-    monkeypatch.setattr(stage, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
+    monkeypatch.setattr(tracks, "read_track", lambda _: track)
+    monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
     with pytest.raises(
         RftfitError, match=r"the rows of a.csv do not add up: 9 counted, 10 in the file"
     ):

@@ -22,7 +22,7 @@ from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.model.fourier import as_array
 from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.results import open_results
-from rftfit.robot import PROFILES
+from rftfit.robot import PROFILES, sweep
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
@@ -277,7 +277,7 @@ def test_the_map_is_run_on_where_the_table_has_holes(root, monkeypatch):
     assert "map" not in profiles_of(with_alpha(root))
     results = with_alpha(root, holed(*WIDE))
     assert profiles_of(results) == PROFILES
-    monkeypatch.setattr(stages, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
+    monkeypatch.setattr(sweep, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
     write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
     lost, found = (robot_runs(results, f"runs_{name}", 1).iloc[0] for name in ("table", "map"))
     assert np.isnan(lost["speed_cm_per_s"])

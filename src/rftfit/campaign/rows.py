@@ -21,17 +21,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.files import (
-    BAG,
-    DEVICE,
-    BadPath,
-    Folder,
-    decode,
-    is_device,
-    plain_path,
-    read_bytes,
-    unshowable,
-)
+from rftfit.campaign import files
 from rftfit.campaign.problems import CampaignError, Place, Problem, Severity, did_you_mean, listed
 from rftfit.store.tables import NUMBER
 
@@ -214,7 +204,7 @@ class DraftRow:
         """Whether a flag is set; false also where the cell is blank or bad."""
         return self.text.get(column) == "yes"
 
-    def check_file(self, column: Column, folder: Folder, lost: str, above: str = "") -> None:
+    def check_file(self, column: Column, folder: files.Folder, lost: str, above: str = "") -> None:
         """Look for the file that a cell names, in a folder or in its part `above`.
 
         `lost`: What happens to the row where the file is missing; empty: nothing worth a warning.
@@ -227,8 +217,8 @@ class DraftRow:
         if status == "outside":
             allowed = f"{column.allowed}; a link leads out of it"
             self.note(column.name, "path-outside", name, allowed)
-        elif status == "folder" and folder.status(f"{start}{name}/{BAG}") == "file":
-            self.text[column.name] = f"{name}/{BAG}"
+        elif status == "folder" and folder.status(f"{start}{name}/{files.BAG}") == "file":
+            self.text[column.name] = f"{name}/{files.BAG}"
         elif status in ("folder", "other"):
             which = "a folder" if status == "folder" else "no regular file"
             self.note(column.name, f"{what}-not-a-file", name, f"a {what} file; this is {which}")
@@ -492,8 +482,8 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
 
 
 def _read_name(draft: DraftRow, column: Column, cell: str) -> None:
-    if is_device(cell):
-        draft.note(column.name, "reserved-name", cell, DEVICE)
+    if files.is_device(cell):
+        draft.note(column.name, "reserved-name", cell, files.DEVICE)
     elif _NAME.fullmatch(cell):
         draft.text[column.name] = cell
     else:
@@ -514,8 +504,8 @@ def _read_choice(draft: DraftRow, column: Column, cell: str) -> None:
 
 def _read_path(draft: DraftRow, column: Column, cell: str) -> None:
     try:
-        draft.text[column.name] = plain_path(cell)
-    except BadPath as bad:
+        draft.text[column.name] = files.plain_path(cell)
+    except files.BadPath as bad:
         draft.note(column.name, bad.code, cell, f"{column.allowed}; {bad.allowed}", bad.nearest)
 
 
@@ -529,7 +519,7 @@ def _read_flag(draft: DraftRow, column: Column, cell: str) -> None:
 
 
 def _read_text(draft: DraftRow, column: Column, cell: str) -> None:
-    if sign := unshowable(cell):
+    if sign := files.unshowable(cell):
         allowed = "text without control characters: it is printed in tables and figures"
         draft.note(column.name, "control", sign, allowed)
     else:
@@ -651,7 +641,7 @@ def _check_cells_without_header(
 
 
 def _read_table(path: Path, schema: Schema) -> _Table:
-    data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
+    data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
     suffix = path.suffix.lower()
     if data.startswith(WORKBOOK):
         return _read_workbook(data, schema)
@@ -661,7 +651,7 @@ def _read_table(path: Path, schema: Schema) -> _Table:
     if suffix in (".xlsx", ".xlsm") and data.strip():
         allowed = "a workbook, as the name says; this file is none: save it again as .xlsx or .csv"
         raise schema.refusal("not-a-workbook", allowed)
-    return _read_csv(decode(data, schema.file, schema.area), schema, suffix)
+    return _read_csv(files.decode(data, schema.file, schema.area), schema, suffix)
 
 
 def _too_many_rows(schema: Schema) -> CampaignError:
@@ -672,11 +662,11 @@ def _too_many_rows(schema: Schema) -> CampaignError:
 def _long_text(path: Path, schema: Schema) -> bytes:
     """UTF-8 of a csv that is read by columns, its line ends line feeds; nothing of a workbook."""
     cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
-    data = read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
+    data = files.read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
     if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
         return b""
     plain = data.isascii() and b"\r" not in data
-    return data if plain else decode(data, schema.file, schema.area).encode()
+    return data if plain else files.decode(data, schema.file, schema.area).encode()
 
 
 def _next_row_start(text: bytes, begin: int, size: int) -> int:

@@ -12,14 +12,7 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from rftfit.cli.exit_codes import (
-    FINE,
-    INPUT_NOT_VALID,
-    INTERRUPTED,
-    OUTPUT_NOT_WRITTEN,
-    PIPE_CLOSED,
-    UNEXPECTED,
-)
+from rftfit.cli import exit_codes
 from rftfit.errors import RftfitError
 from rftfit.version import __version__
 
@@ -91,22 +84,22 @@ def main(argv: list[str] | None = None) -> int:
     except RftfitError as error:
         return _say_why(f"rftfit: {error}", error.exit_code)
     except KeyboardInterrupt as error:
-        return _say_why(str(error) or STOPPED, INTERRUPTED)
+        return _say_why(str(error) or STOPPED, exit_codes.INTERRUPTED)
     except BrokenPipeError:
         quiet_standard_output()
-        return PIPE_CLOSED
+        return exit_codes.PIPE_CLOSED
     except OSError as error:
         if error.errno not in _REFUSALS:
-            return _say_why(crash_message(error, words), UNEXPECTED)
+            return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
         quiet_standard_output()
         place = error.filename or "standard output"
         return _say_why(
             f"rftfit: {place}: cannot write: {error.strerror}; free some space or write elsewhere, "
             "then run again",
-            OUTPUT_NOT_WRITTEN,
+            exit_codes.OUTPUT_NOT_WRITTEN,
         )
     except Exception as error:  # noqa: BLE001
-        return _say_why(crash_message(error, words), UNEXPECTED)
+        return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
     return code
 
 
@@ -137,8 +130,8 @@ def _invoke(words: list[str]) -> int:
         if not (hasattr(error, "format_message") and hasattr(error, "show")):
             raise
         error.show()
-        return INPUT_NOT_VALID
-    return FINE
+        return exit_codes.INPUT_NOT_VALID
+    return exit_codes.FINE
 
 
 if __name__ == "__main__":

@@ -42,16 +42,13 @@ def pictures(
     figure = style.new_figure(_WIDTH_CM, _HEIGHT_CM, _DPI)
     canvas: Any = FigureCanvasAgg(figure)
     axes = style.axes_cm(figure, 1.1, 0.6, 13.7, 5.5)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x (cm)")
-    axes.set_ylabel("z (cm)")
+    axes.set(aspect="equal", xlabel="x (cm)", ylabel="z (cm)")
     axes.set_title(style.plain(title), fontsize=7, loc="left")
     sand = Rectangle((0, -100), 1, 100, facecolor=style.SAND, edgecolor="none")
     axes.add_patch(sand)
     clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
-    strongest = max(
-        float(np.hypot(one.force_x_N, one.force_z_N).max(initial=0.0)) for one in elements.values()
-    )
+    sizes = [np.hypot(one.force_x_N, one.force_z_N).max(initial=0.0) for one in elements.values()]
+    strongest = float(max(sizes))
     longest = _LONGEST_CM / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
     lines, arrows = {}, {}
@@ -61,10 +58,8 @@ def pictures(
         arrows[name] = LineCollection([], colors=style.MARK, linewidths=0.7)
         axes.add_collection(lines[name])
         axes.add_collection(arrows[name])
-    axes.text(
-        0.01, 0.03, f"arrows: force on an element, the longest {1000 * strongest:.0f} mN",
-        transform=axes.transAxes, fontsize=6,
-    )  # fmt: skip
+    scale = f"arrows: force on an element, the longest {1000 * strongest:.0f} mN"
+    axes.text(0.01, 0.03, scale, transform=axes.transAxes, fontsize=6)
     shots = []
     for index, (x, time) in enumerate(zip(x_cm, time_s, strict=True)):
         axes.set_xlim(x - _BEHIND_CM, x + _AHEAD_CM)
@@ -91,14 +86,10 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
 
     # one palette for all, so that colours do not flicker
     first = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
-    frames = [
-        Image.fromarray(shot).quantize(palette=first, dither=Image.Dither.NONE) for shot in shots
-    ]
-    target = io.BytesIO()
-    frames[0].save(
-        target, "GIF", save_all=True, append_images=frames[1:], loop=0,
-        duration=max(20, 10 * round(100 * frame_s)),
-    )  # fmt: skip
+    how: dict[str, Any] = {"palette": first, "dither": Image.Dither.NONE}
+    start, *others = (Image.fromarray(shot).quantize(**how) for shot in shots)
+    target, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
+    start.save(target, "GIF", save_all=True, append_images=others, loop=0, duration=duration)
     return target.getvalue()
 
 
@@ -115,8 +106,9 @@ def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
     raw = b"".join(np.ascontiguousarray(shot[:height, :width]).tobytes() for shot in shots)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "animation.mp4"
-        words = [program, "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
-                 "-s", f"{width}x{height}", "-r", f"{1 / frame_s:.4f}", "-i", "-",
-                 "-pix_fmt", "yuv420p", str(target)]  # fmt: skip
-        done = subprocess.run(words, input=raw, check=False, capture_output=True)
+        shape = f"-pix_fmt rgb24 -s {width}x{height} -r {1 / frame_s:.4f}"
+        words = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
+        done = subprocess.run(
+            [program, *words, target], input=raw, check=False, capture_output=True
+        )
         return target.read_bytes() if done.returncode == 0 and target.is_file() else None

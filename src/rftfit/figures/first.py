@@ -120,16 +120,13 @@ def first_peaks(results: Results) -> Figure:
             measured, peak, low, high = own[names].abs().to_numpy(float).T
             axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
             axes.plot(measured, peak, "o", color=shade, markersize=4, markerfacecolor=fill)
-    axes.set(
-        xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel="measured", ylabel="predicted"
-    )
+    axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+    axes.set(xlabel="measured", ylabel="predicted")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_minor_formatter(lambda *_: "")
-    entries |= {
-        "lift": style.dots(style.GREY, 4),
-        "thrust": style.dots(style.GREY, 4, markerfacecolor="white"),
-    }
+    entries["lift"] = style.dots(style.GREY, 4)
+    entries["thrust"] = style.dots(style.GREY, 4, markerfacecolor="white")
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
     style.legend(page, entries, 3, fontsize=7)
     return page
@@ -156,24 +153,19 @@ def first_lines(results: Results) -> Figure:
     if not medium:
         return style.missing("no run has a line to compare its stress with")
     page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
-    table = results[medium].fits
-    fits = (
-        table[table["direction"] != "horizontal"].set_index("run_id")["alpha_z_N_per_cm3"].dropna()
-    )
+    table = results[medium].fits.set_index("run_id")
+    fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
     look: dict[str, Any] = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
-    fitted = {
-        run: {
-            name: np.where(trace["in_window"] > 0, column, np.nan) for name, column in trace.items()
-        }
-        for run, trace in by_run(stress_of(results, medium)).items()
-        if run in fits.index and (trace["in_window"] > 0).any()
-    }
-    stresses = [np.abs(trace["stress_z_N_per_cm2"]) for trace in fitted.values()]
+    fitted = {}
+    for run, trace in by_run(stress_of(results, medium)).items():
+        inside = trace["in_window"] > 0
+        if run in fits.index and inside.any():
+            columns = trace["depth_cm"], trace["stress_z_N_per_cm2"]
+            fitted[run] = [np.where(inside, one, np.nan) for one in columns]
     # of all runs: in one that feels little, noise would fill the panel
-    largest = max((float(np.nanmax(stress)) for stress in stresses), default=0.0) or 1.0
-    for run, trace in fitted.items():
-        rest = trace["stress_z_N_per_cm2"] - fits[run] * trace["depth_cm"]
-        draw_thin(axes, trace["depth_cm"], 100 * rest / largest, **look)
+    largest = max((float(np.nanmax(np.abs(one))) for _, one in fitted.values()), default=0.0) or 1.0
+    for run, (depth, stress) in fitted.items():
+        draw_thin(axes, depth, 100 * (stress - fits[run] * depth) / largest, **look)
     style.zero_line(axes)
     axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress)")
     return page

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +34,8 @@ TERM_LABELS = {
     "D10": "$D_{1,0}$",
 }
 """The nine terms as the paper writes them."""
+
+_ENDS = ["value_N_per_cm3", "lo", "hi"]
 
 
 def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -68,9 +70,8 @@ def generic_profile(results: Results) -> Figure:
     zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
     page = style.new_figure(style.DOUBLE_CM, 12.7)
     top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.45, 5.1)
-    top.set_title(
-        f"coefficients of each medium over its $\\zeta$, and their mean ({method})", loc="left"
-    )
+    head = f"coefficients of each medium over its $\\zeta$, and their mean ({method})"
+    top.set_title(head, loc="left")
     _draw_coefficients(top, results, rows, zetas)
     beta, gamma = middles()
     angles = np.degrees(beta[:, 0])
@@ -97,19 +98,16 @@ def _draw_coefficients(
     axes.axhline(0, color="black", linewidth=0.4)
     rows = coefficients[coefficients["medium"] == GENERIC]
     at = rows["coefficient"].map(place).to_numpy(float)
-    value, low, high = (rows[name].to_numpy(float) for name in ("value_N_per_cm3", "lo", "hi"))
-    axes.bar(
-        at, high - low, 0.84, bottom=low, color="#cccccc", linewidth=0, label="generic, interval"
-    )
+    value, low, high = rows[_ENDS].to_numpy(float).T
+    look: dict[str, Any] = {"color": "#cccccc", "linewidth": 0, "label": "generic, interval"}
+    axes.bar(at, high - low, 0.84, bottom=low, **look)
     axes.plot(at, value, color="black", linewidth=2.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
         x = rows["coefficient"].map(place).to_numpy(float)
         x = x + 0.7 * ((i + 0.5) / len(zetas) - 0.5)
         colour, marker = looks[medium]
-        value, low, high = (
-            rows[name].to_numpy(float) / zeta for name in ("value_N_per_cm3", "lo", "hi")
-        )
+        value, low, high = rows[_ENDS].to_numpy(float).T / zeta
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
         kept = rows["kept"].to_numpy(bool)
         axes.plot(x, value, color=colour, linewidth=0.5)
@@ -119,23 +117,21 @@ def _draw_coefficients(
         axes.plot([], [], "o", color="#555555", markerfacecolor="white", label="term not kept")
     axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
     axes.set(xlim=(-0.6, len(terms) - 0.4), ylabel=r"coefficient / $\zeta$ (dimensionless)")
-    axes.figure.legend(
-        *axes.get_legend_handles_labels(), loc="upper center", ncols=4, borderaxespad=0.2
-    )
+    entries = axes.get_legend_handles_labels()
+    axes.figure.legend(*entries, loc="upper center", ncols=4, borderaxespad=0.2)
 
 
 def _draw_collapse(
-    axes: Axes, component: str, results: Results, zetas: Mapping[str, float],
-    generic: FloatArray,
-) -> None:  # fmt: skip
+    axes: Axes, c: str, results: Results, zetas: Mapping[str, float], generic: FloatArray
+) -> None:
     looks = style.medium_looks(zetas)
     ends: list[float] = []
     for medium, zeta in zetas.items():
         rows = results[medium].alpha
         angles = (np.radians(rows[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
-        model = evaluate(generic, *angles)["zx".index(component)]
-        columns = (f"alpha_{component}_{part}N_per_cm3" for part in ("", "lo_", "hi_"))
-        value, low, high = (rows[name].to_numpy(float) / zeta for name in columns)
+        model = evaluate(generic, *angles)["zx".index(c)]
+        columns = [f"alpha_{c}_{part}N_per_cm3" for part in ("", "lo_", "hi_")]
+        value, low, high = rows[columns].to_numpy(float).T / zeta
         colour, marker = looks[medium]
         axes.vlines(model, low, high, color=colour, linewidth=0.5)
         axes.plot(model, value, marker, color=colour, markersize=1.8, markeredgewidth=0)
@@ -144,7 +140,7 @@ def _draw_collapse(
     margin = 0.05 * (last - first) or 1.0
     axes.plot([first, last], [first, last], color="black", linewidth=0.6, zorder=0)
     axes.set(xlim=(first - margin, last + margin), ylim=(first - margin, last + margin))
-    axes.set_xlabel(rf"generic $\alpha_{component}$ (dimensionless)")
-    axes.set_ylabel(f"measured $\\alpha_{component}$ / $\\zeta$\n(dimensionless)")
+    axes.set_xlabel(rf"generic $\alpha_{c}$ (dimensionless)")
+    axes.set_ylabel(f"measured $\\alpha_{c}$ / $\\zeta$\n(dimensionless)")
     axes.set_title("line: perfect collapse", fontsize=6)
     axes.set_aspect("equal")

@@ -108,12 +108,9 @@ def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
     x, z, tx, tz, half = leg_outline(leg).body.T
     last = [x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1]]
     body = np.vstack([np.column_stack([x - half * tx, z - half * tz]), last])
-    cos, sin = np.cos(np.radians(theta_deg)), np.sin(np.radians(theta_deg))
-    turned = np.column_stack(
-        [body[:, 0] * cos + body[:, 1] * sin, body[:, 1] * cos - body[:, 0] * sin]
-    )
-    turned[:, 1] += leg.hip_height_cm
-    return turned
+    (x, z), theta = body.T, np.radians(theta_deg)
+    turned_x = x * np.cos(theta) + z * np.sin(theta)
+    return np.column_stack([turned_x, z * np.cos(theta) - x * np.sin(theta) + leg.hip_height_cm])
 
 
 def add_sketch(axes: Axes, leg: Leg) -> None:
@@ -142,21 +139,23 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
 
 def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
     """Draw the sense in which theta grows."""
-    start, end = ((-np.sin(a) * 0.32 * reach, hip - np.cos(a) * 0.32 * reach)
-                  for a in np.radians([150.0, 210.0]))  # fmt: skip
-    # over the axle, from back to front: below it theta grows
-    axes.annotate("", xy=end, xytext=start, arrowprops={
-        "arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6,
-        "connectionstyle": "arc3,rad=-0.5"})  # fmt: skip
-    axes.text(
-        side * 0.3 * reach, hip + 0.3 * reach, r"$\theta$", ha="center", va="center", fontsize=6
+    angles = np.radians([150.0, 210.0])
+    start, end = zip(
+        -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
     )
+    # over the axle, from back to front: below it theta grows
+    how = _ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
+    axes.annotate("", xy=end, xytext=start, arrowprops=how)
+    at = side * 0.3 * reach, hip + 0.3 * reach
+    axes.text(*at, r"$\theta$", ha="center", va="center", fontsize=6)
+
+
+_ARROW = {"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
 
 
 def _frame_arrows(axes: Axes, x: float, z: float, length: float) -> None:
-    how = {"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
     for dx, dz, name in ((length, 0.0, "x"), (0.0, length, "z")):
-        axes.annotate("", xy=(x + dx, z + dz), xytext=(x, z), arrowprops=how)
+        axes.annotate("", xy=(x + dx, z + dz), xytext=(x, z), arrowprops=_ARROW)
         axes.text(x + 1.35 * dx, z + 1.35 * dz, f"${name}$", ha="center", va="center", fontsize=6)
 
 

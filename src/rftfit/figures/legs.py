@@ -79,24 +79,24 @@ def legs(results: Results, medium: str) -> Figure:
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
         where = " (inset)" if profile == "depth_only" else ""
-        entries[f"predicted by {PROFILE_TITLES[profile]}{where}"] = style.line(
-            colour, linestyle=line
-        )
+        title = f"predicted by {PROFILE_TITLES[profile]}{where}"
+        entries[title] = style.line(colour, linestyle=line)
     entries[f"{style.level(results)} interval of a prediction"] = style.band()
     across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
     style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
     return page
 
 
-def _draw_models(
-    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, component: str
-) -> None:
-    column = f"force_{component}_N"
+def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
     notes, seen = [], []
-    dots: dict[str, Any] = {"color": leg_panels.MEASURED, "marker": "o", "linestyle": "",
-                            "markeredgewidth": 0}  # fmt: skip
-    if leg_panels.has_force(measured, component):
-        theta, force = leg_panels.with_gaps(measured, column)
+    dots: style.Look = {
+        "color": leg_panels.MEASURED,
+        "marker": "o",
+        "linestyle": "",
+        "markeredgewidth": 0,
+    }
+    if leg_panels.has_force(measured, c):
+        theta, force = leg_panels.with_gaps(measured, f"force_{c}_N")
         axes.plot(theta, force, markersize=1.3, **dots)
         seen.append(force)
     else:
@@ -107,22 +107,18 @@ def _draw_models(
         rows = rows_of(predicted, profile=profile)
         if profile == "map" and rows.empty:
             continue  # a medium that was pushed in every direction has none
-        if not leg_panels.has_force(rows, component):
-            title = PROFILE_TITLES[profile]
-            notes.append(f"{title}: no prediction{leg_panels.why_missing(rows)}")
-            continue
-        if profile == "depth_only":
-            continue
-        colour, line, _ = PROFILE_LOOKS[profile]
-        leg_panels.add_predicted(axes, rows, component, colour, line)
-        seen.append(rows[leg_panels.force_columns(component)].to_numpy(float).ravel())
-    inset = leg_panels.has_force(baseline, component)
+        if not leg_panels.has_force(rows, c):
+            why = leg_panels.why_missing(rows)
+            notes.append(f"{PROFILE_TITLES[profile]}: no prediction{why}")
+        elif profile != "depth_only":
+            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2])
+            seen.append(rows[leg_panels.force_columns(c)].to_numpy(float).ravel())
+    inset = leg_panels.has_force(baseline, c)
     leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
     if inset:
         small = axes.inset_axes((1 - _INSET, 1.02 - _INSET, _INSET - 0.02, _INSET - 0.04))
-        colour, line, _ = PROFILE_LOOKS["depth_only"]
         small.plot(theta, force, markersize=0.9, **dots)
-        leg_panels.add_predicted(small, baseline, component, colour, line)
+        leg_panels.add_predicted(small, baseline, c, *PROFILE_LOOKS["depth_only"][:2])
         small.set(xlim=leg_panels.THETA_DEG, xticks=[])
         style.ticks(small.yaxis, 3)
         small.tick_params(labelsize=5.5, pad=1, length=1.5)
@@ -208,16 +204,15 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             top = _ROW_TOP_CM + 0.35 + row * _ROW_PITCH_CM
             axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
-            ours, theirs = (rows_of(table, medium=medium, leg=leg) for table in tables)
-            _draw_leg(axes, ours, theirs, rows_of(others, medium=medium, leg=leg), lines)
-            axes.set_title(_peaks(ours, theirs), fontsize=5.5, loc="left", pad=2)
+            own = [rows_of(table, medium=medium, leg=leg) for table in (*tables, others)]
+            _draw_leg(axes, own, lines)
+            axes.set_title(_peaks(*own[:2]), fontsize=5.5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
                 axes.yaxis.set_label_coords(-0.72 / width, 0.5)
-                style.text_cm(
-                    page, 0.12, top + _ROW_PANEL_CM / 2, style.plain(results[medium].title),
-                    rotation=90, ha="left", va="center", weight="bold", fontsize=6.5,
-                )  # fmt: skip
+                at, title = top + _ROW_PANEL_CM / 2, style.plain(results[medium].title)
+                how = {"ha": "left", "va": "center", "weight": "bold", "fontsize": 6.5}
+                style.text_cm(page, 0.12, at, title, rotation=90, **how)
     entries = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
         entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
@@ -231,10 +226,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     return page
 
 
-def _draw_leg(
-    axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, beside: pd.DataFrame,
-    lines: Mapping[str, Any],
-) -> None:  # fmt: skip
+def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any]) -> None:
+    """Draw what is predicted, measured, and predicted by the profile beside."""
+    predicted, measured, beside = tables
     seen, notes = [], []
     for table, lack in ((measured, "not measured"), (predicted, "no prediction")):
         missing = [c for c in "zx" if not leg_panels.has_force(table, c)]
@@ -284,9 +278,7 @@ def _three(value: float) -> str:
 
 
 _ZETA_TOP_CM, _ZETA_PANEL_CM, _ZETA_BETWEEN_CM = 0.5, 4.6, 0.35
-_DASHES: tuple[Any, ...] = (
-    "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1)),
-)  # fmt: skip
+_DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
 @figure(
@@ -333,23 +325,19 @@ def forces_over_zeta(results: Results) -> Figure:
                 axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
                 axes.yaxis.set_label_coords(-0.65 / columns.width, 0.5)
     looks = style.medium_looks(zetas)
-    entries = {
-        rf"{style.title_of(results, medium)} ($\zeta$ = {style.number(zeta)})": style.line(
-            looks[medium][0], linestyle=_DASHES[i % len(_DASHES)]
-        )
-        for i, (medium, zeta) in enumerate(zetas.items())
-    }
+    entries = {}
+    for i, (medium, zeta) in enumerate(zetas.items()):
+        title = rf"{style.title_of(results, medium)} ($\zeta$ = {style.number(zeta)})"
+        entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
     entries["generic prediction"] = style.line("black", linewidth=1.6)
     entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
     style.legend(page, entries, across, handlelength=2.6)
     return page
 
 
-def _generic(
-    predicted: pd.DataFrame, component: str, zetas: Mapping[str, float]
-) -> list[FloatArray]:
+def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
     """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
-    names = leg_panels.force_columns(component)
+    names = leg_panels.force_columns(c)
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
     scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
     if scaled.empty:
@@ -426,11 +414,10 @@ def peak_errors(results: Results) -> Figure:
     found = [0.6, 1.6, *every[np.isfinite(every)].tolist()]
     span = min(found) / 1.15, max(found) * 1.15
     height = len(media) * _PEAKS_ROW_CM
-    page = style.new_figure(
-        style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * (height + _PEAKS_GAP_CM) + 2.1
-    )
+    pitch = height + _PEAKS_GAP_CM
+    page = style.new_figure(style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * pitch + 2.1)
     for i, leg in enumerate(names):
-        top = _PEAKS_TOP_CM + i * (height + _PEAKS_GAP_CM)
+        top = _PEAKS_TOP_CM + i * pitch
         width = style.SINGLE_CM - _PEAKS_LEFT_CM - _PEAKS_RIGHT_CM
         axes = style.axes_cm(page, _PEAKS_LEFT_CM, top, width, height)
         _prepare(axes, span, [style.title_of(results, name) for name in media])
@@ -491,17 +478,14 @@ def leg_shapes(results: Results) -> Figure:
             top = _SHAPE_TOP_CM + row * (_SHAPE_PANEL_CM + 0.3)
             axes = style.axes_cm(page, left, top, columns.width, _SHAPE_PANEL_CM)
             _draw_shapes(axes, rows[rows["leg"] == leg], c, looks)
-            _error_axis(axes, axes.yaxis, (span[0], span[1]), {33.0: _BANDS[33.0]})
+            _error_axis(axes, "y", (span[0], span[1]), {33.0: _BANDS[33.0]})
             axes.tick_params(labelleft=column == 0)
             style.name_below(axes, "angle that the arc spans (deg)", row == 1)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
                 axes.set_ylabel(f"error of peak $F_{c}$ (%)")
-    entries = {
-        style.title_of(results, medium): style.dots(colour, 3)
-        for medium, (colour, _) in looks.items()
-    }
+    entries = {style.title_of(results, m): style.dots(look[0], 3) for m, look in looks.items()}
     grey = leg_panels.MEASURED
     for name, fill in (("middle line", grey), ("half the thickness ahead", "white")):
         entries[name] = style.dots(grey, 3, markerfacecolor=fill)
@@ -510,10 +494,10 @@ def leg_shapes(results: Results) -> Figure:
 
 
 def _draw_shapes(
-    axes: Axes, rows: pd.DataFrame, component: str, looks: Mapping[str, tuple[str, str]]
+    axes: Axes, rows: pd.DataFrame, c: str, looks: Mapping[str, tuple[str, str]]
 ) -> None:
     arcs = sorted(set(rows["arc_deg"].round(6)))
-    ratio = 1 + rows[f"peak_error_{component}_percent"] / 100
+    ratio = 1 + rows[f"peak_error_{c}_percent"] / 100
     rows = rows.assign(ratio=ratio.where(ratio > 0))
     for row in rows[rows["hip_step_cm"] == 0].to_dict("records"):
         same = np.logical_and.reduce([rows[n] == row[n] for n in ("medium", "arc_deg", "lead_cm")])
@@ -531,25 +515,20 @@ def _draw_shapes(
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     """Peak and its interval over the measured peak; NaN where that is no positive number."""
     measured = rows["peak_measured_N"].to_numpy(float)
+    names = [f"peak_predicted_{part}N" for part in ("", "lo_", "hi_")]
     with np.errstate(divide="ignore", invalid="ignore"):
-        peak, *ends = (
-            rows[f"peak_predicted_{part}N"].to_numpy(float) / measured
-            for part in ("", "lo_", "hi_")
-        )
+        peak, *ends = rows[names].to_numpy(float).T / measured
     # a negative peak turns its interval round
-    low, high = np.sort(np.stack(ends), axis=0)
+    low, high = np.sort(ends, axis=0)
     good = [np.where(np.isfinite(r) & (r > 0), r, np.nan) for r in (peak, low, high)]
     return rows.assign(ratio=good[0], ratio_lo=good[1], ratio_hi=good[2])
 
 
-def _error_axis(
-    axes: Axes, axis: Axis, span: tuple[float, float], bands: Mapping[float, str]
-) -> None:
-    """Make one axis that of predicted over measured peaks, logarithmic, its ticks errors in percent."""
-    from matplotlib.ticker import NullLocator
-
-    across = axis is axes.xaxis
-    (axes.set_xscale if across else axes.set_yscale)("log")
+def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]) -> None:
+    """Make x or y the axis of predicted over measured peaks, logarithmic, its ticks errors in percent."""
+    axis: Axis = getattr(axes, f"{xy}axis")
+    across = xy == "x"
+    axes.set(**{f"{xy}scale": "log"})
     for percent, shade in bands.items():
         ends = 1 - percent / 100, 1 + percent / 100
         (axes.axvspan if across else axes.axhspan)(*ends, color=shade, linewidth=0, zorder=0)
@@ -565,13 +544,13 @@ def _error_axis(
             ticks.append(tick)
     names = [f"{100 * (t - 1):+.0f}" if t != 1 else "0" for t in ticks]
     axis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
-    axis.set_minor_locator(NullLocator())
+    axis.minorticks_off()
     axis.set_tick_params(labelsize=5.5)
-    (axes.set_xlim if across else axes.set_ylim)(*span)
+    axes.set(**{f"{xy}lim": span})
 
 
 def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
-    _error_axis(axes, axes.xaxis, span, _BANDS)
+    _error_axis(axes, "x", span, _BANDS)
     axes.set(ylim=(len(media) - 0.5, -0.5))
     axes.set_yticks(range(len(media)), media)
     axes.tick_params(axis="y", length=0)
@@ -596,15 +575,11 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
         axes.plot(ratio, y, marker, color=colour, markersize=2.9, markeredgewidth=0)
     if not missing and drawn:
         return
-    if points:
-        told = f"no value: {', '.join(missing)}"
-    elif drawn:
+    told = "nothing predicted"
+    if drawn:
         reason = own[drawn[0]].get("reason")
-        told = (
-            f"no value: {style.plain(reason)}" if isinstance(reason, str) and reason else "no value"
-        )
-    else:
-        told = "nothing predicted"
+        why = style.plain(reason) if isinstance(reason, str) else ""
+        told = f"no value: {', '.join(missing) if points else why}".removesuffix(": ")
     # on the side where more room is left
     first, last = axes.get_xlim()
     found = [point for point in points if np.isfinite(point)] or [first]

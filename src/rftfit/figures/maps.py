@@ -79,16 +79,13 @@ def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     page = _draw_maps(results, results[medium].alpha, "measured")
     campaign = results.campaign
     runs = [run for name in stress_runs(campaign) if (run := campaign.by_id[name]).medium == medium]
-    places = [
-        conventions.file_extraction(run.beta_deg, run.gamma_deg)[:2]
-        if run.direction == "extraction"
-        else (run.beta_deg, run.gamma_deg)
-        for run in runs
-    ]
     # map, bar, half width, bar: of alpha_z, then of alpha_x
     for axes in page.axes[::4]:
         _add_plates(axes)
-        for beta, gamma in [np.transpose(places)] if places else []:
+        for run in runs:
+            beta, gamma = run.beta_deg, run.gamma_deg
+            if run.direction == "extraction":
+                beta, gamma, _ = conventions.file_extraction(beta, gamma)
             axes.plot(gamma, beta, "o", markersize=6, markerfacecolor="none", color="black")
     return page
 
@@ -99,12 +96,17 @@ _FEW = 20
 
 def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
     """Media with a few pushes: natural sands, and others with few directions."""
-    found = []
-    for name in campaign.media_with_runs:
-        plates = [run for run in campaign.runs_of(name) if run.kind == "plate"]
-        if 0 < len({(run.beta_deg, run.gamma_deg, run.direction) for run in plates}) < _FEW:
-            found.append(name)
-    return tuple(found)
+    pushed: dict[str, set[object]] = {name: set() for name in campaign.media_with_runs}
+    for run in campaign.runs:
+        if run.kind == "plate":
+            pushed[run.medium].add((run.beta_deg, run.gamma_deg, run.direction))
+    return tuple(name for name, directions in pushed.items() if 0 < len(directions) < _FEW)
+
+
+def _estimated(results: Results) -> list[str]:
+    """Those of them whose map could be estimated."""
+    few = _few_pushes(results.campaign)
+    return [name for name in few if len(results.table(f"maps/{name}.csv"))]
 
 
 @figure(
@@ -117,15 +119,11 @@ def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
         "and the half width of its interval. Good: narrow where elements of a body move."
     ),
-    shown=lambda results, _: any(
-        len(results.table(f"maps/{name}.csv")) for name in _few_pushes(results.campaign)
-    ),
+    shown=lambda results, _: _estimated(results),
 )
 def estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
-    media = [
-        name for name in _few_pushes(results.campaign) if len(results.table(f"maps/{name}.csv"))
-    ]
+    media = _estimated(results)
     if not media:
         return style.missing("no map was estimated", ["no medium with few pushes has a slope"])
     page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
@@ -138,8 +136,13 @@ def estimated_maps(results: Results) -> Figure:
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", markersize=4, clip_on=False,
-              markerfacecolor="white", color="black", zorder=3)  # fmt: skip
+    how: style.Look = {
+        "markersize": 4,
+        "clip_on": False,
+        "markerfacecolor": "white",
+        "color": "black",
+    }
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **how)
 
 
 def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
@@ -182,18 +185,16 @@ _PLATE_CM = 0.17
 
 def _add_plates(axes: Axes) -> None:
     """Draw small plates at representative angles, each with the direction in which it moves."""
-    gamma, beta = (
-        one.ravel() for one in np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0])
-    )
+    gamma, beta = np.reshape(np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0]), (2, -1))
     b, g = np.radians(beta), np.radians(gamma)
     size = _PLATE_CM * style.CM
     how: dict[str, Any] = {"units": "inches", "scale_units": "inches", "scale": 1, "angles": "uv"}
     plate = 2 * size * np.cos(b), -2 * size * np.sin(b)
-    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, headwidth=0, headlength=0,
-                headaxislength=0, color="black", **how)  # fmt: skip
+    no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
+    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **how)
     moved = np.stack(conventions.direction(g)) * 1.6 * size
-    axes.quiver(gamma, beta, *moved, width=0.006, headwidth=7, headlength=7, headaxislength=6,
-                color="black", **how)  # fmt: skip
+    head: style.Look = {"headwidth": 7, "headlength": 7, "headaxislength": 6}
+    axes.quiver(gamma, beta, *moved, width=0.006, **head, **how)
 
 
 def _has_holes(table: pd.DataFrame, column: str) -> bool:
@@ -278,11 +279,8 @@ def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
     if fits[column].notna().any():
         return []
     rows = fits.drop_duplicates("medium")
-    told = [
-        f"{results.campaign.titles.get(m, m)}: {why}"
-        for m, why in zip(rows["medium"], rows["reason"], strict=True)
-    ]
-    return told or ["no laboratory medium"]
+    reasons, titles = zip(rows["medium"], rows["reason"], strict=True), results.campaign.titles
+    return [f"{titles.get(name, name)}: {why}" for name, why in reasons] or ["no laboratory medium"]
 
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:
@@ -351,32 +349,19 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     return np.concatenate([[max(first, -LIMIT_DEG)], middle, [min(last, LIMIT_DEG)]])
 
 
-def _weights(centres: FloatArray, fine: FloatArray) -> FloatArray:
-    place = np.clip(np.searchsorted(centres, fine, side="right") - 1, 0, centres.size - 2)
-    share = (fine - centres[place]) / (centres[place + 1] - centres[place])
-    weights = np.zeros((fine.size, centres.size))
-    rows = np.arange(fine.size)
-    weights[rows, place] = 1 - share
-    weights[rows, place + 1] += share
-    return weights
+def _finer(centres: FloatArray) -> FloatArray:
+    """The measured angles and further ones between them, at most `_FINE_DEG` apart."""
+    steps = zip(pairwise(centres), np.ceil(np.diff(centres) / _FINE_DEG).astype(int), strict=True)
+    return np.concatenate([*(np.linspace(*ab, n, endpoint=False) for ab, n in steps), centres[-1:]])
 
 
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
-    fine = []
-    for centres in (beta_deg, gamma_deg):
-        parts = [
-            np.linspace(a, b, int(np.ceil((b - a) / _FINE_DEG)), endpoint=False)
-            for a, b in pairwise(centres)
-        ]
-        fine.append(np.concatenate([*parts, centres[-1:]]))
-    left, right = _weights(beta_deg, fine[0]), _weights(gamma_deg, fine[1]).T
-    missing = np.isnan(values)
-    result = left @ np.where(missing, 0.0, values) @ right
-    result[left @ missing.astype(float) @ right > 1e-9] = np.nan
-    return fine[0], fine[1], result
+    beta, gamma = _finer(beta_deg), _finer(gamma_deg)
+    along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
+    return beta, gamma, np.array([np.interp(beta, beta_deg, one) for one in along_gamma.T]).T
 
 
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
@@ -412,10 +397,11 @@ def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
     """Set limits, ticks, and where wanted names and numbers, of a map's axes."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
-    for axis, name, shown in (
+    named = (
         (axes.xaxis, r"$\gamma$ (degrees)", name_gamma),
         (axes.yaxis, r"$\beta$ (degrees)", name_beta),
-    ):
+    )
+    for axis, name, shown in named:
         axis.set_major_formatter(lambda value, _: f"{value:.0f}".replace("-", "\N{MINUS SIGN}"))
         axis.set_tick_params(labelleft=shown, labelbottom=shown)
         if shown:
@@ -449,20 +435,24 @@ def add_table(
         return add_cells(axes, *pivot(table.assign(shown=values), "shown"), signed)
     known, unknown = table[values.notna()], table[values.isna()]
     axes.plot(unknown["gamma_deg"], unknown["beta_deg"], "x", color="#606060", markersize=3)
-    return axes.scatter(
-        known["gamma_deg"], known["beta_deg"], s=16, c=values.dropna(), edgecolors="black",
-        linewidths=0.4, zorder=3, clip_on=False, **colours(np.asarray(values, dtype=float), signed),
-    )  # fmt: skip
+    how: style.Look = {
+        "s": 16,
+        "edgecolors": "black",
+        "linewidths": 0.4,
+        "zorder": 3,
+        "clip_on": False,
+    }
+    how |= colours(np.asarray(values, dtype=float), signed)
+    return axes.scatter(known["gamma_deg"], known["beta_deg"], c=values.dropna(), **how)
 
 
 def add_surface(
     axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
 ) -> ScalarMappable:
     """Draw a continuous signed function, given at `middles`."""
-    return axes.imshow(
-        values, extent=(-90, 90, -90, 90), origin="lower", interpolation="nearest", aspect="auto",
-        **(limits or colours(values, signed=True)),
-    )  # fmt: skip
+    how: dict[str, Any] = {"origin": "lower", "interpolation": "nearest", "aspect": "auto"}
+    how |= limits or colours(values, signed=True)
+    return axes.imshow(values, extent=(-90, 90, -90, 90), **how)
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
@@ -489,10 +479,8 @@ def add_signs(
     # below this it is zero to rounding, which must not be shaded
     least, most = 1e-9 * float(np.abs(finite).max()), float(push.max())
     if most > least:
-        axes.contourf(
-            gamma_deg, beta_deg, push, levels=[least, most * 1.01], colors="none",
-            hatches=[_SHADING],
-        )  # fmt: skip
+        how: dict[str, Any] = {"levels": [least, most * 1.01], "hatches": [_SHADING]}
+        axes.contourf(gamma_deg, beta_deg, push, colors="none", **how)
     if finite.min() < 0 < finite.max():
         known = np.ma.masked_invalid(alpha)
         axes.contour(gamma_deg, beta_deg, known, levels=[0.0], colors="black", linewidths=0.9)
@@ -517,30 +505,24 @@ def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = 
     if bar.solids is not None:
         bar.solids.remove()
     lowest, highest = place.get_ylim()
-    place.imshow(
-        np.linspace(lowest, highest, 256)[:, None],
-        extent=(*place.get_xlim(), lowest, highest), origin="lower", aspect="auto",
-        cmap=drawn.get_cmap(), vmin=lowest, vmax=highest,
-    )  # fmt: skip
+    strip, extent = np.linspace(lowest, highest, 256)[:, None], (*place.get_xlim(), lowest, highest)
+    limits: style.Look = {"vmin": lowest, "vmax": highest}
+    place.imshow(strip, drawn.get_cmap(), extent=extent, origin="lower", aspect="auto", **limits)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
     place.tick_params(labelsize=5.5, pad=1)
-    for way, y, side in zip(
-        _WAYS.get(component, ""), (0.98, 0.02), ("top", "bottom"), strict=False
-    ):
-        place.text(0.5, y, way, transform=place.transAxes, ha="center", va=side, fontsize=6.5,
-                   color="white", weight="bold")  # fmt: skip
+    look: dict[str, Any] = {"ha": "center", "fontsize": 6.5, "color": "white", "weight": "bold"}
+    ends = (0.98, "top"), (0.02, "bottom")
+    for way, (y, side) in zip(_WAYS.get(component, ""), ends, strict=False):
+        place.text(0.5, y, way, transform=place.transAxes, va=side, **look)
 
 
 def add_legend(figure: Figure, missing: bool) -> None:
     """Explain contour and shading, and the hatching of missing cells, at the foot of the figure."""
-    entries = {
-        "zero contour (interpolated)": style.line("black", linewidth=0.9),
-        "does not oppose the motion": style.patch(
-            facecolor="white", edgecolor="#222222", hatch=_SHADING * 2, linewidth=0.3
-        ),
-    }
+    shading = {"facecolor": "white", "edgecolor": "#222222", "hatch": _SHADING * 2}
+    entries = {"zero contour (interpolated)": style.line("black", linewidth=0.9)}
+    entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries, len(entries), borderaxespad=0.3, columnspacing=2.0)

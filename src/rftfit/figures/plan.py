@@ -23,9 +23,8 @@ def draw(found: Plan, known: Map) -> Figure:
     width = [100 * step.typical for step in found.steps]
     left.plot(range(len(width)), width, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
-    left.set_yticks(
-        [v for v in (1, 2, 5, 10, 20, 50, 100, 200) if min(width) / 2 < v < 2 * max(width)]
-    )
+    round_numbers = (1, 2, 5, 10, 20, 50, 100, 200)
+    left.set_yticks([v for v in round_numbers if min(width) / 2 < v < 2 * max(width)])
     left.yaxis.set_major_formatter("{x:g}")
     left.minorticks_off()
     style.text_cm(page, 1.5, 0.1, found.target, va="top", weight="bold")

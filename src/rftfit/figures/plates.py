@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.campaign.config import Config
+    from rftfit.campaign.config import Leg
     from rftfit.campaign.load import Campaign
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
@@ -38,18 +39,12 @@ PUSH = (30.0, 45.0)
 
 def stress_runs(campaign: Campaign) -> list[str]:
     """Choose the runs that are shown: those the config names, or a push and its pull near `PUSH`."""
-    named = campaign.config.figures.stress_runs
-    unknown = [name for name in named if name not in campaign.by_id]
-    if unknown:
-        raise InputError(
-            f"config, figures.stress_runs: found {', '.join(unknown)}; allowed: run_id of the run sheet"
-        )
-    flat = [name for name in named if campaign.by_id[name].direction == "horizontal"]
-    if flat:
-        raise InputError(
-            f"config, figures.stress_runs: found {', '.join(flat)}, horizontal runs at one depth; "
-            "allowed: intrusions and extractions"
-        )
+    named, where = campaign.config.figures.stress_runs, "config, figures.stress_runs: found"
+    if unknown := [name for name in named if name not in campaign.by_id]:
+        raise InputError(f"{where} {', '.join(unknown)}; allowed: run_id of the run sheet")
+    if flat := [name for name in named if campaign.by_id[name].direction == "horizontal"]:
+        allowed = "horizontal runs at one depth; allowed: intrusions and extractions"
+        raise InputError(f"{where} {', '.join(flat)}, {allowed}")
     if named:
         return list(named)
     found: dict[tuple[float, float], dict[str, str]] = {}
@@ -61,17 +56,13 @@ def stress_runs(campaign: Campaign) -> list[str]:
     if not found:
         return []
     # a push without its pull only where there is no pair
-    order = {
-        at: (-len(runs), np.hypot(at[0] - PUSH[0], at[1] - PUSH[1])) for at, runs in found.items()
-    }
-    nearest = found[min(found, key=order.__getitem__)]
+    nearest = found[min(found, key=lambda at: (-len(found[at]), math.dist(at, PUSH)))]
     return [nearest[name] for name in sorted(nearest, reverse=True)]
 
 
-def _reach(config: Config) -> float:
+def _reach(legs: Iterable[Leg]) -> float:
     """Greatest depth that a tip of the legs reaches, cm; 0 without legs."""
-    depths = [leg.max_length_cm - leg.hip_height_cm for leg in config.legs.values()]
-    return max(depths, default=0.0)
+    return max((leg.max_length_cm - leg.hip_height_cm for leg in legs), default=0.0)
 
 
 @figure(
@@ -93,9 +84,8 @@ def stress_of_runs(results: Results) -> Figure:
     media = dict.fromkeys(campaign.by_id[run].medium for run in chosen)
     samples = {run: trace for m in media for run, trace in by_run(stress_of(results, m)).items()}
     fits = {row["run_id"]: row for m in media for row in results[m].fits.to_dict("records")}
-    slanted = sorted(
-        run for run in samples if run in fits and fits[run]["direction"] != "horizontal"
-    )
+    known = sorted(fits.keys() & samples.keys())
+    slanted = [run for run in known if fits[run]["direction"] != "horizontal"]
     # a run that was refused has nothing to draw
     drawn = [run for run in chosen if run in slanted] or slanted[:1]
     if not drawn:
@@ -106,7 +96,7 @@ def stress_of_runs(results: Results) -> Figure:
     # one run alone gets the width of two
     side = _RUN_SIDE_CM + (_RUN_PITCH_CM if across == 1 else 0)
     width = _RUN_LEFT_CM + max(across - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
-    deepest = _reach(campaign.config)
+    deepest = _reach(campaign.config.legs.values())
     lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[across])
     page = style.new_figure(width, down * _RUN_ROW_CM + 0.3 + 0.33 * lines)
     for i, run in enumerate(drawn):
@@ -121,10 +111,9 @@ def stress_of_runs(results: Results) -> Figure:
         style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
         if deepest:
-            axes.plot(
-                [0, min(deepest, axes.get_xlim()[1])], [1, 1], color=_LEGS, linewidth=3,
-                transform=axes.get_xaxis_transform(), clip_on=False, solid_capstyle="butt",
-            )  # fmt: skip
+            how: dict[str, Any] = {"linewidth": 3, "clip_on": False, "solid_capstyle": "butt"}
+            ends, at = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
+            axes.plot(ends, [1, 1], color=_LEGS, transform=at, **how)
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
         if i + _ACROSS >= len(drawn):
@@ -193,10 +182,8 @@ def linearity(results: Results) -> Figure:
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
     wanted = runs_of_cells(alpha, cells)
-    samples: dict[str, Trace] = {}
-    for medium in media:
-        stress = stress_of(results, medium)
-        samples |= by_run(stress[stress["run_id"].isin(wanted)])
+    stresses = [stress_of(results, medium) for medium in media]
+    samples = {k: v for s in stresses for k, v in by_run(s[s["run_id"].isin(wanted)]).items()}
     fits = results.joined("fits/{medium}.csv", media)
     rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(wanted)].to_dict("records")}
     looks = style.medium_looks(media)
@@ -211,22 +198,20 @@ def linearity(results: Results) -> Figure:
         for j, c in enumerate("zx"):
             axes = style.axes_cm(page, left, _TOP_CM + j * _ROW_CM, _SIDE_CM, _ROW_CM - 0.35)
             style.zero_line(axes)
-            lost = [
-                style.title_of(results, medium)
-                for medium in media
-                if not _draw_medium(
-                    axes, c, gamma == 0, own.get(medium), looks[medium], samples, rows
-                )
-            ]
+            lost = []
+            for medium in media:
+                if (row := own.get(medium)) and np.isfinite(alpha_of(row, c)[0]):
+                    _draw_medium(axes, c, row, looks[medium], samples, rows)
+                else:
+                    lost.append(style.title_of(results, medium))
             _finish(axes, lost, len(lost) < len(media))
             style.name_below(axes, "depth (cm)", j == 1)
             if i == 0:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
-    entries = {
-        style.title_of(results, medium): style.line(colour, marker=marker, markersize=4)
-        for medium, (colour, marker) in looks.items()
-    }
+    entries = {}
+    for medium, (colour, marker) in looks.items():
+        entries[style.title_of(results, medium)] = style.line(colour, marker=marker, markersize=4)
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
     entries[f"{style.level(results)} interval"] = style.band(0.5)
     style.legend(page, entries, 4)
@@ -266,36 +251,27 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
         corner = np.array([0.12 - half, -0.88])
-        arrows += [
-            (corner, corner + 0.55 * np.array(axis), "black", name)
-            for name, axis in (("$x$", (1, 0)), ("$z$", (0, 1)))
-        ]
+        arrows += [(corner, corner + np.array([0.55, 0]), "black", "$x$")]
+        arrows += [(corner, corner + np.array([0, 0.55]), "black", "$z$")]
+    how = {"arrowstyle": "-|>", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
     for start, end, colour, name in arrows:
         axes.annotate(
-            "", xy=(end[0], end[1]), xytext=(start[0], start[1]),
-            arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.7, "shrinkA": 0,
-                        "shrinkB": 0, "mutation_scale": 5},
-        )  # fmt: skip
+            "", xy=(end[0], end[1]), xytext=(start[0], start[1]), arrowprops=how | {"color": colour}
+        )
         axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
     axes.set(xlim=(-half, half), ylim=(-1.0, 1.1))
     axes.set_axis_off()
 
 
 def _draw_medium(
-    axes: Axes, c: str, flat: bool, row: Row | None, look: tuple[str, str],
-    samples: Mapping[str, Trace], fits: Mapping[str, Row],
-) -> bool:  # fmt: skip
-    """Draw a cell of one medium; False where it has no alpha."""
-    alpha, low, high = (np.nan, np.nan, np.nan) if row is None else alpha_of(row, c)
-    if row is None or not np.isfinite(alpha):
-        return False
+    axes: Axes, c: str, row: Row, look: tuple[str, str], samples: Mapping[str, Trace],
+    fits: Mapping[str, Row],
+) -> None:  # fmt: skip
+    """Draw a cell of one medium."""
+    alpha, low, high = alpha_of(row, c)
     colour, marker = look
-    point: dict[str, Any] = {
-        "color": colour,
-        "markeredgecolor": "white",
-        "markersize": 4,
-        "markeredgewidth": 0.3,
-    }
+    point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
+    point["color"], flat = colour, row["gamma_deg"] == 0
     ends = []
     for run in row["run_ids"].split():
         fit, trace = fits[run], samples.get(run)
@@ -316,15 +292,13 @@ def _draw_medium(
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
     if not flat:
         axes.plot(end, alpha * end, marker, zorder=4, **point)
-    return True
 
 
 def _finish(axes: Axes, lost: list[str], some: bool) -> None:
     if lost:
-        axes.text(
-            0.03, 0.97, "\n".join(["no usable run:", *lost]), va="top", fontsize=_NOTE_PT,
-            color=style.MARK, transform=axes.transAxes,
-        )  # fmt: skip
+        how: dict[str, Any] = {"va": "top", "fontsize": _NOTE_PT, "color": style.MARK}
+        text = "\n".join(["no usable run:", *lost])
+        axes.text(0.03, 0.97, text, transform=axes.transAxes, **how)
     if not some:
         axes.set(xticks=[], yticks=[])
         return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -72,26 +72,16 @@ def columns_of(results: Results, medium: str) -> list[Column]:
     fits, curves = results[medium].fits, results[medium].legs
     stress = by_run(stress_of(results, medium))
     columns = []
-    for run in (
-        *_plates(results.campaign, fits, set(stress)),
-        *_legs(results.campaign, medium, curves),
-    ):
+    plates = _plates(results.campaign, fits, set(stress))
+    for run in (*plates, *_legs(results.campaign, medium, curves)):
         trace, phases = _recorded(samples[names == run.run_id])
         if not trace:
             continue
+        tare, _ = _recorded(samples[names == run.tare_run])
         own = curves[curves["run_id"] == run.run_id]
-        rows = fits[fits["run_id"] == run.run_id].to_dict("records")
-        columns.append(
-            Column(
-                kind=run.direction,
-                about=_about(run),
-                run=trace,
-                tare=_recorded(samples[names == run.tare_run])[0],
-                phases=phases,
-                result=stress.get(run.run_id, {name: own[name].to_numpy(float) for name in _CURVE}),
-                fit=rows[0] if rows else {},
-            )
-        )
+        result = stress.get(run.run_id, {name: own[name].to_numpy(float) for name in _CURVE})
+        fit, *_ = [*fits[fits["run_id"] == run.run_id].to_dict("records"), {}]
+        columns.append(Column(run.direction, _about(run), trace, tare, phases, result, fit))
     return columns
 
 
@@ -169,9 +159,8 @@ def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
-        return style.missing(
-            f"{results.titles[medium]}: no run of which recording and result could be drawn"
-        )
+        what = "no run of which recording and result could be drawn"
+        return style.missing(f"{results.titles[medium]}: {what}")
     width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
     last_top, last_height = _ROWS_CM[-1]
     page = style.new_figure(width, _TOP_CM + last_top + last_height + (1.75 if width > 14 else 2.4))
@@ -179,9 +168,8 @@ def protocol(results: Results, medium: str) -> Figure:
     small = {"va": "bottom", "fontsize": leg_panels.NOTE_PT}
     for i, column in enumerate(columns):
         left = _LEFT_CM + i * _PITCH_CM
-        above, middle, below = (
-            style.axes_cm(page, left, _TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM
-        )
+        rows = ((_TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM)
+        above, middle, below = (style.axes_cm(page, left, *row) for row in rows)
         head = f"{'ABCD'[i]}  {column.kind}"
         style.text_cm(page, left, _TOP_CM - 0.4, head, va="bottom", weight="bold")
         style.text_cm(page, left, _TOP_CM - 0.1, column.about, **small)
@@ -194,12 +182,12 @@ def protocol(results: Results, medium: str) -> Figure:
             middle.set_ylabel("force on intruder (N)")
             for axes in (above, middle, below):
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
-        note = _draw_leg(below, column) if column.kind == "rotation" else _draw_plate(below, column)
-        style.text_cm(page, left, _TOP_CM + last_top - 0.1, note, **small)
         if column.kind == "rotation":
-            below.set_ylabel("force, tare taken off (N)")
-        elif i == 0:
-            below.set_ylabel(f"stress ({style.PER_CM2})")
+            note, label = _draw_leg(below, column), "force, tare taken off (N)"
+        else:
+            note, label = _draw_plate(below, column), f"stress ({style.PER_CM2})" if i == 0 else ""
+        below.set_ylabel(label)
+        style.text_cm(page, left, _TOP_CM + last_top - 0.1, note, **small)
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
     entries = {
         "height $z$": style.line("black"),
@@ -242,10 +230,8 @@ def _draw_forces(axes: Axes, column: Column) -> None:
     _shade(axes, column)
     if not column.tare:
         axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
-    for trace, colours in (
-        (column.tare, style.PALE_COLOURS),
-        (column.run, style.COMPONENT_COLOURS),
-    ):
+    looks = (column.tare, style.PALE_COLOURS), (column.run, style.COMPONENT_COLOURS)
+    for trace, colours in looks:
         for c in "zx" if trace else "":
             force = trace[f"force_{c}_N"]
             draw_thin(axes, trace["time_s"], force, color=colours[c], linewidth=0.6)
@@ -261,9 +247,8 @@ def _draw_plate(axes: Axes, column: Column) -> str:
     trace = column.result
     place = trace["path_cm" if flat else "depth_cm"]
     window = (trace["in_window"] > 0) & np.isfinite(place)
-    begin = end = np.nan
+    begin, end = place[window].min(initial=np.inf), place[window].max(initial=-np.inf)
     if window.any():
-        begin, end = float(place[window].min()), float(place[window].max())
         axes.axvspan(begin, end, color=style.WINDOW, linewidth=0)
     style.zero_line(axes)
     # along a horizontal run the depth is one number, and the stress that fits it is a constant
@@ -275,7 +260,7 @@ def _draw_plate(axes: Axes, column: Column) -> str:
         draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
         alpha, low, high = alpha_of(column.fit, c)
         if np.isfinite([alpha, end]).all():
-            ends = np.array([begin, end]) if flat else np.array([0.0, end])
+            ends = np.array([begin if flat else 0.0, end])
             shape = scale * np.ones(2) if flat else ends
             axes.fill_between(ends, low * shape, high * shape, color=colour, alpha=0.35)
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
@@ -298,10 +283,8 @@ def _draw_leg(axes: Axes, column: Column) -> str:
         known = np.isfinite(force)
         if known.any():
             peak = measured_peak(theta[known], force[known], c)
-            notes.append(
-                rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at "
-                rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
-            )
+            where = rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
+            notes.append(rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at {where}")
         else:
             notes.append(f"no force $F_{c}$")
     axes.set(xlim=leg_panels.THETA_DEG, xticks=range(-90, 91, 45), xlabel=leg_panels.THETA_LABEL)
@@ -334,8 +317,8 @@ def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     known = _known(results, medium)
-    none = results.config.fit.missing_tare == "none"
     if known.empty:
+        none = results.config.fit.missing_tare == "none"
         nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
         why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
         return style.missing(f"{results.titles[medium]}: no plate run has a tare to draw", why)
@@ -350,14 +333,12 @@ def tare(results: Results, medium: str) -> Figure:
         axes.axvspan(low, high, color=style.WINDOW, linewidth=0, label="valid range")
     style.zero_line(axes)
     for c, name in (("z", "vertical"), ("x", "horizontal")):
-        axes.plot(
-            depth, part[f"tare_{c}_N"].to_numpy(float), color=style.COMPONENT_COLOURS[c],
-            label=f"{name} $F_{c}$", linewidth=0.7,
-        )  # fmt: skip
+        look: style.Look = {"color": style.COMPONENT_COLOURS[c], "label": f"{name} $F_{c}$"}
+        axes.plot(depth, part[f"tare_{c}_N"].to_numpy(float), linewidth=0.7, **look)
     axes.set(xlabel="depth (cm)", ylabel="force on rod and mount (N)")
     if not valid.any():
-        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, ha="center", va="center",
-                  transform=axes.transAxes)  # fmt: skip
+        how: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
+        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, **how)
     axes.set_title(style.plain(f"{results[medium].title}: tare {deepest['tare_run']}"), loc="left")
     page.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, borderaxespad=0.3)
     return page
@@ -417,10 +398,8 @@ def draw_clocks(traces: Sequence[Ingested]) -> Figure:
     page = style.new_figure(style.DOUBLE_CM, height, dpi=150)
     for place, (trace, alignment) in enumerate(rows):
         top = _HEAD_CM + place * _ROW_CM
-        panels = [
-            style.axes_cm(page, _CLOCKS_LEFT_CM + column * _STEP_CM, top, _WIDTH_CM, _ROW_CM - 1.5)
-            for column in range(3)
-        ]
+        lefts = [_CLOCKS_LEFT_CM + column * _STEP_CM for column in range(3)]
+        panels = [style.axes_cm(page, left, top, _WIDTH_CM, _ROW_CM - 1.5) for left in lefts]
         _draw_lags(panels[0], alignment)
         panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
         panels[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
@@ -453,9 +432,8 @@ def _draw_lags(axes: Axes, alignment: Alignment) -> None:
 def _draw_lift(axes: Axes, alignment: Alignment) -> None:
     start = float(np.median(alignment.force[:8]))
     rising = alignment.depth > alignment.depth.max() - 6
-    depth, force, fitted = (
-        values[rising] for values in (alignment.depth, alignment.force, alignment.fitted)
-    )
+    curves = alignment.depth, alignment.force, alignment.fitted
+    depth, force, fitted = (values[rising] for values in curves)
     order = np.argsort(depth)
     axes.plot(depth, force - start, ".", color=_BLUE, markersize=2)
     axes.plot(depth[order], fitted[order] - start, color=_RED, linewidth=0.8)

@@ -6,7 +6,7 @@ import textwrap
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -169,27 +169,20 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
         heads = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
         for down in _chunks(len(betas), MAX_ROWS):
             for across in _chunks(len(heads), MAX_COLUMNS):
-                here = {
-                    run: (i - down.start, j - across.start)
-                    for run, (i, j) in place.items()
-                    if i in down and j in across
-                }
+                inside = [run for run, (i, j) in place.items() if i in down and j in across]
+                here = {run: (place[run][0] - down[0], place[run][1] - across[0]) for run in inside}
                 if here:
-                    names = [
-                        f"\N{GREEK SMALL LETTER BETA} = {style.degrees(betas[i])}" for i in down
-                    ]
+                    names = [f"β = {style.degrees(betas[i])}" for i in down]
                     pages.append(Page(names, [heads[j] for j in across], here, repeat == 0))
     return pages
 
 
 def _in_turn(runs: list[str]) -> list[Page]:
     """Pages of runs in scattered directions, one panel after the other, each with its own angles."""
-    size = MAX_ROWS * MAX_COLUMNS
     pages = []
-    for first in range(0, len(runs), size):
-        part = runs[first : first + size]
+    for part in _chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
         columns = min(MAX_COLUMNS, len(part))
-        places = {run: divmod(i, columns) for i, run in enumerate(part)}
+        places = {runs[at]: divmod(i, columns) for i, at in enumerate(part)}
         rows = -(-len(part) // columns)
         pages.append(Page([""] * rows, [""] * columns, places, first=False))
     return pages
@@ -232,10 +225,8 @@ class Sheet:
         self.reach = reach
         self.width = min((WIDTH_CM - LEFT - _RIGHT) / columns, _LARGEST)
         self.height = min((HEIGHT_CM - _TOP - _BOTTOM) / rows, _LARGEST)
-        self.paper = (
-            max(LEFT + columns * self.width + _RIGHT, _NARROWEST),
-            _TOP + rows * self.height + _BOTTOM,
-        )
+        wide = max(LEFT + columns * self.width + _RIGHT, _NARROWEST)
+        self.paper = wide, _TOP + rows * self.height + _BOTTOM
         self.figure = style.new_figure(*self.paper, dpi=_DPI)
         self.axes: Axes = self.figure.add_axes((0, 0, 1, 1))
         self.axes.set(xlim=(0, self.paper[0]), ylim=(-self.paper[1], 0))
@@ -278,9 +269,8 @@ class Sheet:
         if window.size:
             low, high = window.min(), window.max()
             bottom, head = top - _HEAD - tall, top - _HEAD
-            self.windows.append(
-                np.array([(low, bottom), (high, bottom), (high, head), (low, head)])
-            )
+            corners = [(low, bottom), (high, bottom), (high, head), (low, head)]
+            self.windows.append(np.array(corners))
         self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
@@ -313,9 +303,8 @@ class Sheet:
                 write(x, top - 0.54, text, 5.2, color=colour, ha=side)
         if trace:
             least, most = (f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in span(trace))
-            write(
-                left + margin, top - 0.78, f"stress {least} to {most} N/cm²", 4.8, color="#555555"
-            )
+            text = f"stress {least} to {most} N/cm²"
+            write(left + margin, top - 0.78, text, 4.8, color="#555555")
         if bad:
             more = " \N{HORIZONTAL ELLIPSIS}"
             lines = textwrap.wrap(bad, room - 1, max_lines=4, placeholder=more)
@@ -331,8 +320,8 @@ class Sheet:
                 left, top = self.corner(*place)
                 self.frame(left, top, "#dddddd")
                 middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
-                self.axes.text(*middle, "not measured", fontsize=5.5, color="#888888",
-                               ha="center", va="center")  # fmt: skip
+                how: style.Look = {"color": "#888888", "ha": "center", "va": "center"}
+                self.axes.text(*middle, "not measured", fontsize=5.5, **how)
 
     def finish(self, title: str, notes: str) -> Figure:
         """Draw everything that was collected; `notes` stand below the title."""
@@ -341,16 +330,12 @@ class Sheet:
         self.axes.add_collection(PolyCollection(self.windows, facecolors=_WINDOW, linewidths=0))
         for pen, lines in self.lines.items():
             # gaps, so that the fit does not hide what it was fitted to
-            dashes = [(0, (5, 4))] if pen == FIT else "solid"
-            colour, width = pen
-            self.axes.add_collection(
-                LineCollection(lines, colors=colour, linewidths=width, linestyles=dashes)
-            )
+            how: dict[str, Any] = {"linestyles": [(0, (5, 4))] if pen == FIT else "solid"}
+            how |= {"colors": pen[0], "linewidths": pen[1]}
+            self.axes.add_collection(LineCollection(lines, **how))
         for colour, boxes in self.frames.items():
-            width = 1.4 if colour == style.MARK else 0.4
-            self.axes.add_collection(
-                PolyCollection(boxes, facecolors="none", edgecolors=colour, linewidths=width)
-            )
+            how = {"edgecolors": colour, "linewidths": 1.4 if colour == style.MARK else 0.4}
+            self.axes.add_collection(PolyCollection(boxes, facecolors="none", **how))
         for i, label in enumerate(self.page.row_labels):
             y = self.corner(i, 0)[1] - (self.height - _GAP) / 2
             self.axes.text(LEFT - 0.2, y, label, fontsize=8, ha="right", va="center", rotation=90)
@@ -368,13 +353,11 @@ class Sheet:
         entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
         entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=(0, (5, 4)))
         entries["fit window"] = style.patch(facecolor=_WINDOW)
-        entries["flagged or without alpha"] = style.patch(
-            facecolor="none", edgecolor=style.MARK, linewidth=1.4
-        )
-        style.legend(
-            self.figure, entries, len(entries), loc="lower left", fontsize=7.5, borderaxespad=0,
-            bbox_to_anchor=(LEFT / self.paper[0], 0.12 / self.paper[1]), columnspacing=1.3,
-        )  # fmt: skip
+        frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
+        entries["flagged or without alpha"] = frame
+        how = {"loc": "lower left", "fontsize": 7.5, "borderaxespad": 0, "columnspacing": 1.3}
+        place = LEFT / self.paper[0], 0.12 / self.paper[1]
+        style.legend(self.figure, entries, len(entries), bbox_to_anchor=place, **how)
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm (horizontal runs: path from 0 "
             f"to {self.reach[1]:g} cm). Up: stress, from the panel's bottom to its top as written in "
@@ -430,9 +413,8 @@ def runs_side_by_side(results: Results) -> Figure:
             if column == 0:
                 axes.set_ylabel(f"run less others ({style.PER_CM3})")
         style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
-        style.text_cm(
-            page, _LIST_CM, top + 1.05, _names(apart), va="top", fontsize=5.5, color=style.MARK
-        )
+        how = {"va": "top", "fontsize": 5.5, "color": style.MARK}
+        style.text_cm(page, _LIST_CM, top + 1.05, _names(apart), **how)
     entries = {
         "three runs of a direction or more": style.dots(style.GREY, 3),
         "one or two": style.dots(style.GREY, 3, markerfacecolor="none"),
@@ -445,22 +427,22 @@ def runs_side_by_side(results: Results) -> Figure:
 def _side_by_side(axes: Axes, table: pd.DataFrame, apart: pd.DataFrame, c: str) -> None:
     """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
     style.zero_line(axes)
-    own, others = (table[[f"{name}_{one}_N_per_cm3" for one in "zx"]].to_numpy(float)
-                   for name in ("alpha", "others"))  # fmt: skip
-    off, place = own - others, "zx".index(c)
-    rows, size = np.flatnonzero(table["beside"] == MAP), 3 if len(table) < _MANY_RUNS else 1.8
-    faces = np.where(np.isin(np.arange(len(table)), rows), "none", style.COMPONENT_COLOURS[c])
+    offs = {one: table[f"alpha_{one}_N_per_cm3"] - table[f"others_{one}_N_per_cm3"] for one in "zx"}
+    others, off = table[f"others_{c}_N_per_cm3"], offs[c]
+    colour = style.COMPONENT_COLOURS[c]
+    size = 3 if len(table) < _MANY_RUNS else 1.8
+    look: style.Look = {"markersize": size, "alpha": 0.7, "color": colour}
+    faces = np.where(table["beside"] == MAP, "none", colour)
     for face in dict.fromkeys(faces):
         part = faces == face
-        axes.plot(others[part, place], off[part, place], "o", markersize=size, alpha=0.7,
-                  color=style.COMPONENT_COLOURS[c], markerfacecolor=face, markeredgewidth=0.5)  # fmt: skip
-    for number, run in enumerate(apart.reset_index().to_dict("records"), 1):
-        here = others[run["index"], place], off[run["index"], place]
-        axes.plot(*here, "o", markersize=4, color=style.MARK)
+        axes.plot(others[part], off[part], "o", markerfacecolor=face, markeredgewidth=0.5, **look)
+    points = zip(others[apart.index], off[apart.index], apart.to_dict("records"), strict=True)
+    for number, (x, y, run) in enumerate(points, 1):
+        axes.plot(x, y, "o", markersize=4, color=style.MARK)
         if number <= _NAMED and _most(run) == c:
-            axes.annotate(f"{number}", here, (3, 2), textcoords="offset points",
-                          fontsize=5.5, color=style.MARK)  # fmt: skip
-    most = 1.15 * float(np.nanmax(np.abs(off), initial=1e-4))
+            how: style.Look = {"textcoords": "offset points", "fontsize": 5.5, "color": style.MARK}
+            axes.annotate(f"{number}", (x, y), (3, 2), **how)
+    most = 1.15 * float(np.nanmax(np.abs([*offs.values()]), initial=1e-4))
     axes.set_ylim(-most, most)
     axes.axvline(0, color=style.GREY, linewidth=0.4)
     axes.margins(x=0.08)
@@ -476,10 +458,8 @@ def _summary(table: pd.DataFrame) -> str:
     times = table["times_spread"]
     if times.isna().all():
         return f"{len(table)} runs: too few to estimate how much runs differ"
-    half = [
-        style.number((table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"]).abs().median(), 4)
-        for c in "zx"
-    ]  # fmt: skip
+    offs = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
+    half = [style.number(off.abs().median(), 4) for off in offs]
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
         f"half of them within {half[0]} (z) and {half[1]} (x) {style.PER_CM3}\n"

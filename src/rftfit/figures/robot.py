@@ -10,7 +10,7 @@ from rftfit.figures import labels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, when
 from rftfit.robot.speeds import share_within
-from rftfit.robot.sweep import MOTION, MOTION_NEAR_HZ
+from rftfit.robot.sweep import MOTION_NEAR_HZ, is_of_motion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -110,9 +110,7 @@ def speed(results: Results, sweep: str) -> Figure:
     page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
     axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
     _frequency_panel(axes, speeds, errors, looks)
-    axes.set_ylim(*_limits(speeds, errors))
-    axes.set_xlabel(FREQUENCY_LABEL)
-    axes.set_ylabel(SPEED_LABEL)
+    axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
     style.legend(page, _speed_entries(looks, errors), 2, handlelength=1.8)
     return page
@@ -198,11 +196,9 @@ def _frequency_panel(
     curves = _curves(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
+        own_curve = [curve for one, curve in curves.items() if np.isclose(one, curvature)][:1]
         # legs at rest, robot at rest
-        own_curve = next(
-            (c for k, c in curves.items() if np.isclose(k, curvature)), np.empty((0, 2))
-        )
-        x, y = np.vstack([np.zeros((1, 2)), own_curve]).T
+        x, y = np.vstack([np.zeros((1, 2)), *own_curve]).T
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
@@ -212,12 +208,16 @@ def _frequency_panel(
             points = own[own["calibrated"] == told]
             if points.empty:
                 continue
-            axes.errorbar(
-                points["frequency_Hz"], points["measured_cm_per_s"],
-                yerr=points["measured_sd_cm_per_s"].fillna(0), fmt=marker, color=colour,
-                markersize=3.4, markerfacecolor=fill, markeredgewidth=0.7, elinewidth=0.6,
-                capsize=1.2, zorder=3,
-            )  # fmt: skip
+            at = points["frequency_Hz"], points["measured_cm_per_s"]
+            bars = points["measured_sd_cm_per_s"].fillna(0)
+            look: style.Look = {
+                "color": colour,
+                "markersize": 3.4,
+                "markerfacecolor": fill,
+                "zorder": 3,
+            }
+            look |= {"markeredgewidth": 0.7, "elinewidth": 0.6, "capsize": 1.2}
+            axes.errorbar(*at, yerr=bars, fmt=marker, **look)
     places = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
     ringed = errors[np.array([is_of_motion(*at) for at in places], dtype=bool)]
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
@@ -225,18 +225,8 @@ def _frequency_panel(
     axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
 
 
-_RING: dict[str, Any] = {
-    "linestyle": "", "marker": "o", "markersize": 7.5, "markerfacecolor": "none",
-    "markeredgewidth": 0.9,
-}  # fmt: skip
-
-
-def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
-    """Whether this is one of the runs whose motion is drawn over time."""
-    return any(
-        abs(curvature - one) < 1e-6 and abs(frequency_Hz - at) < MOTION_NEAR_HZ
-        for one, at in MOTION
-    )
+_RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
+_RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
 
 
 def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
@@ -283,9 +273,8 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
         axes.plot(*line.T, color=colour, linewidth=1.0)
         here = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, here, "curvature_times_R", colour)
-        points = _read(measured, hz)
-        axes.plot(*points.T, marker, color=colour, markersize=3.4, markeredgecolor="black",
-                  markeredgewidth=0.4, zorder=3)  # fmt: skip
+        look: dict[str, Any] = {"color": colour, "markersize": 3.4, "markeredgecolor": "black"}
+        axes.plot(*_read(measured, hz).T, marker, markeredgewidth=0.4, zorder=3, **look)
         line = line[np.isfinite(line[:, 1])]
         if len(line):
             axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
@@ -306,14 +295,12 @@ def _speed_entries(
     looks: Mapping[float, tuple[str, str]], errors: pd.DataFrame
 ) -> dict[str, Artist]:
     """Entries of a legend that say what colours, lines and points are."""
-    # shown with the marker where there is one
-    curves = {
-        f"$R'/r$ = {style.number(one, 2)}": style.line(
-            colour, marker="" if errors.empty else marker, markersize=3.4
-        )
-        for one, (colour, marker) in looks.items()
-    }
-    entries = curves | {"simulated": style.line("black", linewidth=1.0)}
+    entries = {}
+    for one, (colour, marker) in looks.items():
+        # shown with the marker where there is one
+        marked = style.line(colour, marker="" if errors.empty else marker, markersize=3.4)
+        entries[f"$R'/r$ = {style.number(one, 2)}"] = marked
+    entries["simulated"] = style.line("black", linewidth=1.0)
     if errors.empty:
         return entries
     entries["measured, mean and s.d. of trials"] = style.dots("black", 3.4)
@@ -341,50 +328,36 @@ def curvature(results: Results, sweep: str) -> Figure:
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     grid = own[np.isin(own["frequency_Hz"], frequencies)]
-    table = grid.pivot_table(
-        index="frequency_Hz", columns="curvature_times_R", values="speed_cm_per_s"
-    )
+    table = grid.pivot_table("speed_cm_per_s", "frequency_Hz", "curvature_times_R")
     if table.empty:
-        reasons = own["reason"].value_counts()
-        why = str(reasons.index[0]) if len(reasons) else "no run of the sweep"
+        why, *_ = [*own["reason"].value_counts().index, "no run of the sweep"]
         head = f"{labels.name_of('table')}: no run of the sweep has a steady speed"
-        return style.missing(head, [why])
+        return style.missing(head, [str(why)])
     page = style.new_figure(style.DOUBLE_CM, 8.3)
     left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
     _curvature_panel(left, own, known)
     left.set_ylim(*_limits(own, known))
     left.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     if len(known):
-        entries = {
-            "simulated": style.line("black"),
-            "measured (read between frequencies)": style.dots("black", 3.4),
-        }
-        left.legend(list(entries.values()), list(entries), loc="upper left", frameon=False)
+        shown = style.line("black"), style.dots("black", 3.4)
+        names = "simulated", "measured (read between frequencies)"
+        left.legend(shown, names, loc="upper left", frameon=False)
     right = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
     whole = table.dropna(axis="columns")
-    image = right.pcolormesh(
-        whole.columns.to_numpy(float), whole.index.to_numpy(float), whole.to_numpy(float),
-        cmap=style.SEQUENTIAL, shading="nearest", vmin=0,
-    )  # fmt: skip
-    low = (best["best_curvature_times_R"] - best["reading_lo"]).clip(lower=0)
-    high = (best["reading_hi"] - best["best_curvature_times_R"]).clip(lower=0)
-    right.errorbar(
-        best["best_curvature_times_R"], frequencies, xerr=[low, high], fmt="o-", color="white",
-        markersize=3, linewidth=0.8, elinewidth=0.8, capsize=1.5, markeredgecolor="black",
-        markeredgewidth=0.4,
-    )  # fmt: skip
-    right.set_xlim(-1.04, 1.04)
-    right.set(xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
+    cells = (one.to_numpy(float) for one in (whole.columns, whole.index, whole))
+    image = right.pcolormesh(*cells, cmap=style.SEQUENTIAL, shading="nearest", vmin=0)
+    at = best["best_curvature_times_R"]
+    sides = (at - best["reading_lo"]).clip(lower=0), (best["reading_hi"] - at).clip(lower=0)
+    look: style.Look = {"color": "white", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.8}
+    look |= {"capsize": 1.5, "markeredgecolor": "black", "markeredgewidth": 0.4}
+    right.errorbar(at, frequencies, xerr=sides, fmt="o-", **look)
+    right.set(xlim=(-1.04, 1.04), xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
     right.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
     page.colorbar(image, cax=style.axes_cm(page, 16.5, 0.75, 0.3, 6.1), label=SPEED_LABEL)
     return page
 
 
 # The robot in mid-stance, the force on every element of the standing tripod
-
-
-def _standing(part: pd.DataFrame) -> pd.DataFrame:
-    return part[part["group"] == "tripod_1"]
 
 
 def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
@@ -419,9 +392,8 @@ def robot_stance(results: Results) -> Figure:
         return style.missing("there is no simulated run of the robot to draw")
     width, height = 8.6, 5.0
     page = style.new_figure(style.DOUBLE_CM, height + 1.7)
-    strongest = float(
-        np.hypot(*_standing(stances)[["force_x_N", "force_z_N"]].to_numpy(float).T).max()
-    )
+    pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
+    strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
     scale = 3.0 / strongest if strongest > 0 else 0.0
     for column, (run, part) in enumerate(runs):
         axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
@@ -429,41 +401,32 @@ def robot_stance(results: Results) -> Figure:
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
         axes.axhline(0, color=style.SURFACE, linewidth=0.6)
         legs, standing = part["group"].str.startswith("tripod"), part["group"] == "tripod_1"
-        for chosen, colour in (
-            (~legs, "#444444"),
-            (legs & ~standing, "#9a9a9a"),
-            (standing, style.OKABE_ITO["blue"]),
-        ):
-            ends = part.loc[chosen, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
-            lines = list(ends.reshape(-1, 2, 2))
-            axes.add_collection(
-                LineCollection(lines, colors=colour, linewidths=1.7, capstyle="round")
-            )
+        chosen = ~legs, legs & ~standing, standing
+        for rows, colour in zip(chosen, _STANCE.values(), strict=True):
+            ends = part.loc[rows, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
+            look: style.Look = {"colors": colour, "linewidths": 1.7, "capstyle": "round"}
+            axes.add_collection(LineCollection(list(ends.reshape(-1, 2, 2)), **look))
         at = part.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
         push = part.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
         felt = np.hypot(*push.T) > 0.01 * strongest
-        axes.quiver(
-            *at[felt].T, *(scale * push[felt]).T, angles="xy", scale_units="xy", scale=1,
-            color=style.OKABE_ITO["vermillion"], width=0.0022, headwidth=4, headlength=5, zorder=3,
-        )  # fmt: skip
+        arrows: style.Look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0022}
+        arrows |= {"headwidth": 4, "headlength": 5, "color": style.OKABE_ITO["vermillion"]}
+        axes.quiver(*at[felt].T, *(scale * push[felt]).T, zorder=3, **arrows)
         axes.set_title(_run_name(*run), loc="left", fontsize=7.5)
         axes.plot([-12, -10], [-4.9, -4.9], color="black", linewidth=1)
         axes.text(-11, -4.7, "2 cm", ha="center", va="bottom", fontsize=6)
-        axes.annotate(
-            "", xy=(-7, 8.6), xytext=(-11, 8.6), arrowprops={"arrowstyle": "->", "linewidth": 0.7}
-        )
+        arrow = {"arrowstyle": "->", "linewidth": 0.7}
+        axes.annotate("", xy=(-7, 8.6), xytext=(-11, 8.6), arrowprops=arrow)
         axes.text(-6.7, 8.6, "runs this way", va="center", fontsize=6)
         axes.set_axis_off()
-    entries = {
-        "standing tripod": style.line(style.OKABE_ITO["blue"], linewidth=1.7),
-        "other tripod": style.line("#9a9a9a", linewidth=1.7),
-        "body": style.line("#444444", linewidth=1.7),
-        f"force on an element, the longest arrow {1000 * strongest:.0f} mN": style.line(
-            style.OKABE_ITO["vermillion"]
-        ),
-    }
-    style.legend(page, entries, 4)
+    entries = {name: style.line(_STANCE[name], linewidth=1.7) for name in reversed(_STANCE)}
+    longest = f"force on an element, the longest arrow {1000 * strongest:.0f} mN"
+    style.legend(page, entries | {longest: style.line(style.OKABE_ITO["vermillion"])}, 4)
     return page
+
+
+_STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": style.OKABE_ITO["blue"]}
+"""Colours of the robot's parts in mid-stance."""
 
 
 # Motion and forces over two strides
@@ -538,7 +501,7 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
     found = False
     for part, panels in columns:
-        run = float(part["curvature_times_R"].iloc[0]), float(part["frequency_Hz"].iloc[0])
+        run: Any = part[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
         time, mean = part["time_s"].to_numpy(float), _mean_speed(part)
         for curve in [] if measured is None else _aligned(part, _measured(measured, run), run[1]):
             panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
@@ -596,12 +559,8 @@ def _mean_force(part: pd.DataFrame, name: str) -> FloatArray:
 
 def group_names(motion: pd.DataFrame) -> list[str]:
     """Find the groups of elements in a table of motion: tripods first, then plates."""
-    found = [
-        name.removeprefix("force_z_").removesuffix("_N")
-        for name in motion.columns
-        if name.startswith("force_z_")
-    ]
-    return sorted(found, key=lambda name: (not name.startswith("tripod"), found.index(name)))
+    names = [name[8:-2] for name in motion.columns if name.startswith("force_z_")]
+    return sorted(names, key=lambda name: not name.startswith("tripod"))
 
 
 def _mean_speed(part: pd.DataFrame) -> float:
@@ -621,10 +580,8 @@ def _panels(
     columns = []
     for column, (run, part) in enumerate(runs):
         left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
-        panels = [
-            style.axes_cm(page, left, _MOTION_TOP_CM + row * _PITCH_CM, panel, _PANEL_CM)
-            for row in range(rows)
-        ]
+        tops = [_MOTION_TOP_CM + row * _PITCH_CM for row in range(rows)]
+        panels = [style.axes_cm(page, left, top, panel, _PANEL_CM) for top in tops]
         panels[0].set_title(_run_name(*run), fontsize=7)
         columns.append((part.sort_values("time_s"), panels))
     return page, columns
@@ -637,9 +594,8 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
         for panels in columns:
             panels[row].set_ylim(ends[:, 0].min(), ends[:, 1].max())
             panels[row].margins(x=0)
-            panels[row].tick_params(
-                labelleft=panels is columns[0], labelbottom=row == len(labels) - 1
-            )
+            last = row == len(labels) - 1
+            panels[row].tick_params(labelleft=panels is columns[0], labelbottom=last)
         columns[0][row].set_ylabel(label)
     page.align_ylabels(columns[0])
     for panels in columns:
@@ -649,6 +605,5 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
 def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Artist) -> None:
     for group, (colour, dash) in looks.items():
         entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
-    style.legend(
-        figure, entries, len(entries), loc="upper center", columnspacing=1.6, borderaxespad=0.1
-    )
+    how = {"loc": "upper center", "columnspacing": 1.6, "borderaxespad": 0.1}
+    style.legend(figure, entries, len(entries), **how)

@@ -51,9 +51,8 @@ def penetration(results: Results) -> Figure:
     down = -(-len(media) // _ACROSS)
     width = _LEFT_CM + across * (_SIDE_CM + _GAP_CM) - _GAP_CM + 0.25
     pitch = _SIDE_CM + 2.1
-    page = style.new_figure(
-        max(width, style.SINGLE_CM), down * pitch + (0.5 if across > 1 else 1.2)
-    )
+    foot = 0.5 if across > 1 else 1.2
+    page = style.new_figure(max(width, style.SINGLE_CM), down * pitch + foot)
     for i, medium in enumerate(media):
         row, column = divmod(i, _ACROSS)
         left, top = _LEFT_CM + column * (_SIDE_CM + _GAP_CM), _TOP_CM + row * pitch
@@ -70,10 +69,8 @@ def penetration(results: Results) -> Figure:
         title = style.plain(results[medium].title)
         style.text_cm(page, left, top - 0.75, title, va="bottom", weight="bold")
         style.text_cm(page, left, top - 0.1, _note(tests), va="bottom", fontsize=5.5)
-    entries = {
-        "measured": style.line(style.COMPONENT_COLOURS["z"]),
-        "stated window": style.patch(facecolor=style.WINDOW),
-    }
+    entries = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
+    entries["stated window"] = style.patch(facecolor=style.WINDOW)
     for name, (colour, line) in _FITS.items():
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
@@ -92,9 +89,8 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         inside.append(points[good & (trace["in_window"] > 0), 0])
     depth, stress = np.concatenate([np.empty((0, 2)), *lines]).T
     fitted = np.concatenate([np.empty(0), *inside])
-    missing = []
-    if not depth.size:
-        missing.append("no stress in this test" if runs else "no penetration test")
+    nothing = "no stress in this test" if runs else "no penetration test"
+    missing = [] if depth.size else [nothing]
     stated = max((_value(fits.get("stated"), "linear_to_cm") for fits in tests), default=np.nan)
     of_fits = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
     ends = [end for end in (*depth, *of_fits) if np.isfinite(end)]
@@ -113,9 +109,8 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
             continue
         drawn.add(name)
         end = window if np.isfinite(window) else last
-        axes.fill_between(
-            [0, end], [0, low * end], [0, high * end], color=colour, alpha=0.25, linewidth=0
-        )
+        band = {"color": colour, "alpha": 0.25, "linewidth": 0}
+        axes.fill_between([0, end], [0, low * end], [0, high * end], **band)
         for ends_of, width in (([0, end], 1.1), ([end, last], 0.5)):
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
@@ -128,10 +123,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     if not top:
         axes.set_yticks([])
     if missing:
-        axes.text(
-            0.04, 0.96, "\n".join(missing), va="top", transform=axes.transAxes, color=style.MARK,
-            fontsize=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1},
-        )  # fmt: skip
+        look: dict[str, Any] = {"va": "top", "color": style.MARK, "fontsize": 6}
+        look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+        axes.text(0.04, 0.96, "\n".join(missing), transform=axes.transAxes, **look)
 
 
 def _is_whole(row: Row | None) -> bool:
@@ -150,10 +144,9 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
             found = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
             known = [alpha for alpha in found if np.isfinite(alpha)]
             if known:
-                lines.append(
-                    rf"{len(known)} tests, {name}: $\alpha_z$ = {style.number(min(known))} to "
-                    f"{style.number(max(known))} {style.PER_CM3}"
-                )
+                ends = f"{style.number(min(known))} to {style.number(max(known))}"
+                head = rf"{len(known)} tests, {name}: $\alpha_z$"
+                lines.append(f"{head} = {ends} {style.PER_CM3}")
             continue
         (fits,) = tests
         alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
@@ -163,8 +156,5 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
             place = f"{name}, {style.number(end, 2)} cm"
             if _is_whole(fits.get(name)):
                 place = f"no end in {style.number(end, 2)} cm"
-            lines.append(
-                f"{place}: "
-                rf"$\alpha_z$ = {style.number(alpha)} ({span}) {style.PER_CM3}"
-            )
+            lines.append(rf"{place}: $\alpha_z$ = {style.number(alpha)} ({span}) {style.PER_CM3}")
     return "\n".join(lines)

@@ -81,22 +81,20 @@ def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: in
     corners = mesh.triangles @ turned.T + place
     chosen = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
-    axes.add_collection3d(
-        Poly3DCollection(corners[chosen], facecolors=colours[chosen], edgecolors="none", rasterized=True)
-    )  # fmt: skip
+    look = {"facecolors": colours[chosen], "edgecolors": "none", "rasterized": True}
+    axes.add_collection3d(Poly3DCollection(corners[chosen], **look))
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
     half = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
-    x, y = (middle[k] + half * np.array([-1, 1]) for k in (0, 1))
+    x, y, z = middle[:, None] + half * np.array([-1, 1])
     surface = [[(x[0], y[0], 0), (x[1], y[0], 0), (x[1], y[1], 0), (x[0], y[1], 0)]]
     if abs(middle[2]) < half:
-        axes.add_collection3d(
-            Poly3DCollection(surface, facecolor=style.SURFACE, edgecolor=style.SURFACE, alpha=0.2)
-        )  # fmt: skip
-    axes.set(xlim=x, ylim=y, zlim=middle[2] + half * np.array([-1, 1]), xlabel="x (cm)", ylabel="y (cm)", zlabel="z (cm)", box_aspect=(1, 1, 1))  # fmt: skip
+        look = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}
+        axes.add_collection3d(Poly3DCollection(surface, **look))
+    axes.set(xlim=x, ylim=y, zlim=z, box_aspect=(1, 1, 1))
+    axes.set(xlabel="x (cm)", ylabel="y (cm)", zlabel="z (cm)")
     axes.view_init(elev=-12 if moves.size and moves[:, 2].mean() < 0 else 18, azim=-60)
     for one in (axes.xaxis, axes.yaxis, axes.zaxis):
         style.ticks(one, 4)
-    bar = page.colorbar(
-        ScalarMappable(shade, style.SEQUENTIAL), cax=page.add_axes((0.935, 0.3, 0.012, 0.45))
-    )
-    bar.set_label(f"stress ({style.PER_CM2})")
+    place = page.add_axes((0.935, 0.3, 0.012, 0.45))
+    shown = ScalarMappable(shade, style.SEQUENTIAL)
+    page.colorbar(shown, cax=place, label=f"stress ({style.PER_CM2})")

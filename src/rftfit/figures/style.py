@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
     from rftfit.results import Results
 
+Look = dict[str, Any]
+"""Settings of lines, points or text, as matplotlib names them."""
+
 CM = 1 / 2.54
 """One centimetre in inches."""
 
@@ -87,10 +90,8 @@ def _settings() -> Any:
 
     with as_file(files(__package__).joinpath("rftfit.mplstyle")) as path:
         own = mpl.rc_params_from_file(path, use_default_template=False)
-    base = {
-        key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith(_SESSION)
-    }
-    return base | dict(own)
+    usual = mpl.rcParamsDefault.items()
+    return {key: value for key, value in usual if not key.startswith(_SESSION)} | dict(own)
 
 
 @contextlib.contextmanager
@@ -169,9 +170,8 @@ def axes_cm(
 ) -> Axes:
     """Add axes at a place counted from the figure's upper left corner."""
     width, height = (float(size) / CM for size in figure.get_size_inches())
-    return figure.add_axes(
-        (left_cm / width, 1 - (top_cm + height_cm) / height, width_cm / width, height_cm / height)
-    )
+    bottom = 1 - (top_cm + height_cm) / height
+    return figure.add_axes((left_cm / width, bottom, width_cm / width, height_cm / height))
 
 
 def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **how: Any) -> None:

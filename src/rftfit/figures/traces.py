@@ -42,12 +42,10 @@ def stress_samples(
     import pandas as pd
 
     ids = _run_ids(tared)
-    intruders = [
-        campaign.config.intruders[campaign.by_id[run].intruder] for run in ids.cat.categories
-    ]
+    named = [campaign.by_id[run].intruder for run in ids.cat.categories]
     # legs have no area and are not drawn here
-    areas = np.array([getattr(intruder, "area_cm2", np.nan) for intruder in intruders], dtype=float)
-    area = areas[ids.cat.codes.to_numpy()]
+    areas = [getattr(campaign.config.intruders[name], "area_cm2", np.nan) for name in named]
+    area = np.array(areas, dtype=float)[ids.cat.codes.to_numpy()]
     # extractions are filed with their horizontal stress turned, as alpha_x is
     turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
     sides = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0)}
@@ -86,10 +84,9 @@ def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
     code = ids.cat.codes.to_numpy()
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
-    parts = {name: np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES}
-    return {
-        run: {name: parts[name][i] for name in parts} for i, run in enumerate(ids.cat.categories)
-    }
+    parts = [np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES]
+    runs = zip(ids.cat.categories, *parts, strict=True)
+    return {run: dict(zip(SAMPLES, samples, strict=True)) for run, *samples in runs}
 
 
 def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
@@ -134,9 +131,8 @@ def span(trace: Trace) -> tuple[float, float]:
     """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
     every = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     every = every[np.isfinite(every)]
-    low, high = (
-        round_up_125(max(side, 1e-3)) for side in (-every.min(initial=0), every.max(initial=0))
-    )
+    sides = -every.min(initial=0), every.max(initial=0)
+    low, high = (round_up_125(max(side, 1e-3)) for side in sides)
     # less than 0.05 N/cm^2 would blow up mere noise
     most = max(low, high, 0.05)
     return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))
@@ -144,9 +140,8 @@ def span(trace: Trace) -> tuple[float, float]:
 
 def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
     """Alpha in a row of fits or cells with the ends of its interval, N/cm^3."""
-    value, low, high = (
-        float(row[f"alpha_{component}_{end}N_per_cm3"]) for end in ("", "lo_", "hi_")
-    )
+    parts = (row[f"alpha_{component}_{end}N_per_cm3"] for end in ("", "lo_", "hi_"))
+    value, low, high = map(float, parts)
     return value, low, high
 
 

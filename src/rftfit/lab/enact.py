@@ -16,7 +16,7 @@ from rftfit.lab.disturb import NOTHING, Sizes, described, sizes_of
 from rftfit.lab.marker import remove, write_marker
 from rftfit.lab.plan import Run, media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files
-from rftfit.lab.rig import Fault, damage_bytes, damage_recording, record, resolve
+from rftfit.lab.rig import Fault, Recording, damage_bytes, damage_recording, record, resolve
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
@@ -43,12 +43,10 @@ class Reenactment:
     def write(self, raw: Path, sheet: Path) -> list[int]:
         """Write logs, run sheet and marker; return the bytes of each file but the marker."""
         raw, config = raw.resolve(), self.config
-        paths = [
-            name for run in self.runs for name in (run.force_log, run.motion_log, run.zero_log)
-        ]
+        paths = set[str]().union(*(run.logs for run in self.runs))
         robot = config.robot
         tracks = track_files(config, self.seed) if robot and robot.medium in self.media else {}
-        files = [*(raw / name for name in (*paths, *tracks) if name), sheet]
+        files = [*(raw / name for name in (*paths, *tracks)), sheet]
         write_marker(raw, files, self.made_by, complete=False)
         n_bytes = []
         for run in self.runs:
@@ -85,14 +83,11 @@ class Reenactment:
         random, raw = np.random.default_rng(self.seed), raw.resolve()
         tares = {run.tare_run for run in self.runs}
         # a tare before the first run that names it
-        order = sorted(
-            self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in ("plate", "leg"))
-        )
+        plates = "plate", "leg"
+        order = sorted(self.runs, key=lambda one: (one.tare_run or one.run_id, one.kind in plates))
         robot = self.config.robot
         tracks = track_files(self.config, self.seed) if robot and robot.medium in self.media else {}
-        names = {
-            name for run in order for name in (run.force_log, run.motion_log, run.zero_log)
-        } - {""}
+        names = set[str]().union(*(run.logs for run in order))
         files = [*(raw / name for name in (*names, *tracks)), sheet]
         write_marker(raw, files, self.made_by, complete=False)
         for name, text in tracks.items():
@@ -101,19 +96,14 @@ class Reenactment:
             bad = run.run_id not in tares and random.random() < bad_share
             fault = (str(random.choice(_LIVE_FAULTS)),) if bad and run.kind == "plate" else ()
             write_text(sheet, self.sheet(order[:place]))
-            logs = {
-                raw / name: content for name, content in self.logs(run, *fault).items() if content
-            }
+            logs = {raw / name: log for name, log in self.logs(run, *fault).items() if log}
             for path in logs:
                 path.parent.mkdir(parents=True, exist_ok=True)
             for part in range(_PARTS):
-                for path, content in logs.items():
+                for path, log in logs.items():
+                    begin, end = (k * len(log) // _PARTS for k in (part, part + 1))
                     with path.open("wb" if part == 0 else "ab") as file:
-                        file.write(
-                            content[
-                                part * len(content) // _PARTS : (part + 1) * len(content) // _PARTS
-                            ]
-                        )
+                        file.write(log[begin:end])
                 time.sleep(pace_s / 2 / _PARTS)
             yield f"{run.run_id} recorded" + (f", with the fault {fault[0]}" if fault else "")
             time.sleep(pace_s / 2)
@@ -188,13 +178,14 @@ def run_logs(
 ) -> dict[str, bytes | None]:
     """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
-    recorded = [
-        as_recorded(record(run, config, seed, raised, spread, pause, cycle, sizes), protocol)
-        for cycle in range(run.cycles)
-    ]
-    recording, unloaded = recorded[0]
+
+    def recorded(cycle: int) -> tuple[Recording, Recording | None]:
+        whole = record(run, config, seed, raised, spread, pause, cycle, sizes)
+        return as_recorded(whole, protocol)
+
+    recording, unloaded = recorded(0)
     if run.cycles > 1:
-        recording = in_one_log([one for one, _ in recorded])
+        recording = in_one_log([recording, *(recorded(k)[0] for k in range(1, run.cycles))])
     if faults:
         recording = damage_recording(faults, recording, config.transducer)
     unit, length = config.transducer.force_unit, config.arm.position_unit

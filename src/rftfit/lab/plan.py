@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit import reference
-from rftfit.campaign.config import AnyPlate, Config, Intruder, Leg, Medium, Plate
+from rftfit.campaign.config import AnyPlate, Config, Direction, Intruder, Leg, Medium, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 
@@ -78,14 +78,18 @@ class Run:
     @property
     def motion_log(self) -> str:
         """Path of the motion log relative to raw."""
-        return (
-            self.force_log if self.one_file else f"{self.folder}/{self.run_id}_motion{self.suffix}"
-        )
+        own = f"{self.folder}/{self.run_id}_motion{self.suffix}"
+        return self.force_log if self.one_file else own
 
     @property
     def zero_log(self) -> str:
         """Path of the log without load relative to raw; empty where there is none."""
         return f"{self.folder}/{self.run_id}_zero{self.suffix}" if self.own_zero else ""
+
+    @property
+    def logs(self) -> set[str]:
+        """Paths of its logs relative to raw."""
+        return {self.force_log, self.motion_log, self.zero_log} - {""}
 
 
 def plate_of(intruders: Mapping[str, Intruder]) -> tuple[str, Plate]:
@@ -118,10 +122,6 @@ def media_of(media: Mapping[str, Medium], asked: Sequence[str] | None = None) ->
     return [name for name in known if asked is None or name in asked]
 
 
-def _signed(beta: float) -> str:
-    return f"b{'m' if beta < 0 else 'p'}{_digits(abs(beta))}"
-
-
 def _digits(angle: float) -> str:
     """An angle in the name of a run: whole degrees, also of the paper's own, or tenths."""
     paper = any(abs(angle - math.degrees(math.atan(tangent))) < 0.01 for tangent in TANGENTS)
@@ -133,9 +133,9 @@ def _with_rod(run: Run) -> Iterator[Run]:
     ending = "in" if run.direction == "intrusion" else "ex"
     if run.depth_cm is not None:
         ending = f"h{100 * run.depth_cm:03.0f}"
-    run_id = (
-        f"{run.medium}_{_signed(run.beta_deg or 0.0)}_g{_digits(run.gamma_deg or 0.0)}_{ending}"
-    )
+    beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
+    sign = "m" if beta < 0 else "p"
+    run_id = f"{run.medium}_b{sign}{_digits(abs(beta))}_g{_digits(gamma)}_{ending}"
     yield replace(run, run_id=run_id, tare_run=f"{run_id}_rod")
     note = "re-enacted: rod and mount alone"
     yield replace(run, run_id=f"{run_id}_rod", kind="rod", note=note)
@@ -144,15 +144,12 @@ def _with_rod(run: Run) -> Iterator[Run]:
 def paper_directions() -> list[tuple[float, float]]:
     """Cells (beta, gamma) of the paper, deg, in the order of its runs: both ways along each path, then level."""
     gammas = [float(np.degrees(np.arctan(tangent))) for tangent in TANGENTS]
-    held = [float(beta) for beta in BETAS_DEG]
-    return [
-        cell
-        for beta in held
-        for cell in (
-            *(one for gamma in gammas for one in ((beta, gamma), (_mirrored(beta), -gamma))),
-            (beta, 0.0),
-        )
-    ]
+    cells = []
+    for beta in map(float, BETAS_DEG):
+        for gamma in gammas:
+            cells += [(beta, gamma), (_mirrored(beta), -gamma)]
+        cells.append((beta, 0.0))
+    return cells
 
 
 def _mirrored(beta: float) -> float:
@@ -196,11 +193,7 @@ def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     return found
 
 
-def _laboratory(
-    config: Config, medium: str, published: str, directions: Sequence[tuple[float, float]]
-) -> Iterator[Run]:
-    plate, _ = plate_of(config.intruders)
-    first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
+def _laboratory(config: Config, first: Run, directions: Sequence[Direction]) -> Iterator[Run]:
     for beta, gamma in directions:
         # a pull back along a path is filed as its mirror image
         held = beta if gamma >= 0 else _mirrored(beta)
@@ -214,17 +207,16 @@ def _laboratory(
             yield from _with_rod(replace(run, direction=way))
 
 
-def _of_medium(
-    config: Config, medium: str, directions: Sequence[tuple[float, float]]
-) -> Iterator[Run]:
+def _of_medium(config: Config, medium: str, directions: Sequence[Direction]) -> Iterator[Run]:
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
+    plate, _ = plate_of(config.intruders)
+    first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
     if natural:
-        plate, _ = plate_of(config.intruders)
-        push = Run("", "plate", medium, published, plate, "intrusion", 0.0, 90.0, natural=True)
+        push = replace(first, direction="intrusion", beta_deg=0.0, gamma_deg=90.0, natural=True)
         yield from _with_rod(replace(push, note="re-enacted from Fig. S11"))
     else:
-        yield from _laboratory(config, medium, published, directions)
+        yield from _laboratory(config, first, directions)
     for name, leg in legs_of(config.legs).items():
         yield Run(
             f"{medium}_{name}", "leg", medium, published, name, "rotation", leg=leg,
@@ -236,7 +228,7 @@ def _of_medium(
 def plan_runs(
     config: Config,
     media: Sequence[str] | None = None,
-    directions: Sequence[tuple[float, float]] | None = None,
+    directions: Sequence[Direction] | None = None,
 ) -> list[Run]:
     """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
 
@@ -249,20 +241,12 @@ def plan_runs(
         planned = [(90.0 if beta == -90 else beta, gamma) for beta, gamma in config.grid.planned]
         directions = list(dict.fromkeys(planned)) or paper_directions()
     groups = [list(_of_medium(config, name, directions)) for name in chosen]
-    if chosen:
-        in_air = "re-enacted: turned in air"
-        groups.append(
-            [
-                Run(f"{AIR}_{name}", "leg_air", "", "", name, "rotation", leg=leg, note=in_air)
-                for name, leg in legs_of(config.legs).items()
-            ]
-        )
+    in_air = Run("", "leg_air", "", "", "", "rotation", note="re-enacted: turned in air")
+    legs = legs_of(config.legs).items() if chosen else ()
+    air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
     # one day of work a medium: the clock depends on the place in it, not on the other media
-    runs = [
-        replace(run, clock_s=_DAY_STARTS_S + _RUN_EVERY_S * place)
-        for group in groups
-        for place, run in enumerate(group)
-    ]
+    placed = (one for group in (*groups, air) for one in enumerate(group))
+    runs = [replace(run, clock_s=_DAY_STARTS_S + _RUN_EVERY_S * place) for place, run in placed]
     return sorted(runs, key=lambda run: run.run_id)
 
 
@@ -277,18 +261,20 @@ _LEAST_WINDOW_CM = 0.5
 _LEAST_TO_BOTTOM_CM = 4.0
 _REST_AIR_S, _REST_S, _PAUSE_S = 2.0, 1.0, 2.0
 
+Place = tuple[float, float, float]
+"""x (cm), z (cm), angle (deg)."""
+
 
 @dataclass(frozen=True)
 class Segment:
     """One rest, one straight move, or one turn of a leg, with ramps of `RAMP_S`.
 
-    `start`, `end`: x (cm), z (cm), angle (deg). `distance`, `speed`: cm and cm/s, of a leg rad and
-    rad/s; 0 at rest.
+    `distance`, `speed`: cm and cm/s, of a leg rad and rad/s; 0 at rest.
     """
 
     phase: str
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
+    start: Place
+    end: Place
     duration_s: float
     distance: float = 0.0
     speed: float = 0.0
@@ -365,9 +351,7 @@ def _check_room(run: Run, config: Config) -> None:
         )
 
 
-def _move(
-    phase: str, start: tuple[float, float, float], end: tuple[float, float, float], speed: float
-) -> Segment:
+def _move(phase: str, start: Place, end: Place, speed: float) -> Segment:
     distance = math.hypot(end[0] - start[0], end[1] - start[1])
     distance = distance or math.radians(abs(end[2] - start[2]))
     return Segment(phase, start, end, distance / speed + RAMP_S, distance, speed)
@@ -392,13 +376,10 @@ def segments(
 def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
-        first = (0.0, intruder.hip_height_cm, -THETA_END_DEG)
-        last = (0.0, intruder.hip_height_cm, THETA_END_DEG)
-        return (
-            Segment("rest", first, first, _REST_AIR_S),
-            _move("stroke", first, last, config.arm.leg_speed_rad_per_s),
-            Segment("rest", last, last, _REST_S),
-        )
+        first, last = ((0.0, intruder.hip_height_cm, s * THETA_END_DEG) for s in (-1, 1))
+        turn = _move("stroke", first, last, config.arm.leg_speed_rad_per_s)
+        rest = Segment("rest", last, last, _REST_S)
+        return Segment("rest", first, first, _REST_AIR_S), turn, rest
     _check_room(run, config)
     beta, speed = run.beta_deg or 0.0, config.arm.speed_cm_per_s
     (x0, z0), (x1, z1) = _stroke(run, config)
@@ -407,21 +388,13 @@ def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
     lift = top - z1 if raised else 0.0
     air = (x0, top + lift, beta)
     begin, end = (x0, z0 + lift, beta), (x1, z1 + lift, beta)
+    in_air, below = Segment("rest", air, air, _REST_AIR_S), Segment("rest", end, end, _REST_S)
+    pause = Segment("pause", begin, begin, _PAUSE_S)
     if run.direction == "extraction":
-        return (
-            Segment("rest", end, end, _REST_S),
-            _move("stroke", end, begin, speed),
-            Segment("pause", begin, begin, _PAUSE_S),
-            _move("lift", begin, air, speed),
-            Segment("rest", air, air, _REST_AIR_S),
-        )
-    return (
-        Segment("rest", air, air, _REST_AIR_S),
-        _move("approach", air, begin, speed),
-        Segment("pause", begin, begin, _PAUSE_S),
-        _move("stroke", begin, end, speed),
-        Segment("rest", end, end, _REST_S),
-    )
+        up, away = _move("stroke", end, begin, speed), _move("lift", begin, air, speed)
+        return below, up, pause, away, in_air
+    approach, down = _move("approach", air, begin, speed), _move("stroke", begin, end, speed)
+    return in_air, approach, pause, down, below
 
 
 def duration(parts: tuple[Segment, ...]) -> float:

@@ -73,13 +73,9 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
 
 
 def _on_force_clock(one: Recording) -> Recording:
-    at = one.force_time_s
-    return replace(
-        one, motion_time_s=at,
-        x_mm=np.interp(at, one.motion_time_s, one.x_mm),
-        z_mm=np.interp(at, one.motion_time_s, one.z_mm),
-        angle_deg=np.interp(at, one.motion_time_s, one.angle_deg),
-    )  # fmt: skip
+    at, names = one.force_time_s, ("x_mm", "z_mm", "angle_deg")
+    moved = {name: np.interp(at, one.motion_time_s, getattr(one, name)) for name in names}
+    return replace(one, motion_time_s=at, **moved)
 
 
 def in_one_log(cycles: Sequence[Recording]) -> Recording:
@@ -88,22 +84,17 @@ def in_one_log(cycles: Sequence[Recording]) -> Recording:
     late = [0.0]
     for done in cycles[:-1]:
         late.append(late[-1] + float(np.ptp(done.force_time_s)) + _BETWEEN_S)
-    shifted = [
-        replace(one, force_time_s=one.force_time_s + shift, motion_time_s=one.motion_time_s + shift)
-        for one, shift in zip(cycles, late, strict=True)
-    ]
-    parts = {name: np.concatenate([getattr(one, name) for one in shifted]) for name in vars(first)}
-    return Recording(**parts)
+    parts = {name: [getattr(one, name) for one in cycles] for name in vars(first)}
+    for name in ("force_time_s", "motion_time_s"):
+        parts[name] = [time + shift for time, shift in zip(parts[name], late, strict=True)]
+    return Recording(**{name: np.concatenate(each) for name, each in parts.items()})
 
 
 def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
     """Runs with the files that a protocol writes."""
     one_file = protocol in ("one-file", "cyclic", "constant-speed")
     own_zero, cyclic = protocol == "separate-zero", protocol == "cyclic"
-    return [
-        replace(
-            run, one_file=one_file, own_zero=own_zero,
-            cycles=_CYCLES if cyclic and run.kind in ("plate", "rod") else 1,
-        )
-        for run in runs
-    ]  # fmt: skip
+    kinds = ("plate", "rod") if cyclic else ()
+    cycles = (_CYCLES if run.kind in kinds else 1 for run in runs)
+    kept = [replace(run, one_file=one_file, own_zero=own_zero) for run in runs]
+    return [replace(run, cycles=count) for run, count in zip(kept, cycles, strict=True)]

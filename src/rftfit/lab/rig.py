@@ -86,9 +86,8 @@ class Recording:
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
         """Take rows of the force log and of the motion log, by place or by mask."""
         of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
-        return Recording(
-            **{n: v[force if n in of_force else motion] for n, v in vars(self).items()}
-        )
+        parts = {n: v[force if n in of_force else motion] for n, v in vars(self).items()}
+        return Recording(**parts)
 
 
 def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
@@ -129,13 +128,12 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
 def bed_of(run: Run, seed: int, spread: float, sizes: disturb.Sizes, cycle: int = 0) -> disturb.Bed:
     """Draw the bed of a run; alpha_z and alpha_x are off by `spread` (standard deviation), N/cm^3."""
     stream = _streams(seed, run, cycle)
-    z, x = spread * stream(3).standard_normal(2)
+    z, x = (spread * stream(3).standard_normal(2)).tolist()
     height, factor = disturb.beds(sizes, stream)
     height += disturb.session_cm(sizes, _stream(seed, "", 4))
-    return disturb.Bed(
-        (float(z), float(x)), float(factor[0]), float(height[0]), sizes.get("power", 1.0),
-        1 + sizes.get("tare-bed", 0.0) / 100 if run.kind == "rod" else 1.0,
-    )  # fmt: skip
+    rod = 1 + sizes.get("tare-bed", 0.0) / 100 if run.kind == "rod" else 1.0
+    power = sizes.get("power", 1.0)
+    return disturb.Bed((z, x), float(factor[0]), float(height[0]), power, rod)
 
 
 def ideal(
@@ -158,12 +156,8 @@ def ideal(
         force_z, force_x = cable(run, motion.angle_deg)
         return Ideal(motion, granular, rod, (force_z - _LEG_WEIGHT_N, force_x))
     weight = _ROD_WEIGHT_N + (_PLATE_WEIGHT_N if run.kind == "plate" else 0.0)
-    return Ideal(
-        motion,
-        granular,
-        force_over_run(rod_law(run, bed), parts, motion, level),
-        (nothing - weight, nothing),
-    )
+    on_rod = force_over_run(rod_law(run, bed), parts, motion, level)
+    return Ideal(motion, granular, on_rod, (nothing - weight, nothing))
 
 
 def to_channels(
@@ -341,20 +335,17 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
     return found
 
 
-def damage_recording(
-    names: Sequence[str], recording: Recording, transducer: Transducer
-) -> Recording:
+def damage_recording(names: Sequence[str], whole: Recording, transducer: Transducer) -> Recording:
     """Apply those faults of a run that change what was recorded."""
-    first, last = np.flatnonzero(recording.stroke)[[0, -1]]
+    first, last = np.flatnonzero(whole.stroke)[[0, -1]]
     middle = int(first + last) // 2
-    channels = recording.channels_N.copy()
+    channels = whole.channels_N.copy()
     rows = np.arange(len(channels))
     block = slice(middle, middle + _ROWS)
     if "saturated" in names:
         column = int(transducer.axes.z[2]) - 1
-        stuck = slice(middle - 50, middle + 50)
         sign = -1 if transducer.axes.z[0] == "-" else 1
-        channels[stuck, column] = sign * transducer.range_N[column]
+        channels[middle - 50 : middle + 50, column] = sign * transducer.range_N[column]
     if "nan_cells" in names:
         channels[block][::2] = np.nan
     if "time_reversed" in names:
@@ -363,8 +354,8 @@ def damage_recording(
         rows = np.repeat(rows, np.where(np.isin(rows, rows[block]), 2, 1))
     if "gap" in names:
         rows = rows[(rows < middle - 75) | (rows >= middle + 75)]
-    angle = -recording.angle_deg if "flipped_beta" in names else recording.angle_deg
-    return replace(recording, channels_N=channels, angle_deg=angle).rows(rows)
+    angle = -whole.angle_deg if "flipped_beta" in names else whole.angle_deg
+    return replace(whole, channels_N=channels, angle_deg=angle).rows(rows)
 
 
 def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:
@@ -377,9 +368,8 @@ def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | 
     if not changed:
         return content
     if dialect != "rig":
-        raise InputError(
-            f"fault {changed[0]}: is made in logs of the dialect rig only, not {dialect}"
-        )
+        what = "is made in logs of the dialect rig only"
+        raise InputError(f"fault {changed[0]}: {what}, not {dialect}")
     text = content.decode()
     comments = text[: text.index("time_s")]
     table = text[len(comments) :]

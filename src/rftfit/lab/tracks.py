@@ -50,26 +50,20 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     table = reference.load("fig_4c")
     table = table[table["stride_frequency_Hz"] > 0.01]
     trials = []
-    for curvature in sorted(set(table["curvature_times_Rprime"].astype(float).tolist())):
-        part = table[table["curvature_times_Rprime"] == curvature]
-        for number, (frequency, speed) in enumerate(
-            zip(part["stride_frequency_Hz"], part["speed_cm_per_s"], strict=True), start=1
-        ):
+    for curvature, part in table.groupby(table["curvature_times_Rprime"].astype(float)):
+        rows = zip(part["stride_frequency_Hz"], part["speed_cm_per_s"], strict=True)
+        for number, (frequency, speed) in enumerate(rows, start=1):
             sign = "m" if curvature < 0 else "p"
             condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
             rng = _random(seed, condition)
             off = rng.normal(0, _SPEED_SPREAD, TRIALS)
             own = speed * (1 + off - off.mean())
             jitter = rng.normal(0, _FREQUENCY_SPREAD, TRIALS)
-            for at in range(TRIALS):
-                run_id = f"robot_{condition}_{'abc'[at]}"
-                trials.append(
-                    RobotTrial(
-                        run_id, condition, robot.medium, curvature,
-                        float(frequency * (1 + jitter[at] - jitter.mean())), float(own[at]),
-                        f"tracks/{run_id}.csv",
-                    )
-                )  # fmt: skip
+            turned = frequency * (1 + jitter - jitter.mean())
+            head = condition, robot.medium, float(curvature)
+            for letter, hz, cm_per_s in zip("abc", turned.tolist(), own.tolist(), strict=True):
+                run_id = f"robot_{condition}_{letter}"
+                trials.append(RobotTrial(run_id, *head, hz, cm_per_s, f"tracks/{run_id}.csv"))
     return trials
 
 
@@ -102,10 +96,8 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
         )
         text = head + fixed(list(track(trial, seed)), [4, 3, 3])
         files[(folder / trial.track).as_posix()] = text
-        sheet.writerow(
-            [trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}", "",
-             trial.track, "re-enacted from Fig. 4C"]
-        )  # fmt: skip
+        facts = trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}"
+        sheet.writerow([*facts, "", trial.track, "re-enacted from Fig. 4C"])
     return files | {config.robot.runs: buffer.getvalue()}
 
 

@@ -83,13 +83,11 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
     `beta_deg`, `gamma_deg`: From -90 to 90.
     """
     (row, u), (column, v) = (
-        _between(lines, angle)
-        for lines, angle in ((reference.BETA_DEG, beta_deg), (reference.GAMMA_DEG, gamma_deg))
+        _between(reference.BETA_DEG, beta_deg),
+        _between(reference.GAMMA_DEG, gamma_deg),
     )
-    z, x = (
-        float(np.array([1 - u, u]) @ alpha[row : row + 2, column : column + 2] @ [1 - v, v])
-        for alpha in reference.alpha_grid(medium)
-    )
+    cells = (one[row : row + 2, column : column + 2] for one in reference.alpha_grid(medium))
+    z, x = (float(np.array([1 - u, u]) @ corners @ [1 - v, v]) for corners in cells)
     return z, x
 
 
@@ -141,11 +139,8 @@ def near_walls(
 ) -> FloatArray:
     """Factor by which walls and bottom within 6 cm of the plate, centred there, raise the force."""
     half_x, half_z = half_extents(plate_of(config.intruders)[1], beta_deg)
-    factor = np.ones_like(depth_cm)
-    for clearance in (
-        config.container.depth_cm - depth_cm - half_z,
-        config.container.length_cm / 2 - np.abs(x_cm) - half_x,
-    ):
+    box, factor = config.container, np.ones_like(depth_cm)
+    for clearance in (box.depth_cm - depth_cm - half_z, box.length_cm / 2 - np.abs(x_cm) - half_x):
         factor *= 1 + 0.3 * np.clip(1 - clearance / CLEARANCE_CM, 0.0, 1.0) ** 2
     return factor
 
@@ -246,9 +241,7 @@ def sand_law(run: Run, config: Config) -> Law:
 def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     table = reference.load(name)
     rows = table[(table["medium"] == medium) & (table["leg"] == leg)].sort_values("theta_deg")
-    theta, force_z, force_x = (
-        rows[column].to_numpy(float) for column in ("theta_deg", "force_z_N", "force_x_N")
-    )
+    theta, force_z, force_x = rows[["theta_deg", "force_z_N", "force_x_N"]].to_numpy(float).T
     return theta, force_z, force_x
 
 
@@ -293,10 +286,7 @@ def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
     beta = math.radians(run.beta_deg or 0.0)
 
     def law(part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
-        vx, vz = (
-            (last - first) / part.distance
-            for first, last in zip(part.start[:2], part.end[:2], strict=True)
-        )
+        vx, vz = np.subtract(part.end[:2], part.start[:2]) / part.distance
         depth = np.maximum(bed.surface_cm - z_cm, 0.0)
         mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
         load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)

@@ -23,9 +23,7 @@ SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
     """Format columns of equal length as lines of comma-separated numbers, never minus zero."""
     # + 0.0 turns the -0.0 that rounding makes into 0.0
-    table = np.column_stack(
-        [np.round(column, places) + 0.0 for column, places in zip(columns, decimals, strict=True)]
-    )
+    table = np.column_stack([*map(np.round, columns, decimals)]) + 0.0
     row = ",".join(f"%.{places}f" for places in decimals) + "\n"
     # one formatting of the whole table is several times faster than one for each row
     return (row * len(table)) % tuple(table.ravel().tolist())
@@ -43,13 +41,11 @@ class LogColumn(NamedTuple):
 def force_columns(recording: Recording, unit: str) -> list[LogColumn]:
     """Columns of a force log in N, mN, kN or lbf."""
     size, places = _FORCE_UNITS[unit]
+    channels = enumerate(recording.channels_N.T / size, start=1)
     return [
         LogColumn("time", "s", recording.force_time_s, 3),
         LogColumn("arm_moving", "", recording.arm_moving.astype(float), 0),
-        *(
-            LogColumn(f"F{k}", unit, force / size, places)
-            for k, force in enumerate(recording.channels_N.T, start=1)
-        ),
+        *(LogColumn(f"F{number}", unit, force, places) for number, force in channels),
     ]
 
 
@@ -81,10 +77,8 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str], disturbed: str = "
     """
     buffer = io.StringIO()
     runs = list(runs)
-    used = {
-        "zero_log": any(run.zero_log for run in runs),
-        "stroke": any(r.cycles > 1 for r in runs),
-    }
+    used = {"zero_log": any(run.zero_log for run in runs)}
+    used["stroke"] = any(run.cycles > 1 for run in runs)
     columns = [name for name in SHEET_COLUMNS if used.get(name, True)]
     sheet = csv.DictWriter(buffer, columns, lineterminator="\n")
     sheet.writeheader()

@@ -14,17 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import (
-    Log,
-    LogError,
-    Reader,
-    check_size,
-    check_unpacked,
-    file_errors,
-    library_errors,
-    needed_package,
-    ns_to_s,
-)
+from rftfit.logs import base
 from rftfit.logs.units import names_and_units, unit_word
 
 MOST_COLUMNS = 64
@@ -45,7 +35,7 @@ Found = Iterator[tuple[str, Column | str]]
 """Columns by name; of what is none, what it is."""
 
 
-class ArraysReader(Reader):
+class ArraysReader(base.Reader):
     """Every array of numbers is a column, every column of a table too; `rate_Hz` where no time is."""
 
     name = "arrays"
@@ -58,25 +48,25 @@ class ArraysReader(Reader):
         numpy_archive = head.startswith(_NPZ) and b".npy" in head[:400]
         return head.startswith((_HDF5, _NPY, _MAT5, _MAT7)) or numpy_archive
 
-    def load(self, path: Path) -> Log:
+    def load(self, path: Path) -> base.Log:
         """Read the arrays that are asked for; without being asked, those of the most frequent length."""
-        with file_errors(path), path.open("rb") as file:
-            check_size(path)
+        with base.file_errors(path), path.open("rb") as file:
+            base.check_size(path)
             head = file.read(16)
-        with library_errors(path, "damaged, or no file of arrays"):
+        with base.library_errors(path, "damaged, or no file of arrays"):
             every = dict(_columns(path, head))
         found = {name: column for name, column in every.items() if not isinstance(column, str)}
         others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
         return self._log(path, found, others)
 
-    def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> Log:
+    def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> base.Log:
         names, in_names = names_and_units(found)
         columns, units = {}, {}
         for name, unit, (values, stated) in zip(names, in_names, found.values(), strict=True):
             columns[name], units[name] = values, stated or unit
         if not columns:
             listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
-            raise LogError(
+            raise base.LogError(
                 "header_only", f"{path}: no array of numbers with more than one value{listed}"
             )
         notes = [f"no arrays of numbers, left out: {', '.join(others)}"] if others else []
@@ -86,7 +76,7 @@ class ArraysReader(Reader):
         others = [f"{name} ({n})" for name, n in sizes.items() if n != size]
         if others and set(wanted) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
-            raise LogError(
+            raise base.LogError(
                 "lengths",
                 f"{path}: the columns of a log have one length, found {size} values of {same}, and "
                 f"others: {', '.join(others)}",
@@ -98,7 +88,7 @@ class ArraysReader(Reader):
         if self.rate and "time" not in kept:
             kept, units = {"time": np.arange(size) / self.rate, **kept}, {"time": "s", **units}
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
-        return Log(path, kept, units, size, notes=tuple(notes)).finite()
+        return base.Log(path, kept, units, size, notes=tuple(notes)).finite()
 
 
 def _columns(path: Path, head: bytes) -> Found:
@@ -112,13 +102,13 @@ def _columns(path: Path, head: bytes) -> Found:
                 yield from _of_array(name, value)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
-            check_unpacked(path, _npy_size(file))
+            base.check_unpacked(path, _npy_size(file))
             file.seek(0)
             yield from _of_array("", np.load(file, allow_pickle=False))
     elif head.startswith(_NPZ):
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.endswith(".npy")]
-            check_unpacked(path, sum(_npy_size(archive.open(name)) for name in names))
+            base.check_unpacked(path, sum(_npy_size(archive.open(name)) for name in names))
             for name in names:
                 # as many numbers as its header says, whatever the archive holds
                 with archive.open(name) as member:
@@ -127,11 +117,11 @@ def _columns(path: Path, head: bytes) -> Found:
     elif head.startswith((_HDF5, _MAT7)):
         yield from _of_hdf5(path)
     else:
-        raise LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
+        raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
 
 def _of_hdf5(path: Path) -> Found:
-    with needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
+    with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
     datasets: dict[str, Any] = {}
 
@@ -144,7 +134,7 @@ def _of_hdf5(path: Path) -> Found:
         file.visititems(visit)
         for name, item in datasets.items():
             if others := _others(item, datasets):
-                raise LogError(
+                raise base.LogError(
                     "other_file",
                     f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, others))}; "
                     "allowed: values in the log itself (external storage and virtual datasets: "
@@ -156,7 +146,7 @@ def _of_hdf5(path: Path) -> Found:
             for name, item in datasets.items()
             if not name.startswith("#") and _is_table(item)
         ]
-        check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
+        base.check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
         for name, item in read:
             _check_chunks(path, item)
             unit = item.attrs.get("unit", item.attrs.get("units", ""))
@@ -210,7 +200,7 @@ def _npy_size(file: Any) -> int:
 def _check_chunks(path: Path, item: Any) -> None:
     """Refuse a dataset with a block that unpacks to more than a block holds: the library unpacks it all."""
     block = math.prod(item.chunks or (0,)) * item.dtype.itemsize
-    check_unpacked(path, block)
+    base.check_unpacked(path, block)
     plan = item.id.get_create_plist()
     filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
     for number in range(item.id.get_num_chunks() if _DEFLATE in filters else 0):
@@ -221,7 +211,7 @@ def _check_chunks(path: Path, item: Any) -> None:
         unpacked = zlib.decompressobj().decompress(content, block + _CHECKSUMS + 1)
         if len(unpacked) > block + _CHECKSUMS or filters.count(_DEFLATE) > 1:
             text = f"a block of {item.name!r} unpacks to more than its size, {block} bytes"
-            raise LogError("damaged", f"{path}: {text}")
+            raise base.LogError("damaged", f"{path}: {text}")
 
 
 class _Inflated(io.RawIOBase):
@@ -268,12 +258,12 @@ def _check_mat5(path: Path) -> None:
                     sizes = np.frombuffer(inside.read(min(size, 256)), f"{order}u4").tolist()
                     stated += 8 * math.prod(sizes)
                     size -= 4 * len(sizes)
-                    check_unpacked(path, stated)
+                    base.check_unpacked(path, stated)
                 place += 1
                 while size > 0 and (part := inside.read(min(size, 1 << 16))):
                     size -= len(part)
                     unpacked += len(part)
-                    check_unpacked(path, unpacked)
+                    base.check_unpacked(path, unpacked)
             file.seek(end)
 
 
@@ -293,7 +283,7 @@ def _of_array(path: str, value: Any, unit: str = "") -> Found:
     if array.dtype.kind not in "biufM" or array.size < 2:
         return
     if array.dtype.kind == "M":
-        array, unit = ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
+        array, unit = base.ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
         yield path or "column 1", (array.ravel(), unit)

@@ -12,18 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
-from rftfit.logs.base import (
-    SAME_S,
-    ChannelClock,
-    Log,
-    LogError,
-    MixedClocksError,
-    Reader,
-    add_counts,
-    common_clock,
-    number_or_zero,
-    parallel_map,
-)
+from rftfit.logs import base
 from rftfit.logs.text import (
     MAX_LINE,
     Kind,
@@ -47,7 +36,7 @@ _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 
 
-class LvmReader(Reader):
+class LvmReader(base.Reader):
     """Text with a file header and segments; decimal comma or point; with X columns or without."""
 
     name = "lvm"
@@ -60,22 +49,22 @@ class LvmReader(Reader):
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         return text_head(head[:256]).startswith(MAGIC.encode())
 
-    def stream(self, path: Path) -> Iterator[Log]:
+    def stream(self, path: Path) -> Iterator[base.Log]:
         """Read a file in blocks of some megabytes."""
         text = TextFile(path)
         try:
             file, start = _file_header(path, lines_of(text.head))
             file.asked = self.asked
             rows = 0
-            for segment, found in parallel_map(_parsed, _pieces(file, text, start)):
+            for segment, found in base.parallel_map(_parsed, _pieces(file, text, start)):
                 log = _log(file, segment, found)
                 rows += log.rows
                 if log.rows:
                     yield log
         except ValueError as error:
-            raise LogError("header", f"{path}: {error}") from None
+            raise base.LogError("header", f"{path}: {error}") from None
         if rows == 0:
-            raise LogError("header_only", f"{path}: a header and no data")
+            raise base.LogError("header_only", f"{path}: a header and no data")
 
 
 @dataclass
@@ -177,7 +166,7 @@ class _Settings(dict[str, list[str]]):
 
     def number(self, key: str, channel: int) -> float:
         """Return that as a number; 0 where it is none."""
-        return number_or_zero(self.cell(key, channel).replace(",", "."))
+        return base.number_or_zero(self.cell(key, channel).replace(",", "."))
 
     def moment(self, channel: int) -> dt.datetime | None:
         """Return the start of a channel; its time may have more digits than any clock."""
@@ -251,7 +240,7 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
         sharing = {name: at for name, (at, own) in channels.items() if own == x} or {x: 0}
         clocks = {name: _clock(file, settings, at) for name, at in sharing.items()}
         others = [name for name in channels if name not in sharing]
-        clock = common_clock(file.path, clocks, _MANY, others=others)
+        clock = base.common_clock(file.path, clocks, _MANY, others=others)
         # an X column counts from the segment's start and begins at X0
         start = _began(file, settings, min(sharing.values())) if x else clock.start
         segment.begins[x] = 0.0 if math.isnan(start) else start
@@ -268,9 +257,9 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     return segment
 
 
-def _clock(file: _File, settings: _Settings, channel: int) -> ChannelClock:
+def _clock(file: _File, settings: _Settings, channel: int) -> base.ChannelClock:
     start = _began(file, settings, channel) + settings.number("X0", channel)
-    return ChannelClock(start, settings.number("Delta_X", channel))
+    return base.ChannelClock(start, settings.number("Delta_X", channel))
 
 
 def _began(file: _File, settings: _Settings, channel: int) -> float:
@@ -281,18 +270,18 @@ def _began(file: _File, settings: _Settings, channel: int) -> float:
     return (began - file.began).total_seconds()
 
 
-def _log(file: _File, segment: _Segment, rows: Rows) -> Log:
+def _log(file: _File, segment: _Segment, rows: Rows) -> base.Log:
     first = file.first
     assert first is not None
     begin, segment.rows = segment.rows, segment.rows + rows.rows
     shape = (first.layout, first.units, first.timed)
     if (segment.layout, segment.units, segment.timed) != shape:
         lost = {OTHER_CHANNELS: rows.index.size} if rows.index.size else {}
-        dropped = add_counts(rows.dropped, lost)
+        dropped = base.add_counts(rows.dropped, lost)
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
     columns = _timed(file, segment, rows, begin)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
-    return Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
+    return base.Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
 def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, np.ndarray]:
@@ -303,10 +292,10 @@ def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, 
         times = [segment.begins[""] + (rows.index + begin) * segment.step]
     else:
         times = [start + rows.columns[x] for x, start in segment.begins.items()]
-    apart = [np.abs(other - times[0]) > SAME_S for other in times[1:]]
+    apart = [np.abs(other - times[0]) > base.SAME_S for other in times[1:]]
     if np.any(apart):
         row = int(np.argmax(np.any(apart, axis=0)))
         seen = ", ".join(f"{time[row]:.9g} s" for time in times)
         groups = [[name for name, own in segment.x_of.items() if own == x] for x in segment.begins]
-        raise MixedClocksError(file.path, f"{seen} in one row", groups)
+        raise base.MixedClocksError(file.path, f"{seen} in one row", groups)
     return {"time": times[0], **rows.columns}

@@ -11,17 +11,7 @@ from typing import Any
 import numpy as np
 
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import (
-    ChannelClock,
-    Log,
-    LogError,
-    Reader,
-    check_size,
-    common_clock,
-    file_errors,
-    library_errors,
-    needed_package,
-)
+from rftfit.logs import base
 from rftfit.logs.units import unit_word
 
 CUT = "cut in mid-segment"
@@ -29,7 +19,7 @@ CUT = "cut in mid-segment"
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
-class TdmsReader(Reader):
+class TdmsReader(base.Reader):
     """LabVIEW and DAQmx recordings; `group`: which channels, by default the only one; `rate_Hz` where none states a step."""
 
     name = "tdms"
@@ -38,17 +28,17 @@ class TdmsReader(Reader):
     marks = (b"TDSm",)
     takes = ("group", "rate_Hz")
 
-    def load(self, path: Path) -> Log:
+    def load(self, path: Path) -> base.Log:
         """Read one group of channels, under their own names, and ``time`` where the file has one."""
-        with needed_package(path, "TDMS files", "npTDMS", "tdms"):
+        with base.needed_package(path, "TDMS files", "npTDMS", "tdms"):
             from nptdms import TdmsFile
-        with library_errors(path, "damaged, or no TDMS file"), file_errors(path):
-            check_size(path)
+        with base.library_errors(path, "damaged, or no TDMS file"), base.file_errors(path):
+            base.check_size(path)
             # the index file beside it may be of another day
             with _silent(), path.open("rb") as file:
                 return self._log(path, TdmsFile.read(file))
 
-    def _log(self, path: Path, content: Any) -> Log:
+    def _log(self, path: Path, content: Any) -> base.Log:
         channels = _group(path, content, self.given.get("group", ""))
         wanted = self.wanted([channel.name for channel in channels])
         if any(channel.name in wanted for channel in channels):
@@ -56,7 +46,7 @@ class TdmsReader(Reader):
         lengths = sorted(len(channel) for channel in channels)
         incomplete = content.file_status.incomplete_final_segment
         if lengths[0] < lengths[-1] and not incomplete:
-            raise LogError(
+            raise base.LogError(
                 "lengths",
                 f"{path}: channels of {lengths[0]} to {lengths[-1]} values in one group: they were not "
                 "sampled together",
@@ -78,7 +68,7 @@ class TdmsReader(Reader):
             columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
             units[name] = _unit(channel)
         dropped = {CUT: rows - size} if rows > size else {}
-        return Log(path, columns, units, rows, dropped, notes=(note,))
+        return base.Log(path, columns, units, rows, dropped, notes=(note,))
 
 
 @contextmanager
@@ -102,11 +92,13 @@ def _group(path: Path, content: Any, wanted: str) -> list[Any]:
     }
     groups = {name: channels for name, channels in groups.items() if channels}
     if wanted and wanted not in groups:
-        raise LogError("group", f"{path}: no group {wanted!r}; the file has: {', '.join(groups)}")
+        raise base.LogError(
+            "group", f"{path}: no group {wanted!r}; the file has: {', '.join(groups)}"
+        )
     if not groups:
-        raise LogError("header_only", f"{path}: no channel of numbers with data in it")
+        raise base.LogError("header_only", f"{path}: no channel of numbers with data in it")
     if not wanted and len(groups) > 1:
-        raise LogError(
+        raise base.LogError(
             "group",
             f"{path}: several groups of channels; say which in the config, options: {{group: ...}}; "
             f"the file has: {', '.join(groups)}",
@@ -142,14 +134,14 @@ def _epoch_s(stamps: np.ndarray) -> FloatArray:
     return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
 
 
-def _clock(channel: Any) -> ChannelClock:
+def _clock(channel: Any) -> base.ChannelClock:
     """Start and step of a waveform; NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
         start += float(_epoch_s(np.array([np.datetime64(stamp)]))[0])
     step = float(channel.properties.get("wf_increment", 0.0))
-    return ChannelClock(start, step if step > 0 else np.nan)
+    return base.ChannelClock(start, step if step > 0 else np.nan)
 
 
 def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatArray | None, str]:
@@ -157,7 +149,7 @@ def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatA
     clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:
-        clock = common_clock(
+        clock = base.common_clock(
             path, stated, size, others=[n for n in clocks if n not in stated], rows=rows
         )
     for channel in filter(_is_time, channels):

@@ -19,20 +19,7 @@ from typing import Any, BinaryIO, Literal, NamedTuple, cast
 
 import numpy as np
 
-from rftfit.logs.base import (
-    FINITE,
-    HEAD_BYTES,
-    Log,
-    LogError,
-    PacketCount,
-    Reader,
-    add_counts,
-    check_size,
-    check_unpacked,
-    file_errors,
-    finite_rows,
-    parallel_map,
-)
+from rftfit.logs import base
 from rftfit.logs.stamps import seconds_of, seconds_of_column
 
 CUT = "cut in mid-row"
@@ -42,7 +29,7 @@ NO_TIME = "not a time"
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 """Why a line is left out."""
 
-OF_CELLS = frozenset({NUMBER, NO_TIME, FINITE, GROUPED})
+OF_CELLS = frozenset({NUMBER, NO_TIME, base.FINITE, GROUPED})
 """Reasons that lie in a cell: whoever does not read its column keeps the line."""
 
 BLOCK_BYTES = 1 << 22
@@ -78,9 +65,9 @@ class TextFile:
     def __init__(self, path: Path) -> None:
         self._chunks = _chunks(path)
         self._first = next(self._chunks, b"")
-        self.head = self._first[:HEAD_BYTES]
+        self.head = self._first[: base.HEAD_BYTES]
         if not self._first or self._first.isspace():
-            raise LogError("empty", f"{path}: the file is empty")
+            raise base.LogError("empty", f"{path}: the file is empty")
 
     def blocks(self, start: int) -> Iterator[Block]:
         """Yield what follows the first `start` bytes, which are of the head."""
@@ -126,19 +113,19 @@ def unpacking_errors(path: Path) -> Iterator[None]:
         text = (
             f"{path}: damaged or cut short as packed by gzip ({error}); unpack what there is of it"
         )
-        raise LogError("damaged", text) from error
+        raise base.LogError("damaged", text) from error
 
 
 def _chunks(path: Path) -> Iterator[bytes]:
     """Pieces of a file as UTF-8, or as they are, without a byte order mark."""
-    with file_errors(path), unpacking_errors(path), opened(path) as handle:
+    with base.file_errors(path), unpacking_errors(path), opened(path) as handle:
         if isinstance(cast("object", handle), gzip.GzipFile):
             while handle.read(BLOCK_BYTES):
-                check_unpacked(path, handle.tell())
+                base.check_unpacked(path, handle.tell())
             handle.seek(0)
         chunk = handle.read(BLOCK_BYTES)
         if len(chunk) == BLOCK_BYTES:
-            check_size(path, MAX_BYTES)
+            base.check_size(path, MAX_BYTES)
         utf16 = utf16_of(chunk)
         decoder = codecs.getincrementaldecoder(utf16)("replace") if utf16 else None
         chunk = _without_mark(chunk)
@@ -294,7 +281,7 @@ class Rows:
         if not lost:
             return self
         columns = {name: values[keep] for name, values in self.columns.items()}
-        dropped = add_counts(self.dropped, {reason: lost})
+        dropped = base.add_counts(self.dropped, {reason: lost})
         return replace(self, columns=columns, index=self.index[keep], dropped=dropped)
 
 
@@ -308,8 +295,8 @@ def parse(layout: Layout, body: bytes, rest: bytes = b"") -> Rows:
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
-    keep, bad = finite_rows(rows.columns)
-    return replace(rows, not_finite=bad).take(keep, FINITE)
+    keep, bad = base.finite_rows(rows.columns)
+    return replace(rows, not_finite=bad).take(keep, base.FINITE)
 
 
 def _parse(layout: Layout, body: bytes) -> list[Rows]:
@@ -369,7 +356,7 @@ def _together(parts: list[Rows]) -> Rows:
     columns = {
         name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
     }
-    dropped = add_counts(*(part.dropped for part in parts))
+    dropped = base.add_counts(*(part.dropped for part in parts))
     return Rows(columns, np.concatenate(index), int(starts[-1]), dropped)
 
 
@@ -605,7 +592,7 @@ class Plan:
     units: Mapping[str, str]
     start: int
     derive: Derive | None = None
-    packets: PacketCount | None = None
+    packets: base.PacketCount | None = None
     keep: frozenset[str] = frozenset()
     not_same: str = ""
     notes: tuple[str, ...] = ()
@@ -613,7 +600,7 @@ class Plan:
     unread: Mapping[str, str] = field(default_factory=dict)
 
 
-class TextReader(Reader, ABC):
+class TextReader(base.Reader, ABC):
     """Base of the dialects of text: a `plan` for each file is all they need."""
 
     @abstractmethod
@@ -624,20 +611,20 @@ class TextReader(Reader, ABC):
         allowed.
         """
 
-    def stream(self, path: Path) -> Iterator[Log]:
+    def stream(self, path: Path) -> Iterator[base.Log]:
         """Read a file in blocks of some megabytes."""
         file = TextFile(path)
         try:
             plan = self.plan(file.head)
-        except LogError as error:
-            raise LogError(error.code, f"{path}: {error}", error.rows) from None
+        except base.LogError as error:
+            raise base.LogError(error.code, f"{path}: {error}", error.rows) from None
         except ValueError as error:
-            raise LogError("header", f"{path}: {error}") from None
+            raise base.LogError("header", f"{path}: {error}") from None
         blocks = file.blocks(plan.start)
         if plan.refusal:
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
-            raise LogError("header", f"{path}: {plan.refusal}", count)
+            raise base.LogError("header", f"{path}: {plan.refusal}", count)
         self.check_asked(path, plan.unread)
         layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
@@ -645,12 +632,12 @@ class TextReader(Reader, ABC):
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
             plan = replace(plan, notes=(*plan.notes, *notes))
         first = 0
-        for rows in parallel_map(lambda block: parse(layout, *block), blocks):
+        for rows in base.parallel_map(lambda block: parse(layout, *block), blocks):
             if rows.rows:
                 yield _log(path, plan, rows, first)
             first += rows.rows
         if first == 0:
-            raise LogError("header_only", f"{path}: a header and no data")
+            raise base.LogError("header_only", f"{path}: a header and no data")
 
 
 def narrowed(layout: Layout, wanted: set[str]) -> Layout:
@@ -663,7 +650,7 @@ def narrowed(layout: Layout, wanted: set[str]) -> Layout:
     return narrow if narrow.wanted else layout
 
 
-def _log(path: Path, plan: Plan, rows: Rows, first: int) -> Log:
+def _log(path: Path, plan: Plan, rows: Rows, first: int) -> base.Log:
     """Make a log of a block; `first`: data lines of the file above it."""
     before = plan.packets.missing if plan.packets else 0
     columns = rows.columns
@@ -683,6 +670,6 @@ def _log(path: Path, plan: Plan, rows: Rows, first: int) -> Log:
     }
     derived = {"time": "s"} if plan.derive else {}
     units = {name: derived.get(name) or plan.units.get(name, "") for name in out}
-    return Log(
+    return base.Log(
         path, out, units, rows.rows, good.dropped, missing, plan.notes, rows.not_finite, plan.unread
     )

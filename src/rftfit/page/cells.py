@@ -70,27 +70,27 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): cell for name, cell in row.items()} for row in table.to_dict("records")]
 
 
-def text_column(
-    heading: str, name: str | Callable[[Row], str], note: str = "", **more: str
-) -> Column:
+def texts(heading: str, name: str | Callable[[Row], str], note: str = "", look: str = "") -> Column:
     """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
 
-    def of(row: Row) -> str:
-        found = row[str(name)]
+    def cell(row: Row) -> Cell:
+        text = name(row) if callable(name) else row[name]
         # what is marked up stays so
-        return found if isinstance(found, str) else str(found)
+        return Cell(text if isinstance(text, str) else str(text), _note(row, note))
 
-    text = name if callable(name) else of
-    return Column(heading, lambda row: Cell(text(row), _note(row, note)), **more)
+    return Column(heading, cell, look)
 
 
-def number_column(
+Show = Callable[[float | None], str]
+
+
+def numbers(
     heading: str,
     name: str,
     digits: int = 4,
     ends: str = "",
     note: str = "",
-    show: Callable[[float | None], str] | None = None,
+    show: Show | None = None,
 ) -> Column:
     """Column of numbers: a column of the results, with its interval.
 

@@ -10,17 +10,7 @@ import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.compare.sensitivity import shapes
-from rftfit.figures.labels import (
-    PROFILES,
-    in_brackets,
-    name_of,
-    of_method,
-    percent,
-    pushes_of_sands,
-    span,
-    usable,
-    with_span,
-)
+from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
@@ -64,15 +54,15 @@ def _measured(results: Results) -> Iterable[Finding]:
         told = [f"{told[0]}, none of the {made} checks that its runs allow finds a fault"]
     for (word, why), names in alike.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        told.append(f"{listed(names)} {verb} {word}{in_brackets(why)}")
+        told.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
     found = []
-    for name in usable(results, results.media):
+    for name in labels.usable(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
         if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
             found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     found.sort(key=lambda one: one[0])
     sizes = [
-        f"{with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
+        f"{labels.with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
         for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
     ]
     ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
@@ -88,7 +78,9 @@ def _legs(results: Results) -> Iterable[Finding]:
     }
     legs: dict[bool, list[str]] = {True: [], False: []}
     for leg, off in worst.items():
-        legs[abs(off) <= WITHIN_PERCENT].append(f"{name_of(str(leg))} (worst {percent(off)})")
+        legs[abs(off) <= WITHIN_PERCENT].append(
+            f"{labels.name_of(str(leg))} (worst {labels.percent(off)})"
+        )
     if worst:
         told = [
             f"{'' if near else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
@@ -113,11 +105,11 @@ def _why(results: Results) -> Iterable[Finding]:
         return
     low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
     told = []
-    if ends := span(low, high, 0):
+    if ends := labels.span(low, high, 0):
         errors = "the stated errors" if profile == "table" else "the errors of the map"
         can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
         told.append(
-            f"{errors} {can} explain the largest error ({name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
+            f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
         )
     varied = shapes(results.table("leg_sensitivity.csv"))
     best = max(varied, key=lambda one: one.lifts, default=None)
@@ -134,7 +126,7 @@ def _pushes(results: Results) -> Iterable[Finding]:
     """What few pushes say of a medium of which no leg was measured."""
     predicted = results.table("predicted.csv")
     single = False
-    for name in usable(results, results.media)[:_MOST_MEDIA]:
+    for name in labels.usable(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         own = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
         told = []
@@ -142,9 +134,9 @@ def _pushes(results: Results) -> Iterable[Finding]:
             known_force = part[part["force_z_N"].notna()]
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
-                ends = span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
+                ends = labels.span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
                 told.append(
-                    f"{number(top['force_z_N'], 1)} N{in_brackets(ends)} on the {name_of(str(leg))}"
+                    f"{number(top['force_z_N'], 1)} N{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}"
                 )
         if told:
             known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
@@ -164,9 +156,9 @@ def _pushes(results: Results) -> Iterable[Finding]:
 
 def _sands(results: Results) -> Iterable[Finding]:
     """How far one push straight down goes in natural sands."""
-    media = usable(results, results.sands)
+    media = labels.usable(results, results.sands)
     for profile, start in (
-        ("map", f"Predicted by the map from {pushes_of_sands(results)}"),
+        ("map", f"Predicted by the map from {labels.pushes_of_sands(results)}"),
         (
             "generic",
             "Predicted by the paper's routine, generic alpha scaled to the push straight down",
@@ -176,9 +168,9 @@ def _sands(results: Results) -> Iterable[Finding]:
         lift = _lifts(results, media, profile)
         for leg, part in lift.groupby("leg", sort=False):
             worst = _worst(part)
-            ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
-            off = percent(worst["peak_error_percent"])
-            told.append(f"{off}{in_brackets(ends)} on the {name_of(str(leg))}")
+            ends = labels.span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+            off = labels.percent(worst["peak_error_percent"])
+            told.append(f"{off}{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}")
         if told:
             yield Finding(f"{start}, the peak lift is off by at most {listed(told)}.", "sands")
 
@@ -191,12 +183,12 @@ def _simulated(results: Results) -> Iterable[Finding]:
     # legs that turn faster than resistive forces hold have a warning
     slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
     if len(slow) and errors["measured_cm_per_s"].isna().all():
-        profile = next(one for one in PROFILES if one in set(slow["profile"]))
+        profile = next(one for one in labels.PROFILES if one in set(slow["profile"]))
         row = max(
             records(slow[slow["profile"] == profile]), key=lambda row: float(row["speed_cm_per_s"])
         )
         yield Finding(
-            f"Simulated with the {name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
+            f"Simulated with the {labels.name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
             f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
             "resistive forces; no speed was measured.",
             "robot",
@@ -221,13 +213,13 @@ def _robot(results: Results) -> Iterable[Finding]:
 
 def _fitted(results: Results) -> Iterable[Finding]:
     """What nine terms miss of the measured table."""
-    rows = of_method(results, "coefficients.csv")
+    rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
     missed = [
         100
         * row["misfit_rms_N_per_cm3"]
         / results[row["medium"]].alpha["alpha_z_N_per_cm3"].abs().max()
-        for row in records(rows[rows["medium"].isin(usable(results, results.laboratory))])
+        for row in records(rows[rows["medium"].isin(labels.usable(results, results.laboratory))])
     ]
     if missed:
         ends = dict.fromkeys(number(end, 0) for end in (min(missed), max(missed)))
@@ -240,7 +232,7 @@ def _fitted(results: Results) -> Iterable[Finding]:
 def _turned(results: Results) -> Iterable[Finding]:
     """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
     table = results.table("predicted.csv")
-    table = table[table["medium"].isin(usable(results, results.laboratory))]
+    table = table[table["medium"].isin(labels.usable(results, results.laboratory))]
     peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
     lift: dict[Any, float] = dict(peaks.dropna().to_dict())
     above = {
@@ -260,7 +252,7 @@ def _turned(results: Results) -> Iterable[Finding]:
 
 def _lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
     """`_lifts` of laboratory media by the measured table, or where it predicts none by the map; which of them."""
-    media = usable(results, results.laboratory)
+    media = labels.usable(results, results.laboratory)
     lifts = {profile: _lifts(results, media, profile) for profile in ("table", "map")}
     profile = "map" if lifts["table"].empty else "table"
     return profile, lifts[profile]

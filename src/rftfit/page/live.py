@@ -19,6 +19,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.fits import own_flags, shared_flags
 from rftfit.measure.flags import Remark, reason_of, say
 from rftfit.measure.slopes import student_quantile
+from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
@@ -30,15 +31,6 @@ from rftfit.model.profiles import (
     Profile,
     TableProfile,
     scaled_generic,
-)
-from rftfit.model.scaling import (
-    GENERIC,
-    Reference,
-    published,
-    reference_from,
-    routine,
-    routines,
-    scale_new_medium,
 )
 from rftfit.model.shapes import Pushes, estimate, usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG
@@ -57,15 +49,14 @@ def profiles(results: Results, medium: str) -> dict[str, Profile]:
     if len(whole := results.table(f"maps/{medium}.csv")):
         found["map"] = TableProfile.from_table(whole, f"map of {results[medium].title}")
     if results[medium].settings.role == "laboratory":
-        found["table"] = table = TableProfile.from_table(
-            results[medium].alpha, results[medium].title
-        )
+        table = TableProfile.from_table(results[medium].alpha, results[medium].title)
+        found["table"] = table
         found["fourier"] = FourierProfile(kept_coefficients(results, medium))
         found["depth_only"] = DepthOnlyProfile.of(table)
     if medium in scaled_from_print(results):
-        m0 = published(results.config.fourier.method).m0
+        m0 = scaling.published(results.config.fourier.method).m0
     else:
-        m0 = kept_coefficients(results, GENERIC)
+        m0 = kept_coefficients(results, scaling.GENERIC)
     found["generic"] = scaled_generic(zeta(results, medium), m0)
     # a measured table may have holes, and says why
     known = {
@@ -79,30 +70,31 @@ def zeta(results: Results, medium: str) -> float:
     """Scaling factor of a medium by the configured method; NaN where it has none."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    own = table["method"].isin([method, *routines(method)]) & (table["medium"] == medium)
+    own = table["method"].isin([method, *scaling.routines(method)]) & (table["medium"] == medium)
     return float(table.loc[own, "zeta"].iloc[0]) if own.any() else math.nan
 
 
 def scaled_from_print(results: Results) -> list[str]:
     """Natural sands that were scaled with the published media: the campaign has too few of its own."""
     table = results.table("penetration.csv")
-    method = routine(results.config.fourier.method, printed=True)
+    method = scaling.routine(results.config.fourier.method, printed=True)
     return [str(medium) for medium in table.loc[table["method"] == method, "medium"]]
 
 
-def references(results: Results) -> list[Reference]:
+def references(results: Results) -> list[scaling.Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    good = np.isfinite(table["chi"].to_numpy(float)) & table["medium"].isin(
-        usable(results, table["medium"])
-    )
+    good = table["chi"].notna() & table["medium"].isin(usable(results, table["medium"]))
     rows = table[(table["method"] == method) & good]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
-    values = {medium: kept_coefficients(results, medium) for medium in (GENERIC, *chi)}
+    values = {medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)}
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():
-        return [published(method)]
-    return [reference_from(f"this campaign, method {method}", chi, values), published(method)]
+        return [scaling.published(method)]
+    return [
+        scaling.reference_from(f"this campaign, method {method}", chi, values),
+        scaling.published(method),
+    ]
 
 
 # The JSON object that the scripts work on.
@@ -186,23 +178,23 @@ _PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
 def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
     """Value, lower and upper end, and place of the largest of some peaks; of a leg in the air 0."""
     own = [(one.value, one.lo, one.hi, one.at) for one in peaks if one.name in names]
-    return as_lists(
-        np.array(max(own, key=lambda one: abs(one[0]), default=(0.0,) * 4)), CURVE_DIGITS
-    )
+    largest = max(own, key=lambda one: abs(one[0]), default=(0.0,) * 4)
+    return as_lists(np.array(largest), CURVE_DIGITS)
 
 
-def _reference(reference: Reference, confidence: float) -> dict[str, Any]:
+def _reference(reference: scaling.Reference, confidence: float) -> dict[str, Any]:
     """What the scaling routine takes from reference media; half widths are those of the logarithm of zeta."""
-    exact, doubtful = (scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0))
+    exact, doubtful = (
+        scaling.scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0)
+    )
     half_chi, half = (math.log(one.zeta_hi / one.zeta) for one in (exact, doubtful))
     return {
         "name": reference.name,
         "media": len(reference.media),
         "chi": exact.chi,
         "half_chi": half_chi,
-        "half_test": math.sqrt(
-            half**2 - half_chi**2
-        ),  # of a test whose error is as large as itself
+        # of a test whose error is as large as itself
+        "half_test": math.sqrt(half**2 - half_chi**2),
         "student": float(student_quantile(confidence, reference.chi.size - 1)),
         "m0": reference.m0.tolist(),
         "scaled": reference.scaled.tolist(),
@@ -218,14 +210,9 @@ def as_json(data: Mapping[str, Any]) -> str:
 def _parameters(profile: Profile) -> dict[str, Any]:
     """A profile as the script's kernel takes it."""
     if isinstance(profile, TableProfile):
-        return {
-            "kind": "table",
-            "beta": profile.beta.tolist(),
-            "gamma": profile.gamma.tolist(),
-            "z": as_lists(profile.alpha_z),
-            "x": as_lists(profile.alpha_x),
-            "reason": profile.reason,
-        }
+        angles = {"beta": profile.beta.tolist(), "gamma": profile.gamma.tolist()}
+        alpha = {"z": as_lists(profile.alpha_z), "x": as_lists(profile.alpha_x)}
+        return {"kind": "table", **angles, **alpha, "reason": profile.reason}
     if isinstance(profile, DepthOnlyProfile):
         return {"kind": "depth_only", "values": profile.values.tolist()}
     assert isinstance(profile, FourierProfile)
@@ -249,13 +236,8 @@ def _number(value: float, digits: int | None) -> float | int | None:
 
 def _leg(leg: Leg) -> dict[str, Any]:
     outline = leg_outline(leg)
-    return {
-        "body": outline.body.tolist(),
-        "width_cm": outline.width_cm,
-        "hip_height_cm": leg.hip_height_cm,
-        "max_length_cm": leg.max_length_cm,
-        "curvature_times_R": leg.curvature_times_R,
-    }
+    facts = leg.model_dump(include={"hip_height_cm", "max_length_cm", "curvature_times_R"})
+    return {"body": outline.body.tolist(), "width_cm": outline.width_cm, **facts}
 
 
 def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
@@ -280,24 +262,17 @@ def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
         beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
         at = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
         for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*at), strict=True):
-            values |= {c: alpha} | dict.fromkeys(
-                (f"{c}_lo", f"{c}_hi"), np.full(alpha.shape, np.nan)
-            )
+            unknown = np.full(alpha.shape, np.nan)
+            values |= {c: alpha, f"{c}_lo": unknown, f"{c}_hi": unknown}
         points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
-    return {name: as_lists(one, CURVE_DIGITS) for name, one in values.items()} | {
-        "beta_deg": beta_deg.tolist(),
-        "gamma_deg": gamma_deg.tolist(),
-        "notes": notes,
-        "points": as_lists(points, CURVE_DIGITS),
-    }
+    cells = {name: as_lists(one, CURVE_DIGITS) for name, one in values.items()}
+    angles = {"beta_deg": beta_deg.tolist(), "gamma_deg": gamma_deg.tolist()}
+    return cells | angles | {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
 
 
 def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     """Forces on a leg over theta, with their intervals where they have them."""
     rows = rows.sort_values("theta_deg")
-    names = [f"force_{c}{end}_N" for c in "zx" for end in ("", "_lo", "_hi")]
-    return {
-        name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS)
-        for name in ("theta_deg", *names)
-        if name in rows
-    }
+    forces = [f"force_{c}{end}_N" for c in "zx" for end in ("", "_lo", "_hi")]
+    there = [name for name in ("theta_deg", *forces) if name in rows]
+    return {name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in there}

@@ -10,15 +10,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.compare.sensitivity import ARC_STEPS_DEG
-from rftfit.figures.labels import (
-    PROFILES,
-    lift_errors,
-    name_of,
-    of_method,
-    predicted_by,
-    tared,
-    usable,
-)
+from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
@@ -259,7 +251,7 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: 
     if "reason" in table:
         table = table[table["reason"] == ""]
     bare = flagged_with(table, "no-tare")
-    if not tared(results, table):
+    if not labels.tared(results, table):
         if results.config.fit.missing_tare == "none":
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
@@ -269,13 +261,13 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: 
 
 def _model(results: Results) -> str:
     fourier = results.config.fourier
-    scaled, own = _scaling(results), of_method(results, "coefficients.csv")
+    scaled, own = _scaling(results), labels.of_method(results, "coefficients.csv")
     own = own[own["value_N_per_cm3"].notna()]
     if own.empty:
         return scaled or (
             "No medium was measured in the directions that it needs, so no Fourier series was fitted."
         )
-    mean = usable(results, dict.fromkeys(own.loc[own["medium"] != GENERIC, "medium"]))
+    mean = labels.usable(results, dict.fromkeys(own.loc[own["medium"] != GENERIC, "medium"]))
     generic = (
         f", and the generic coefficients are the mean over {len(mean)} media of their coefficients over their zeta"
         if len(mean) > 1
@@ -311,8 +303,8 @@ def _scaling(results: Results) -> str:
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
-    own = of_method(results, "penetration.csv")
-    own = own[own["medium"].isin(usable(results, own["medium"]))]
+    own = labels.of_method(results, "penetration.csv")
+    own = own[own["medium"].isin(labels.usable(results, own["medium"]))]
     chi = own["chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
@@ -357,7 +349,7 @@ def _trial(results: Results) -> str:
             f"maximal length {leg.max_length_cm:g} cm, width {leg.width_cm:g} cm, axle "
             f"{leg.hip_height_cm:g} cm above the surface"
         )
-        sizes.setdefault(size, []).append(name_of(name))
+        sizes.setdefault(size, []).append(labels.name_of(name))
     which = f"model legs ({'; '.join(f'{listed(own)}: {size}' for size, own in sizes.items())})"
     told = []
     if len(measured):
@@ -373,8 +365,8 @@ def _trial(results: Results) -> str:
             f"{_media(results, measured['medium'])}. {tare}"
         )
         which = "these legs"
-    by = predicted_by(results)
-    sources = {name: _media(results, by[name]) for name in PROFILES if name in by}
+    by = labels.predicted_by(results)
+    sources = {name: _media(results, by[name]) for name in labels.PROFILES if name in by}
     if sources:
         told.append(
             f"Forces on {which} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
@@ -408,7 +400,7 @@ def _media(results: Results, names: Iterable[str]) -> str:
 
 def _map(results: Results, walk: str) -> str:
     """What the map is made of; empty where nothing was predicted with it."""
-    if "map" not in predicted_by(results) and "the map of alpha" not in walk:
+    if "map" not in labels.predicted_by(results) and "the map of alpha" not in walk:
         return ""
     own = " and the others of this campaign" if results.config.maps.own_media else ""
     return (
@@ -453,7 +445,7 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
         for name, leg in legs.items():
             motion = rotation(None, leg.hip_height_cm, speed)
             if limits := beyond_measured(profile, leg_outline(leg), motion, results.config):
-                found[name_of(name)] = limits
+                found[labels.name_of(name)] = limits
         if found:
             first, limits = next(iter(found.items()))
             told.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
@@ -461,7 +453,7 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
 
 
 def _peaks(results: Results, profile: str) -> str:
-    errors = lift_errors(results, results.media)
+    errors = labels.lift_errors(results, results.media)
     peak = errors.loc[errors["profile"] == profile, "peak_error_percent"].dropna().abs()
     if peak.empty:
         return ""

@@ -36,13 +36,8 @@ VERDICT_WORDS = {
 }
 """Verdicts on the model on legs, for people."""
 
-USED_AS = {
-    "plate": "slope",
-    "leg": "leg-curve",
-    "rod": "tare",
-    "leg_air": "tare",
-    "robot": "mean-speed",
-}
+USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
+USED_AS["robot"] = "mean-speed"
 """What rows of each kind of run are used for, as the codes of the ledger."""
 
 _STATUSES = {why.code for why in RowStatus}
@@ -88,15 +83,8 @@ def outcome_of_runs(results: Results) -> Outcome:
         special = lost[~lost["reason_code"].isin(_EXPECTED)]
         reasons = dict.fromkeys((lost if special.empty else special)["reason"])
         why = "; ".join(reasons) or "no row was used; the ledger gives no reason"
-        outcome.dropped.append(
-            {
-                "run_id": run_id,
-                "medium": medium,
-                "kind": kind,
-                "rows": rows["rows"].sum(),
-                "reasons": why,
-            }
-        )
+        facts = {"run_id": run_id, "medium": medium, "kind": kind}
+        outcome.dropped.append(facts | {"rows": rows["rows"].sum(), "reasons": why})
     return outcome
 
 
@@ -110,10 +98,9 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     reason = ledger["reason"].mask(special, "the whole run, or damaged rows")
     # a note about the clocks may follow the path
     noted = ledger["reason_code"].isin(["path", "path clock-hours"])
-    table = ledger.assign(reason=reason.mask(noted, str(remark("path")))).groupby(
-        ["fate", "reason"]
-    )
-    sums = table.agg(runs=("run_id", "nunique"), rows=("rows", "sum")).reset_index()
+    table = ledger.assign(reason=reason.mask(noted, str(remark("path"))))
+    groups = table.groupby(["fate", "reason"])
+    sums = groups.agg(runs=("run_id", "nunique"), rows=("rows", "sum")).reset_index()
     return records(sums.sort_values(["fate", "rows"], ascending=[False, False]))
 
 
@@ -183,17 +170,15 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         everywhere = len(rows) == len(results.media)
         unchecked.append(CHECKS[str(check)].fault + ("" if everywhere else f" ({where})"))
     verdicts = {medium: verdict_of(results, medium) for medium in results.media}
+    faults = [
+        (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
+        for row in records(failed)
+    ]
+    for medium, (word, why) in verdicts.items():
+        if word == DOUBTFUL and medium not in set(failed["medium"]):  # doubts that no check reports
+            faults.append((medium, titles[medium], word, as_sentence(why)))
     return {
-        "failed": [
-            (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
-            for row in records(failed)
-        ]
-        # doubts that no check reports
-        + [
-            (medium, titles[medium], word, as_sentence(why))
-            for medium, (word, why) in verdicts.items()
-            if word == DOUBTFUL and medium not in set(failed["medium"])
-        ],
+        "failed": faults,
         "passed": [CHECKS[check].good for check in dict.fromkeys(good["check"])],
         "unchecked": unchecked,
         # of what is not checked only an open scale has a sentence

@@ -15,20 +15,9 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
-from rftfit.figures import (  # noqa: F401
-    first,
-    generic,
-    legs,
-    maps,
-    plates,
-    protocol,
-    quality,
-    robot,
-    sands,
-)
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
-from rftfit.figures.style import FORMATS, level, size_of_preview
+from rftfit.figures.style import PRINTED, level, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
 from rftfit.model.scaling import published
@@ -84,23 +73,18 @@ def page(results: Results) -> str:
     from jinja2 import Environment, StrictUndefined
 
     style, script = _part("page.css"), _script()
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
+    environment = Environment(autoescape=True, undefined=StrictUndefined, **blocks)
     environment.filters["quantities"] = quantities
     template = environment.from_string(_part("page.html"))
     data = live_data(results)
-    return template.render(
-        context(results),
-        push=data["push"],
-        style=style,
-        script=script,
-        data=as_json(data | {"robot": robot_data(results)}),
-        policy=(
-            f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
-            "img-src data:; base-uri 'none'; form-action 'none'"
-        ),
+    policy = (
+        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
     )
+    parts = {"style": style, "script": script, "policy": policy}
+    numbers = as_json(data | {"robot": robot_data(results)})
+    return template.render(context(results), push=data["push"], data=numbers, **parts)
 
 
 def context(results: Results) -> dict[str, Any]:
@@ -210,8 +194,6 @@ class Picture:
 
 def pictures(results: Results) -> list[Picture]:
     """Every figure that was drawn, in the order in which figures are shown."""
-    # their captions are text of the page: a changed one makes it again
-
     return [
         _picture(results, one, medium)
         for one in figures()
@@ -222,18 +204,13 @@ def pictures(results: Results) -> list[Picture]:
 
 
 def _picture(results: Results, one: Declared, medium: str) -> Picture:
-    file = one.file(medium)
+    file, caption = one.file(medium), one.caption_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
-    width, height = size_of_preview(content)
-    return Picture(
-        file.rpartition("/")[2],
-        one.caption_of(results, medium),
-        "quality" if one.folder == "quality" else one.section,
-        f"data:image/webp;base64,{base64.b64encode(content).decode()}",
-        width,
-        height,
-        [(ending, f"{file}.{ending}") for ending in FORMATS if ending != "webp"],
-    )
+    data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
+    section = "quality" if one.folder == "quality" else one.section
+    files_of = [(ending, f"{file}.{ending}") for ending in PRINTED]
+    name = file.rpartition("/")[2]
+    return Picture(name, caption, section, data, *size_of_preview(content), files_of)
 
 
 def quantities(text: str) -> Markup:

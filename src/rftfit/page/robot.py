@@ -11,14 +11,14 @@ import pandas as pd
 from rftfit.errors import InputError
 from rftfit.figures.labels import name_of, percent, span
 from rftfit.figures.style import number
-from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, text_column
+from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, texts
 from rftfit.page.live import as_lists
 from rftfit.results import Results
 from rftfit.robot.speeds import count_within_alpha_error, share_within
 
 DIGITS = 5
 CURVATURE = "R\N{PRIME}/r"
-_PROFILE = text_column("Profile", lambda row: name_of(row["profile"]))
+_PROFILE = texts("Profile", lambda row: name_of(row["profile"]))
 
 
 def robot_tables(results: Results) -> dict[str, Table] | None:
@@ -50,9 +50,8 @@ def _shares(errors: pd.DataFrame) -> Table:
         def cell(row: Row) -> Cell:
             part = parts[row["profile"]]
             new = part[part["calibrated"] == "no"]
-            found, others = (
-                "{} of {}".format(*share_within(some, percents)) for some in (part, new)
-            )
+            both = (share_within(some, percents) for some in (part, new))
+            found, others = (f"{near} of {total}" for near, total in both)
             return Cell(found, (f"predicted: {others}",))
 
         return Column(heading, cell, "num")
@@ -61,36 +60,22 @@ def _shares(errors: pd.DataFrame) -> Table:
         found, known = count_within_alpha_error(parts[row["profile"]])
         return Cell(f"{found} of {known}" if known else "no value")
 
-    return Table(
-        "Share of the conditions",
-        [
-            _PROFILE,
-            within("speed within 20 %", 20),
-            within("within 35 %", 35),
-            Column("within the errors of \N{GREEK SMALL LETTER ALPHA} alone", held, "num"),
-        ],
-        [{"profile": name} for name in parts],
-    )
+    columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
+    columns += [Column("within the errors of \N{GREEK SMALL LETTER ALPHA} alone", held, "num")]
+    return Table("Share of the conditions", columns, [{"profile": name} for name in parts])
 
 
 def _best(optimum: pd.DataFrame) -> Table:
     highest = optimum.groupby("profile", sort=False)["frequency_Hz"].idxmax()
-    return Table(
-        "Best curvature",
-        [
-            _PROFILE,
-            number_column("Stride frequency, Hz", "frequency_Hz", 1),
-            number_column(
-                f"Fastest {CURVATURE}",
-                "best_curvature_times_R",
-                2,
-                ends="best_curvature_from_alpha_{}",
-            ),
-            number_column("Its speed, cm/s", "speed_cm_per_s", 1),
-            text_column("Calibrated", "calibrated"),
-        ],
-        records(optimum.loc[highest.to_list()]),
-    )
+    best = "best_curvature_times_R", 2, "best_curvature_from_alpha_{}"
+    columns = [
+        _PROFILE,
+        numbers("Stride frequency, Hz", "frequency_Hz", 1),
+        numbers(f"Fastest {CURVATURE}", *best),
+        numbers("Its speed, cm/s", "speed_cm_per_s", 1),
+        texts("Calibrated", "calibrated"),
+    ]
+    return Table("Best curvature", columns, records(optimum.loc[highest.to_list()]))
 
 
 def _conditions(errors: pd.DataFrame) -> Table:
@@ -100,34 +85,28 @@ def _conditions(errors: pd.DataFrame) -> Table:
 
     def measured(row: Row) -> Cell:
         sd = row["measured_sd_cm_per_s"]
-        return Cell(
-            number(row["measured_cm_per_s"], 1),
-            (f"s.d. {number(sd, 1)}" if np.isfinite(sd) else "",),
-        )
+        note = f"s.d. {number(sd, 1)}" if np.isfinite(sd) else ""
+        return Cell(number(row["measured_cm_per_s"], 1), (note,))
 
     def speed(profile: str) -> Column:
         def cell(row: Row) -> Cell:
             one = simulated.get((row["condition"], profile), {})
             lo, hi = (one.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi"))
-            note = "; ".join(
-                filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
-            )
-            return Cell(number(one.get("simulated_cm_per_s"), 1), (span(lo, hi, 1), note))
+            notes = filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
+            shown = number(one.get("simulated_cm_per_s"), 1)
+            return Cell(shown, (span(lo, hi, 1), "; ".join(notes)))
 
         return Column(f"{name_of(profile)}, cm/s", cell, "num")
 
-    return Table(
-        "Measured and simulated speeds",
-        [
-            number_column(CURVATURE, "curvature_times_R", 2),
-            number_column("Hz", "frequency_Hz", 2),
-            Column("Measured, cm/s", measured, "num"),
-            *(speed(str(profile)) for profile in errors["profile"].unique()),
-            text_column("Calibrated", "calibrated"),
-        ],
-        records(ordered.drop_duplicates("condition")),
-        tall=True,
-    )
+    columns = [
+        numbers(CURVATURE, "curvature_times_R", 2),
+        numbers("Hz", "frequency_Hz", 2),
+        Column("Measured, cm/s", measured, "num"),
+        *(speed(str(profile)) for profile in errors["profile"].unique()),
+        texts("Calibrated", "calibrated"),
+    ]
+    rows = records(ordered.drop_duplicates("condition"))
+    return Table("Measured and simulated speeds", columns, rows, tall=True)
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:
@@ -142,10 +121,8 @@ def robot_data(results: Results) -> dict[str, Any] | None:
         for curvature in curvatures:
             own = part[np.isclose(part["curvature_times_R"], curvature)]
             mean = own.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-            f, v = mean.index.to_numpy(float), mean.to_numpy(float)
-            curves[str(name)].append(
-                {"curvature": curvature, "f": as_lists(f, DIGITS), "v": as_lists(v, DIGITS)}
-            )
+            f, v = (as_lists(one.to_numpy(float), DIGITS) for one in (mean.index, mean))
+            curves[str(name)].append({"curvature": curvature, "f": f, "v": v})
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
     points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}
     points["calibrated"] = (measured["calibrated"] == "yes").tolist()

@@ -23,7 +23,7 @@ from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import DOUBTFUL
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
-from rftfit.page.cells import Cell, Column, Row, Table, number_column, records, share, text_column
+from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, share, texts
 from rftfit.page.outcome import (
     NOTHING,
     SOUND,
@@ -37,7 +37,8 @@ from rftfit.page.outcome import (
 from rftfit.results import Results
 
 ALPHA_Z, ALPHA_X = (Markup(f"\N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>") for c in "zx")
-ANGLES = {"\N{GREEK SMALL LETTER BETA}": "beta", "\N{GREEK SMALL LETTER GAMMA}": "gamma"}
+ALPHA_OF = {"z": ALPHA_Z, "x": ALPHA_X}
+BETA, GAMMA = "\N{GREEK SMALL LETTER BETA}", "\N{GREEK SMALL LETTER GAMMA}"
 ZETA, CHI = "\N{GREEK SMALL LETTER ZETA}", "\N{GREEK SMALL LETTER CHI}"
 PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
 DEGREE = "\N{DEGREE SIGN}"
@@ -57,21 +58,16 @@ def summary(results: Results, outcome: Outcome) -> Table:
         used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
         told = [f"{used} run{'s' * (used != 1)}"]
         told = ["natural sand"] * (row["medium"] in results.sands) + told
-        # the verdict stands beside it
-        return Cell(
-            results.campaign.titles[row["medium"]],
-            (", ".join([*told, f"{lost} dropped"] if lost else told),),
-        )
+        note = ", ".join([*told, f"{lost} dropped"] if lost else told)
+        return Cell(results.campaign.titles[row["medium"]], (note,))
 
     def data(row: Row) -> Cell:
         word, why = verdict_of(results, row["medium"])
         count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
-        places = {SOUND: "", NOTHING: "#dropped"}
+        link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
         look = {SOUND: "same", DOUBTFUL: "doubtful"}.get(word, "differs")
-        return Cell(
-            word, (why, flags), f"verdict {look}", places.get(word, f"#checks-{row['medium']}")
-        )
+        return Cell(word, (why, flags), f"verdict {look}", link)
 
     def on_legs(row: Row) -> Cell:
         _, code, note = verdicts_on_legs(results, row["medium"])[0]
@@ -80,12 +76,9 @@ def summary(results: Results, outcome: Outcome) -> Table:
         link = "" if code == NOT_TESTED else section
         return Cell(VERDICT_WORDS[code], (note,), f"verdict {look}", link)
 
-    model = [Column("Model on legs", on_legs)] if results.config.legs else []
-    return Table(
-        "Summary table",
-        [Column("Medium", title), Column("Data", data), *model],
-        [{"medium": medium} for medium in results.media],
-    )
+    columns = [Column("Medium", title), Column("Data", data)]
+    columns += [Column("Model on legs", on_legs)] if results.config.legs else []
+    return Table("Summary table", columns, [{"medium": medium} for medium in results.media])
 
 
 def alphas(results: Results) -> list[tuple[str, Table]]:
@@ -94,35 +87,22 @@ def alphas(results: Results) -> list[tuple[str, Table]]:
     for one in results:
         known = one.alpha[one.alpha[column("z")].notna()]
         if not lies_on_grid(one.alpha):
-            columns = [
-                number_column(f"{name}, {DEGREE}", f"{key}_deg", 1) for name, key in ANGLES.items()
-            ]
-            columns += [
-                number_column({"z": ALPHA_Z, "x": ALPHA_X}[c], column(c), ends=column(c, "_{}"))
-                for c in "zx"
-            ]
-            found.append(
-                (f"{one.title}, {PER_CM3}", Table(f"Alpha, {one.title}", columns, records(known)))
-            )
+            columns = [numbers(f"{BETA}, {DEGREE}", "beta_deg", 1)]
+            columns += [numbers(f"{GAMMA}, {DEGREE}", "gamma_deg", 1)]
+            columns += [numbers(ALPHA_OF[c], column(c), ends=column(c, "_{}")) for c in "zx"]
+            table = Table(f"Alpha, {one.title}", columns, records(known))
+            found.append((f"{one.title}, {PER_CM3}", table))
             continue
         for c in "zx" if len(known) else "":
             beta, gamma, _ = pivot(one.alpha, column(c))
             cells = {end: pivot(one.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
-            rows = [
-                {"beta": angle}
-                | {f"{end}{k}": cells[end][i, k] for end in cells for k in range(len(gamma))}
-                for i, angle in enumerate(beta)
-            ]
-            columns = [
-                number_column(
-                    "\N{GREEK SMALL LETTER BETA} \\ \N{GREEK SMALL LETTER GAMMA}", "beta", 0
-                )
-            ]
-            columns += [
-                number_column(degrees(angle), str(k), ends=f"_{{}}{k}")
-                for k, angle in enumerate(gamma)
-            ]
-            label = Markup("{}, {}, {}").format({"z": ALPHA_Z, "x": ALPHA_X}[c], one.title, PER_CM3)
+            rows = []
+            for i, angle in enumerate(beta):
+                own = {f"{end}{k}": v for end in cells for k, v in enumerate(cells[end][i])}
+                rows.append({"beta": angle} | own)
+            columns = [numbers(f"{BETA} \\ {GAMMA}", "beta", 0)]
+            columns += [numbers(degrees(g), str(k), ends=f"_{{}}{k}") for k, g in enumerate(gamma)]
+            label = Markup("{}, {}, {}").format(ALPHA_OF[c], one.title, PER_CM3)
             found.append((label, Table(f"alpha_{c}, {one.title}", columns, rows)))
     return found
 
@@ -141,15 +121,9 @@ def at_depths(results: Results) -> Table:
                 row |= {f"{end}{at:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
         rows += [row] if len(row) > 2 else []
     head = ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}, at "
-    return Table(
-        "Alpha at stated depths",
-        [
-            _medium(results),
-            number_column("Power of depth", "power", 2),
-            *(number_column(head + f"{at:g} cm", f"{at:g}", ends=f"_{{}}{at:g}") for at in depths),
-        ],
-        rows,
-    )
+    columns = [_medium(results), numbers("Power of depth", "power", 2)]
+    columns += [numbers(head + f"{at:g} cm", f"{at:g}", ends=f"_{{}}{at:g}") for at in depths]
+    return Table("Alpha at stated depths", columns, rows)
 
 
 def coefficients(results: Results, method: str) -> Table:
@@ -161,9 +135,8 @@ def coefficients(results: Results, method: str) -> Table:
     def of(medium: str) -> Column:
         def cell(row: Row) -> Cell:
             if "of" in row:
-                return Cell(
-                    number(found.get((medium, row["of"]), {}).get("misfit_rms_N_per_cm3"), 4)
-                )
+                one = found.get((medium, row["of"]), {})
+                return Cell(number(one.get("misfit_rms_N_per_cm3"), 4))
             one = found.get((medium, row["term"]), {})
             text = number(one.get("value_N_per_cm3"), 4)
             notes = (span(one.get("lo"), one.get("hi"), 4), one.get("reason", ""))
@@ -174,7 +147,7 @@ def coefficients(results: Results, method: str) -> Table:
         return Column(title_of(results, medium), cell, "num")
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
-    columns = [text_column("Term", "term"), *(of(medium) for medium in media)]
+    columns = [texts("Term", "term"), *(of(medium) for medium in media)]
     rows = [{"term": term} for term in TERMS]
     if any(math.isfinite(one["misfit_rms_N_per_cm3"]) for one in found.values()):
         rows += [
@@ -212,47 +185,35 @@ def scaling(results: Results) -> tuple[Table, Table]:
             return Cell("not fitted: one test only")
         return fitted.cell(row)
 
-    fitted = number_column("", "alpha_z_fit_N_per_cm3", ends="alpha_z_fit_{}_N_per_cm3")
+    fitted = numbers("", "alpha_z_fit_N_per_cm3", ends="alpha_z_fit_{}_N_per_cm3")
+    measured = "alpha_z_measured_N_per_cm3", 4, "alpha_z_measured_{}_N_per_cm3"
     columns = [
         _medium(results),
-        text_column("Method", "method", note="reason"),
-        number_column(
-            ALPHA_Z + f" measured, {PER_CM3}", "alpha_z_measured_N_per_cm3",
-            ends="alpha_z_measured_{}_N_per_cm3",
-        ),
+        texts("Method", "method", note="reason"),
+        numbers(ALPHA_Z + f" measured, {PER_CM3}", *measured),
         Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
-        number_column(CHI, "chi", ends="chi_{}"),
-        number_column(ZETA, "zeta", ends="zeta_{}"),
-        text_column(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
-    ]  # fmt: skip
+        numbers(CHI, "chi", ends="chi_{}"),
+        numbers(ZETA, "zeta", ends="zeta_{}"),
+        texts(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
+    ]
     method = results.config.fourier.method
-    rows = _without_repeated_reasons(results, "penetration.csv")
-    own = (method, *routines(method))
-    return (
-        Table("Scaling table", columns, [row for row in rows if row["method"] in own]),
-        Table(
-            "Scaling by the other methods",
-            columns,
-            [row for row in rows if row["method"] not in own],
-        ),
-    )
+    parts: dict[bool, list[Row]] = {True: [], False: []}
+    for row in _without_repeated_reasons(results, "penetration.csv"):
+        parts[row["method"] in (method, *routines(method))].append(row)
+    others = Table("Scaling by the other methods", columns, parts[False])
+    return Table("Scaling table", columns, parts[True]), others
 
 
 def shapes_of_legs(results: Results) -> Table:
     """Peaks within the paper's bound by the measured table, with the legs as stated and with other shapes."""
     found = [one._asdict() for one in shapes(results.table("leg_sensitivity.csv"))]
-    return Table(
-        "Peaks by the shape of the legs",
-        [
-            text_column(
-                "Shape (face ahead: by half the thickness)", lambda row: greek(row["name"])
-            ),
-            text_column("Lifts", lambda row: f"{row['lifts']} of {row['of']}", look="num"),
-            text_column("Thrusts", lambda row: f"{row['thrusts']} of {row['of']}", look="num"),
-            number_column("Worst lift", "worst", show=percent),
-        ],
-        found,
-    )
+    columns = [
+        texts("Shape (face ahead: by half the thickness)", lambda row: greek(row["name"])),
+        texts("Lifts", lambda row: f"{row['lifts']} of {row['of']}", look="num"),
+        texts("Thrusts", lambda row: f"{row['thrusts']} of {row['of']}", look="num"),
+        numbers("Worst lift", "worst", show=percent),
+    ]
+    return Table("Peaks by the shape of the legs", columns, found)
 
 
 def leg_errors(results: Results) -> Table:
@@ -265,59 +226,40 @@ def leg_errors(results: Results) -> Table:
     }
 
     def place(row: Row) -> list[int]:
-        return [
-            names.index(row[name]) if row[name] in names else len(names)
-            for name, names in order.items()
-        ]
+        return [[*names, row[name]].index(row[name]) for name, names in order.items()]
 
     rows = _without_repeated_reasons(results, "leg_errors.csv")
-    return Table(
-        "Leg errors",
-        [
-            _medium(results),
-            text_column("Leg", lambda row: name_of(row["leg"])),
-            text_column("Profile", lambda row: name_of(row["profile"])),
-            text_column("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
-            number_column("Peak measured, N", "peak_measured_N", 2, note="reason"),
-            number_column(
-                "Peak predicted, N",
-                "peak_predicted_N",
-                2,
-                ends="peak_predicted_{}_N",
-                note="peak_errors",
-            ),
-            number_column("Error of peak", "peak_error_percent", show=percent),
-            number_column("Peak late, \N{DEGREE SIGN}", "peak_late_deg", 1),
-            number_column("RMS error, N", "rms_error_N", 2),
-            number_column(
-                "RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")
-            ),
-            number_column("R\N{SUPERSCRIPT TWO}", "r2", 2),
-        ],
-        sorted(rows, key=place),
-        tall=True,
-    )
+    predicted = "peak_predicted_N", 2, "peak_predicted_{}_N", "peak_errors"
+    columns = [
+        _medium(results),
+        texts("Leg", lambda row: name_of(row["leg"])),
+        texts("Profile", lambda row: name_of(row["profile"])),
+        texts("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
+        numbers("Peak measured, N", "peak_measured_N", 2, note="reason"),
+        numbers("Peak predicted, N", *predicted),
+        numbers("Error of peak", "peak_error_percent", show=percent),
+        numbers(f"Peak late, {DEGREE}", "peak_late_deg", 1),
+        numbers("RMS error, N", "rms_error_N", 2),
+        numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
+        numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
+    ]
+    return Table("Leg errors", columns, sorted(rows, key=place), tall=True)
 
 
 def sands(results: Results) -> Table:
     """Penetration of the natural sands, by the stated and by the detected linear regime."""
-    return Table(
-        "Penetration of natural sands",
-        [
-            _medium(results, "Sand"),
-            text_column("Run", "run_id"),
-            text_column("Window", "window", note="reason"),
-            number_column("Linear to, cm", "linear_to_cm", 2),
-            number_column(
-                ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}",
-                "alpha_z_N_per_cm3",
-                ends="alpha_z_{}_N_per_cm3",
-            ),
-            number_column("Departure from a line", "nonlinear_z_ratio", show=share),
-            number_column(ZETA, "zeta", ends="zeta_{}"),
-        ],
-        _without_repeated_reasons(results, "sands.csv"),
-    )
+    alpha = "alpha_z_N_per_cm3", 4, "alpha_z_{}_N_per_cm3"
+    columns = [
+        _medium(results, "Sand"),
+        texts("Run", "run_id"),
+        texts("Window", "window", note="reason"),
+        numbers("Linear to, cm", "linear_to_cm", 2),
+        numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", *alpha),
+        numbers("Departure from a line", "nonlinear_z_ratio", show=share),
+        numbers(ZETA, "zeta", ends="zeta_{}"),
+    ]
+    rows = _without_repeated_reasons(results, "sands.csv")
+    return Table("Penetration of natural sands", columns, rows)
 
 
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
@@ -332,24 +274,17 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
 
 def corrections(results: Results) -> Table:
     """Factors on the predicted forces in natural sands, and whether they help on a leg left out."""
-    return Table(
-        "Corrections",
-        [
-            _medium(results, "Sand"),
-            text_column("Correction", "model"),
-            number_column(Markup("factor of F<sub>z</sub>"), "factor_z", 2),
-            number_column(Markup("factor of F<sub>x</sub>"), "factor_x", 2),
-            number_column("RMS error, fitted, N", "rms_fit_N", 2),
-            number_column("RMS error, cross-validated, N", "rms_cv_N", 2),
-            number_column("Gain", "gain_cv_percent", show=percent),
-            text_column(
-                "Earns its place",
-                lambda row: "yes" if row["earns_its_place"] else "no",
-                note="reason",
-            ),
-        ],
-        records(results.table("sand_correction.csv")),
-    )
+    columns = [
+        _medium(results, "Sand"),
+        texts("Correction", "model"),
+        numbers(Markup("factor of F<sub>z</sub>"), "factor_z", 2),
+        numbers(Markup("factor of F<sub>x</sub>"), "factor_x", 2),
+        numbers("RMS error, fitted, N", "rms_fit_N", 2),
+        numbers("RMS error, cross-validated, N", "rms_cv_N", 2),
+        numbers("Gain", "gain_cv_percent", show=percent),
+        texts("Earns its place", lambda row: ("no", "yes")[bool(row["earns_its_place"])], "reason"),
+    ]
+    return Table("Corrections", columns, records(results.table("sand_correction.csv")))
 
 
 def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
@@ -362,36 +297,24 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         return Cell(row["item"], (row["where"],))
 
     def paper(row: Row) -> Cell:
-        within = _significant(row["tolerance"])
-        reason = row["tolerance_reason"]
-        return Cell(
-            _significant(row["paper"]),
-            (f"\N{PLUS-MINUS SIGN} {within}{in_brackets(reason)}" if within else "",),
-        )
+        within, reason = _significant(row["tolerance"]), in_brackets(row["tolerance_reason"])
+        note = f"\N{PLUS-MINUS SIGN} {within}{reason}" if within else ""
+        return Cell(_significant(row["paper"]), (note,))
 
     def ours(row: Row) -> Cell:
         ends = _significant(row["lo"]), _significant(row["hi"])
         return Cell(_significant(row["ours"]), (" to ".join(ends) if all(ends) else "",))
 
     def verdict(row: Row) -> Cell:
-        return Cell(
-            row["verdict"],
-            (row["evidence"], row["why"]),
-            "verdict " + row["verdict"].replace(" ", "-"),
-        )
+        look = "verdict " + row["verdict"].replace(" ", "-")
+        return Cell(row["verdict"], (row["evidence"], row["why"]), look)
 
-    columns = [
-        Column("Item", item),
-        Column("Paper", paper, "num"),
-        Column("Ours", ours, "num"),
-        Column("Verdict", verdict),
-    ]
+    columns = [Column("Item", item), Column("Paper", paper, "num"), Column("Ours", ours, "num")]
+    columns += [Column("Verdict", verdict)]
     every = records(results.table("reproduction.csv"))
     rows = [row for row in every if row["verdict"] != NOT_MEASURED]
-    if 2 * sum(row["evidence"] != TEXT for row in rows) < sum(
-        row["evidence"] != TEXT for row in every
-    ):
-        rows = []
+    met, possible = (sum(row["evidence"] != TEXT for row in part) for part in (rows, every))
+    rows = [] if 2 * met < possible else rows
     of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
     told = {
         evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]
@@ -399,45 +322,26 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
     }
     counts = {evidence: ", ".join(words) for evidence, words in told.items() if words}
     others = [row for row in rows if row["verdict"] != SAME]
-    return (
-        counts,
-        Table("Items that are not the same", columns, others, tall=True),
-        Table("All items", columns, rows, tall=True),
-    )
+    different = Table("Items that are not the same", columns, others, tall=True)
+    return counts, different, Table("All items", columns, rows, tall=True)
 
 
 def dropped(results: Results, outcome: Outcome) -> Table:
     """Runs that gave no result, and why."""
-    return Table(
-        "Runs that gave no result",
-        [
-            text_column("Run", "run_id"),
-            _medium(results),
-            text_column("Kind", "kind"),
-            text_column("Rows", "rows", look="num"),
-            text_column("Reason", "reasons", look="why"),
-        ],
-        outcome.dropped,
-        tall=True,
-    )
+    columns = [texts("Run", "run_id"), _medium(results), texts("Kind", "kind")]
+    columns += [texts("Rows", "rows", look="num"), texts("Reason", "reasons", look="why")]
+    return Table("Runs that gave no result", columns, outcome.dropped, tall=True)
 
 
 def rows_of_logs(results: Results) -> Table:
     """What became of the rows of all logs."""
-    return Table(
-        "Rows by fate",
-        [
-            text_column("Fate", "fate"),
-            text_column("Reason or use", "reason"),
-            text_column("Runs", "runs", look="num"),
-            text_column("Rows", "rows", look="num"),
-        ],
-        rows_by_reason(results),
-    )
+    columns = [texts("Fate", "fate"), texts("Reason or use", "reason")]
+    columns += [texts("Runs", "runs", look="num"), texts("Rows", "rows", look="num")]
+    return Table("Rows by fate", columns, rows_by_reason(results))
 
 
 def _medium(results: Results, heading: str = "Medium") -> Column:
-    return text_column(heading, lambda row: title_of(results, row["medium"]))
+    return texts(heading, lambda row: title_of(results, row["medium"]))
 
 
 def _significant(x: Any) -> str:

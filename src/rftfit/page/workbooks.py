@@ -86,15 +86,15 @@ class Book:
         column: int,
         value: float,
         form: str = "number",
-        missing: tuple[str, str] = ("no value", ""),
+        why: str = "",
     ) -> None:
-        """Write a number in full precision, or, for NaN, a word with its reason, if any, as a comment."""
+        """Write a number in full precision, or, for NaN, "no value"; of a cell "no run", its reason as a comment."""
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
-        self.text(sheet, row, column, missing[0], "missing")
-        if missing[1]:
-            sheet.write_comment(row, column, missing[1], {"x_scale": 2, "author": "rftfit"})
+        self.text(sheet, row, column, "no run" if why else "no value", "missing")
+        if why:
+            sheet.write_comment(row, column, why, {"x_scale": 2, "author": "rftfit"})
 
     def about(self, title: str, lines: list[str]) -> None:
         """Add the first sheet: what this is, and which version of the program made it."""
@@ -136,19 +136,16 @@ def alpha_workbook(results: Results) -> bytes:
     """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
     confidence = level(results)
     book = Book()
-    book.about(
-        "alpha tables",
-        [
-            _ALPHA,
-            "Layout of additional Table S5 of " + reference.CITATION + ".",
-            "Units: alpha in N/cm^3, angles in degrees.",
-            _SIGNS,
-            f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
-            'A cell "no run" has no usable run; its comment says why.',
-            "Sheets:",
-            *(f"{medium.name}: {medium.title}" for medium in results),
-        ],
-    )
+    lines = [
+        _ALPHA,
+        f"Layout of additional Table S5 of {reference.CITATION}.",
+        "Units: alpha in N/cm^3, angles in degrees.",
+        _SIGNS,
+        f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
+        'A cell "no run" has no usable run; its comment says why.',
+        "Sheets:",
+    ]
+    book.about("alpha tables", [*lines, *(f"{one.name}: {one.title}" for one in results)])
     for medium in results:
         sheet = book.sheet(medium.name)
         sheet.set_column(0, 0, 24)
@@ -184,7 +181,7 @@ def _alpha_block(
         sheet.write_number(row + 2 + i, 0, angle, book.formats["angle_side"])
         for j, other in enumerate(gamma):
             why = reasons.get((angle % 180, other)) or "no reason was recorded"
-            book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), missing=("no run", why))
+            book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), why=why)
     return row + beta.size + 3
 
 
@@ -198,7 +195,7 @@ def _alpha_list(
     for i, (beta, gamma, value, why) in enumerate(rows, start=row + 1):
         sheet.write_number(i, 0, beta, book.formats["angle_side"])
         sheet.write_number(i, 1, gamma, book.formats["angle_side"])
-        book.value(sheet, i, 2, value, missing=("no run", why or "no reason was recorded"))
+        book.value(sheet, i, 2, value, why=why or "no reason was recorded")
     return row + len(table) + 2
 
 
@@ -228,10 +225,8 @@ def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataF
     media = sorted(rows["medium"].unique(), key=lambda name: name == GENERIC)
     penetration = results.table("penetration.csv")
     zeta = penetration[penetration["method"] == method].set_index("medium")
-    kept = rows["kept"].astype(bool)
-    dropped = {
-        name: set(rows.loc[~kept & (rows["medium"] == name), "coefficient"]) for name in media
-    }
+    lost = rows[~rows["kept"].astype(bool)]
+    dropped = {name: set(lost.loc[lost["medium"] == name, "coefficient"]) for name in media}
 
     def terms_of(value: str, zeta_value: str) -> pd.DataFrame:
         """Terms and zeta downward, media across."""
@@ -270,12 +265,12 @@ def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataF
         _term_block(book, sheet, row, f"published, Table S2 {unit}", columns)
 
 
+TermColumn = tuple[str, Mapping[str, float], Collection[str]]
+"""Heading, value of each term, and the terms that are grey."""
+
+
 def _term_block(
-    book: Book,
-    sheet: Worksheet,
-    row: int,
-    title: str,
-    columns: Sequence[tuple[str, Mapping[str, float], Collection[str]]],
+    book: Book, sheet: Worksheet, row: int, title: str, columns: Sequence[TermColumn]
 ) -> int:
     """Write terms and zeta, each column with its heading and grey terms; the row below."""
     book.text(sheet, row, 0, title, "block")

@@ -31,6 +31,15 @@ MOTION = ((1.0, 2.0), (-1.0, 2.2))
 MOTION_NEAR_HZ = 0.1
 """A measured trial that is no farther from one of them is of that run."""
 
+
+def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
+    """Whether this is one of the runs whose motion is shown over time."""
+    return any(
+        abs(curvature - one) < 1e-6 and abs(frequency_Hz - at) < MOTION_NEAR_HZ
+        for one, at in MOTION
+    )
+
+
 BEST_AT_HZ = 5.0
 BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 """Where the best curvature R'/r is looked for: 0.6 to 1 by 0.04, at 5 Hz."""

@@ -110,11 +110,9 @@ def source_digests() -> dict[str, str]:
     """
     paths = [_PACKAGE / name for name in (*_EVERYWHERE, *_STAGES)]
     paths += [path for room in ROOMS for path in (_PACKAGE / room).rglob("*.*")]
-    found = {
-        path.relative_to(_PACKAGE).as_posix(): path for path in paths if path.suffix in _SOURCE
-    }
-    for name in _SETTINGS.values():
-        found[name] = shipped(name)
+    paths = [path for path in paths if path.suffix in _SOURCE]
+    found = {path.relative_to(_PACKAGE).as_posix(): path for path in paths}
+    found |= {name: shipped(name) for name in _SETTINGS.values()}
     return {name: sha256_of(found[name])[:_LENGTH] for name in sorted(found)}
 
 

@@ -51,9 +51,7 @@ def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
         texts = [value for value in column.unique() if isinstance(value, str)]
         others = {text: new for text in texts if (new := change(text)) != text}
         if others:
-            values = [
-                others.get(value, value) if isinstance(value, str) else value for value in column
-            ]
+            values = [others.get(one, one) if isinstance(one, str) else one for one in column]
             kind = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
             changed[str(name)] = pd.Series(values, table.index, dtype=kind)
     return table.assign(**changed) if changed else table
@@ -74,13 +72,10 @@ def _rounded(table: pd.DataFrame) -> pd.DataFrame:
     def short(value: object) -> object:
         return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
 
-    mixed = [
-        name
-        for name, column in table.items()
-        if column.dtype == object
-        and any(isinstance(one, float) for one in column.dropna().unique())
-    ]
-    return table.assign(**{str(name): table[name].map(short) for name in mixed})
+    texts = {str(name): column for name, column in table.items() if column.dtype == object}
+    unique = {name: column.dropna().unique() for name, column in texts.items()}
+    mixed = [name for name in texts if any(isinstance(one, float) for one in unique[name])]
+    return table.assign(**{name: texts[name].map(short) for name in mixed})
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
@@ -93,11 +88,9 @@ def csv_bytes(table: pd.DataFrame) -> bytes:
 
     Text that a spreadsheet would calculate gets an apostrophe in front. The index is not written.
     """
-    buffer = io.StringIO()
-    _rounded(_mapped(table, guarded)).to_csv(
-        buffer, index=False, float_format=FLOAT_FORMAT, lineterminator="\n"
-    )
-    return buffer.getvalue().encode("utf-8")
+    safe = _rounded(_mapped(table, guarded))
+    text: str = safe.to_csv(None, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
+    return text.encode("utf-8")
 
 
 def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.DataFrame:

@@ -7,17 +7,11 @@ from collections.abc import Sequence
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
     """Align cells in columns as wide as their content, to the right where all are numbers."""
-    columns = list(zip(header, *rows, strict=True))
-    widths = [max(len(cell) for cell in column) for column in columns]
-    right = [bool(rows) and all(_is_number(cell) for cell in column[1:]) for column in columns]
-    lines = []
-    for row in (header, *rows):
-        cells = [
-            cell.rjust(width) if to_right else cell.ljust(width)
-            for cell, width, to_right in zip(row, widths, right, strict=True)
-        ]
-        lines.append((indent + "  ".join(cells)).rstrip())
-    return "\n".join(lines)
+    columns = []
+    for head, *cells in zip(header, *rows, strict=True):
+        width, numbers = max(map(len, (head, *cells))), rows and all(map(_is_number, cells))
+        columns.append([f"{cell:{'><'[not numbers]}{width}}" for cell in (head, *cells)])
+    return "\n".join((indent + "  ".join(row)).rstrip() for row in zip(*columns, strict=True))
 
 
 def _is_number(cell: str) -> bool:

@@ -62,10 +62,8 @@ class Comparison:
 def compare(first: Path, second: Path) -> Comparison:
     """Compare two folders of results."""
     one, other = (_folder(folder) for folder in (first, second))
-    names = [
-        {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
-        for folder in (one, other)
-    ]
+    folders = one, other
+    names = [{path.relative_to(at).as_posix() for path in at.rglob("*.csv")} for at in folders]
     stems = {name: name.partition("/")[0].removesuffix(".csv") for name in names[0] | names[1]}
     compared = {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
     found: list[Difference] = []
@@ -74,10 +72,10 @@ def compare(first: Path, second: Path) -> Comparison:
             found += _differences(name, Tables(one).table(name), Tables(other).table(name), keys)
     found.sort(key=lambda one: (not _is_head(one), np.isnan(one.half_widths), -_size(one)))
     alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
-    records = [read_state(folder) for folder in (one, other)]
+    records = [read_state(folder) for folder in folders]
     unrecorded = []
     since = {}
-    for folder, (_, record), own in zip((one, other), records, names, strict=True):
+    for folder, (_, record), own in zip(folders, records, names, strict=True):
         jobs = record["jobs"].values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
         if later := _later(folder, record["jobs"]):

@@ -63,9 +63,8 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
-        return alpha_table(
-            counted_once(fits, copies), medium, level, depths, errors, grid, surface, at_cm, off
-        )
+        how = level, depths, errors, grid, surface, at_cm, off
+        return alpha_table(counted_once(fits, copies), medium, *how)
 
     tables |= {"alpha": cells(fits), "peers": peers}
     found = check_medium(results.campaign, medium, tables, copies)
@@ -79,16 +78,15 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
-    from rftfit.results import Results
-
     results = Results(campaign)
+    stages = (
+        (ingest, ("traces/{}.parquet", "runs/{}.csv")),
+        (tare, ("tared/{}.parquet", "tares/{}.csv")),
+        (slopes, ("fits/{}.csv", "windows/{}.parquet")),
+    )
     found = []
     for medium in results.media:
-        for stage, names in (
-            (ingest, ("traces/{}.parquet", "runs/{}.csv")),
-            (tare, ("tared/{}.parquet", "tares/{}.csv")),
-            (slopes, ("fits/{}.csv", "windows/{}.parquet")),
-        ):
+        for stage, names in stages:
             for name, table in zip(names, stage(results, medium), strict=False):
                 results.hold(name.format(medium), table)
         found.append(checks(results, medium)[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -53,10 +55,10 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
         table = found.table()
     except InputError:
         return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
-    return table.assign(
-        medium=medium, known_media=found.known, chance_if_it_belongs=found.belongs,
-        horizontal=found.horizontal, **mark_columns(results.marks.get(medium, ())),
-    )[MAP_COLUMNS]  # fmt: skip
+    facts: dict[str, Any] = {"known_media": found.known, "chance_if_it_belongs": found.belongs}
+    facts |= {"medium": medium, "horizontal": found.horizontal}
+    marks = mark_columns(results.marks.get(medium, ()))
+    return table.assign(**facts, **marks)[MAP_COLUMNS]
 
 
 def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -69,11 +71,8 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     fits = fit_media(list(tables.values()), results.config)
     parts = [pd.DataFrame(columns=COEFFICIENT_COLUMNS)]
     parts += [coefficient_rows(fit, bic[fit.medium]) for fit in fits]
-    terms = [
-        (medium, term, kept, term in TERMS)
-        for medium, selection in bic.items()
-        for term, kept in selection.items()
-    ]
+    kept = [(name, *one) for name, selection in bic.items() for one in selection.items()]
+    terms = [(name, term, was_kept, term in TERMS) for name, term, was_kept in kept]
     coefficients = results.marked(pd.concat(parts, ignore_index=True))
     return coefficients, pd.DataFrame(terms, columns=TERM_COLUMNS)
 

@@ -57,20 +57,11 @@ def present_state(states: States) -> State:
 
 def commit() -> str:
     """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
-    words = [
-        "git",
-        "-C",
-        str(PACKAGE),
-        "describe",
-        "--always",
-        "--abbrev=12",
-        "--dirty=+",
-        "--exclude=*",
-    ]
+    words = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=12"]
+    words += ["--dirty=+", "--exclude=*"]
     with suppress(OSError, subprocess.SubprocessError):
-        return subprocess.check_output(
-            words, stderr=subprocess.DEVNULL, text=True, timeout=10
-        ).strip()
+        how: Any = {"stderr": subprocess.DEVNULL, "text": True, "timeout": 10}
+        return str(subprocess.check_output(words, **how)).strip()
     return ""
 
 
@@ -90,9 +81,7 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
         "jobs": {name: asdict(record) for name, record in sorted(records.items())},
     }  # fmt: skip
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    names = list(next(iter(state.rows.values()), {}))
-    sheet = pd.DataFrame({name: [row[name] for row in state.rows.values()] for name in names})
-    return text, sums_text(state.logs), sheet
+    return text, sums_text(state.logs), pd.DataFrame([*state.rows.values()])
 
 
 def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
@@ -106,14 +95,10 @@ def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
                 "`rftfit run` writes it again"
             )
         with sheet.open(encoding="utf-8", newline="") as handle:
-            rows = [
-                {name: unguarded(cell) for name, cell in row.items()}
-                for row in csv.DictReader(handle)
-            ]
-        state = State(
-            read_sums(sums), {row["run_id"]: row for row in rows}, data["settings"],
-            data["modules"], data["versions"],
-        )  # fmt: skip
+            table = [*csv.DictReader(handle)]
+        cells_of = [{name: unguarded(cell) for name, cell in row.items()} for row in table]
+        rows, facts = {row["run_id"]: row for row in cells_of}, ("settings", "modules", "versions")
+        state = State(read_sums(sums), rows, *(data[name] for name in facts))
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "
@@ -213,8 +198,7 @@ def _leaves(path: str, was: Any, now: Any) -> list[Change]:
             for key, old, new in _different(was, now, None)
             for change in _leaves(f"{path}.{key}".lstrip("."), old, new)
         ]
-    values = (
-        f"a section of {len(one)}" if isinstance(one, dict) else "none" if one is None else str(one)
-        for one in (was, now)
-    )
-    return [] if was == now else [Change("setting", path, *values)]
+    if was == now:
+        return []
+    values = (f"a section of {len(one)}" if isinstance(one, dict) else one for one in (was, now))
+    return [Change("setting", path, *("none" if one is None else str(one) for one in values))]

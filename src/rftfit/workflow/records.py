@@ -48,12 +48,8 @@ def read_record(path: Path) -> Record | None:
     """Read a record; None where it is not there or damaged."""
     try:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
-        parts = (record.state, record.reads, record.writes)
-        words = [
-            record.rule,
-            record.key,
-            *(w for part in parts for pair in part.items() for w in pair),
-        ]
+        parts = {**record.state, **record.reads, **record.writes}
+        words = [record.rule, record.key, *parts, *parts.values()]
     except (OSError, ValueError, TypeError, AttributeError):
         return None
     return record if all(isinstance(word, str) for word in words) else None
@@ -193,9 +189,7 @@ class Recorded:
         """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
         found = (self.root / FOLDER).rglob("[!.]*")
         names = (path.relative_to(self.root).as_posix() for path in found if path.is_file())
-        return sorted(
-            name for name in names if name not in self.maker and not name.startswith(_KEPT)
-        )
+        return sorted(one for one in names if one not in self.maker and not one.startswith(_KEPT))
 
     def remove_outdated_states(self, findings: Iterable[Finding]) -> None:
         """Remove the state files of jobs that are not as recorded: with new ones Snakemake plans these jobs."""

@@ -17,30 +17,12 @@ from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.profiles import Profile
 from rftfit.results import Results
-from rftfit.robot import PROFILES
+from rftfit.robot import PROFILES, sweep, tracks
 from rftfit.robot.config import Robot, paper_robot, read_robot
 from rftfit.robot.intervals import WIDTH_COLUMNS, widths
 from rftfit.robot.motion import SAMPLES, frames_of, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import measured_speeds, published_speeds, speed_errors
-from rftfit.robot.sweep import (
-    BEST_AT_HZ,
-    CALIBRATED_ON,
-    MOTION,
-    MOTION_NEAR_HZ,
-    conditions_of,
-    mean_speed,
-    run_all,
-    speed_table,
-)
-from rftfit.robot.tracks import (
-    STRIDE_SAMPLES,
-    TrackError,
-    Trial,
-    mean_stride_speed,
-    read_track,
-    read_trials,
-)
 
 # --- The robot: measured speeds from marker tracks, and how those of the sweep compare.
 
@@ -62,13 +44,13 @@ def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
     return section, robot
 
 
-def trials_of(campaign: Campaign) -> list[Trial]:
+def trials_of(campaign: Campaign) -> list[tracks.Trial]:
     """Read the robot's run sheet; none where the config names no sheet."""
     section = campaign.config.robot
     if section is None or section.runs is None:
         return []
     name = f"{campaign.config.raw.rstrip('/')}/{section.runs}"
-    trials, problems = read_trials(
+    trials, problems = tracks.read_trials(
         campaign.raw / section.runs, name, section.medium, set(campaign.by_id)
     )
     if any(problem.severity == "error" for problem in problems):
@@ -91,7 +73,7 @@ def robot_measured(
     """
     campaign = results.campaign
     section, robot = robot_of(campaign)
-    calibrated = list(CALIBRATED_ON.values()) if robot == paper_robot() else []
+    calibrated = list(sweep.CALIBRATED_ON.values()) if robot == paper_robot() else []
     listed = trials_of(campaign)
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
@@ -101,7 +83,9 @@ def robot_measured(
         rows.append(row)
         head = (trial.run_id, trial.curvature_times_R, row[TRIALS.index("frequency_Hz")])
         if not campaign.reenacted:
-            strides += [(*head, at / STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)]
+            strides += [
+                (*head, at / tracks.STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)
+            ]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         book += [
             (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
@@ -122,7 +106,7 @@ def robot_measured(
 
 
 def _measure(
-    trial: Trial, folder: Path, tripods: int
+    trial: tracks.Trial, folder: Path, tripods: int
 ) -> tuple[tuple[object, ...], dict[tuple[str, Remark], int], list[float]]:
     """Row of the table of trials, where the rows of its file went, and its mean stride if in `MOTION`."""
     nan = float("nan")
@@ -130,11 +114,11 @@ def _measure(
     counts: dict[tuple[str, Remark], int] = {}
     rows = 0
     try:
-        track = read_track(folder / trial.track)
+        track = tracks.read_track(folder / trial.track)
         rows = track.rows
         counts = {(DROPPED, why): count for why, count in track.dropped.items()}
-        found = mean_stride_speed(track, trial.frequency_Hz, tripods)
-    except TrackError as error:
+        found = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
+    except tracks.TrackError as error:
         rest = (rows or error.rows) - sum(counts.values())
         counts[DROPPED, error.reason] = rest
         return (
@@ -148,11 +132,7 @@ def _measure(
             f"the rows of {trial.track} do not add up: {sum(counts.values())} counted, {rows} in "
             "the file: this is a fault of the program, please report it"
         )
-    shown = any(
-        abs(trial.curvature_times_R - curvature) < 1e-6
-        and abs(found.frequency_Hz - frequency) < MOTION_NEAR_HZ
-        for curvature, frequency in MOTION
-    )
+    shown = sweep.is_of_motion(trial.curvature_times_R, found.frequency_Hz)
     return (
         *head, found.frequency_Hz, found.frequency_from, found.speed_cm_per_s,
         found.stride_sd_cm_per_s, found.strides, rows, used, "used",
@@ -173,9 +153,9 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
     places = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
     here = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
     whole["calibrated"] = ["yes" if place in places else "no" for place in here]
-    best_at = [BEST_AT_HZ] if robot == paper_robot() else []
+    best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
     best = optima(whole, best_at, results.config.fit.confidence, widths)
-    means = [mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
+    means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
     errors = speed_errors(measured, pd.concat(means, ignore_index=True), widths)
     return results.marked(whole), results.marked(best), results.marked(errors)
 
@@ -211,11 +191,11 @@ def _runs(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFr
     """Runs on one profile, in the order of the conditions; none on one that is the same as another."""
     name = runs.removeprefix("runs_")
     section, robot = robot_of(results.campaign)
-    conditions = conditions_of(results.table("robot/measured.csv"), full=full)
+    conditions = sweep.conditions_of(results.table("robot/measured.csv"), full=full)
     if name not in profiles_of(results):
         conditions = []
-    found = run_all(robot, robot_profile(results, name), conditions, threads)
-    table = speed_table(found)
+    found = sweep.run_all(robot, robot_profile(results, name), conditions, threads)
+    table = sweep.speed_table(found)
     table.insert(0, "profile", name)
     table.insert(1, "medium", section.medium)
     return table
@@ -261,7 +241,7 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
     name = "map" if "map" in profiles_of(results) else "table"
     profile = robot_profile(results, name)
     motion, stances = [], []
-    for curvature, frequency in MOTION:
+    for curvature, frequency in sweep.MOTION:
         run = simulate(robot, profile, frequency, curvature, samples_per_stride=SAMPLES)
         motion.append(tail_of(run, SAMPLES))
         stances.append(stance_of(robot, profile, run, SAMPLES))

@@ -6,6 +6,7 @@ Which files a rule reads and writes stands in ``workflow/rules``.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 ALL = "*"
 """All sections of the configuration."""
@@ -42,9 +43,14 @@ class Stage:
     each: str = ""
 
 
-_MEASURE, _PROFILES, _VALIDATE, _ROBOT = (
-    f"rftfit.workflow.{name}" for name in ("measure", "profiles", "validate", "robot")
-)
+_NAMES = ("measure", "profiles", "validate", "robot")
+_MEASURE, _PROFILES, _VALIDATE, _ROBOT = (f"rftfit.workflow.{name}" for name in _NAMES)
+
+
+def _robot(name: str, *settings: str, **more: Any) -> Stage:
+    sections = (*settings, "media", "robot")
+    return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **more)
+
 
 STAGES = {
     "ingest": Stage(
@@ -81,30 +87,13 @@ STAGES = {
                   "media", "table"),
     ),
     "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
-    "robot_measured": Stage(
-        f"{_ROBOT}:robot_measured", "compare", ("raw", "media", "robot"), robot=True,
-    ),
-    "robot_runs": Stage(
-        f"{_ROBOT}:robot_runs", "compare", ("fit", "fourier", "maps", "media", "robot"),
-        robot=True, each="runs",
-    ),
-    "robot_full_runs": Stage(
-        f"{_ROBOT}:robot_full_runs", "compare", ("fit", "fourier", "maps", "media", "robot"),
-        robot=True, on_demand=True, each="runs",
-    ),
-    "robot_intervals": Stage(
-        f"{_ROBOT}:robot_intervals", "compare", ("fit", "errors", "fourier", "maps", "media", "robot"),
-        robot=True,
-    ),
-    "robot_speeds": Stage(
-        f"{_ROBOT}:robot_speeds", "compare", ("fit", "media", "robot"), robot=True,
-    ),
-    "robot_full_speeds": Stage(
-        f"{_ROBOT}:robot_full_speeds", "compare", ("fit", "media", "robot"), robot=True, on_demand=True,
-    ),
-    "robot_motion": Stage(
-        f"{_ROBOT}:robot_motion", "compare", ("maps", "media", "robot"), robot=True,
-    ),
+    "robot_measured": _robot("robot_measured", "raw"),
+    "robot_runs": _robot("robot_runs", "fit", "fourier", "maps", each="runs"),
+    "robot_full_runs": _robot("robot_full_runs", "fit", "fourier", "maps", each="runs", on_demand=True),
+    "robot_intervals": _robot("robot_intervals", "fit", "errors", "fourier", "maps"),
+    "robot_speeds": _robot("robot_speeds", "fit"),
+    "robot_full_speeds": _robot("robot_full_speeds", "fit", on_demand=True),
+    "robot_motion": _robot("robot_motion", "maps"),
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
