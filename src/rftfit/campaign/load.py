@@ -125,10 +125,8 @@ class Campaign:
     @cached_property
     def robot_medium(self) -> str:
         """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
-        robot = self.config.robot
-        return (
-            robot.medium if robot is not None and robot.medium in self.of_role("laboratory") else ""
-        )
+        medium = self.config.robot.medium if self.config.robot else ""
+        return medium if medium in self.of_role("laboratory") else ""
 
     @cached_property
     def titles(self) -> dict[str, str]:
@@ -323,8 +321,10 @@ def _check_rigid_contact(
     if contact is None:
         return
     paths = [
-        _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
-        for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
+        _need_file(
+            file, ("rigid_contact", key), getattr(contact, key), logs, "raw", "rigid-contact"
+        )
+        for key in ("force_log", "motion_log")
     ]
     here = ("rigid_contact", "motion_log")
     if paths[0] and paths[0] == paths[1]:
@@ -379,10 +379,8 @@ def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
         shapes = {name: item.shape for name, item in config.intruders.items()}
         return Vocabulary(tuple(config.media), shapes, config)
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
-    return Vocabulary(
-        media=tuple(media) if media else None,
-        shapes={name: _shape(item) for name, item in intruders.items()} if intruders else None,
-    )
+    of_each: dict[str, str] = {name: _shape(item) for name, item in intruders.items()}
+    return Vocabulary(tuple(media) or None, of_each or None)
 
 
 def _section(data: Any, key: str) -> dict[str, Any]:

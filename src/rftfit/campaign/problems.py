@@ -125,12 +125,8 @@ def shown(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Write control characters of a text as escapes."""
-    if text.isprintable():
-        return text
-    return "".join(
-        char if char.isprintable() else char.encode("unicode_escape").decode("ascii")
-        for char in text
-    )
+    escapes = {one: one.encode("unicode_escape").decode("ascii") for one in {*text}}
+    return "".join(one if one.isprintable() else escapes[one] for one in text)
 
 
 def choose(what: str, word: str, allowed: Sequence[str], more: str = "") -> str:

@@ -290,10 +290,9 @@ class Rows:
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
     ) -> Rows:
         """Put checked rows into columns."""
-        columns = {
-            "row": np.array([draft.row for draft in drafts], dtype=np.int64),
-            "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
-        }
+        columns: dict[str, npt.NDArray[Any]]
+        columns = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
+        columns["bad"] = np.array([bool(draft.bad) for draft in drafts], dtype=bool)
         for column in schema.columns:
             name = column.name
             if column.form == "number":
@@ -385,9 +384,8 @@ def _read_valid_rows(
     size = cells.num_rows
     if size != block.count(b"\n") + (not block.endswith(b"\n")):
         return None  # a blank line, or a quote that swallowed line ends
-    columns: dict[str, npt.NDArray[Any]] = {
-        "row": np.arange(table.last + 1, table.last + 1 + size), "bad": np.zeros(size, dtype=bool),
-    }  # fmt: skip
+    columns: dict[str, npt.NDArray[Any]] = {"bad": np.zeros(size, dtype=bool)}
+    columns["row"] = np.arange(table.last + 1, table.last + 1 + size)
     one = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
         name, number = column.name, column.form == "number"
@@ -526,13 +524,8 @@ def _read_text(draft: DraftRow, column: Column, cell: str) -> None:
         draft.text[column.name] = cell
 
 
-_READERS = {
-    "name": _read_name,
-    "choice": _read_choice,
-    "path": _read_path,
-    "flag": _read_flag,
-    "text": _read_text,
-}
+_READERS = {"name": _read_name, "choice": _read_choice, "path": _read_path, "flag": _read_flag}
+_READERS["text"] = _read_text
 
 
 # --- the header
@@ -746,10 +739,8 @@ def sheet_rows(data: bytes, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
     with _workbook_errors(schema):
         _check_archive(data, schema)
         for name, rows in _sheets(data, schema):
-            texts = enumerate(
-                ([_text(value) for value in row] for row in islice(rows, schema.most_rows)), start=1
-            )
-            yield name, [(number, row) for number, row in texts if any(row)]
+            texts = ([*map(_text, row)] for row in islice(rows, schema.most_rows))
+            yield name, [(number, row) for number, row in enumerate(texts, start=1) if any(row)]
 
 
 @contextlib.contextmanager

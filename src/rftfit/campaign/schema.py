@@ -42,12 +42,8 @@ _PATTERNS = {
     "^[+-]F[123]$": "one of +F1, -F1, +F2, -F2, +F3, -F3 (in quotes)",
     "^[A-Za-z0-9][A-Za-z0-9._-]*$": "letters A-Z a-z, digits, and . _ -, at most 64",
 }
-_TYPES = {
-    "number": "number",
-    "integer": "whole number",
-    "string": "text",
-    "boolean": "true or false",
-}
+_TYPES = {"number": "number", "integer": "whole number", "string": "text"}
+_TYPES["boolean"] = "true or false"
 
 
 @dataclass(frozen=True)
@@ -87,9 +83,8 @@ def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
     page = model.model_json_schema()
     module = sys.modules[model.__module__]
     for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
-        for part in reversed(
-            [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
-        ):
+        classes = [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
+        for part in reversed(classes):
             for key, text in _texts(part.__module__).get(part.__name__, {}).items():
                 section["properties"][key]["description"] = text
     return page
@@ -146,9 +141,8 @@ def _walk(
         if "items" in target:
             yield from _walk(_follow(target["items"], defs), (*here, NUMBER), defs)
         # a section whose names the user chooses
-        inner = target.get("additionalProperties") or next(
-            iter(target.get("patternProperties", {}).values()), None
-        )
+        patterns = target.get("patternProperties", {}).values()
+        inner = target.get("additionalProperties") or next(iter(patterns), None)
         if isinstance(inner, dict):
             for variant in inner.get("oneOf", [inner]):
                 section = _follow(variant, defs)
@@ -213,21 +207,19 @@ def _allowed(node: dict[str, Any]) -> str:
         count = f"{len(items)} {what}" if "prefixItems" in node else f"one or more {what}"
         return f"{count} in [ ], each {_allowed(items[0])}"
     kind = _type(node)
-    text = {"text": kind, "true or false": kind, "section": "a section with keys of its own"}.get(
-        kind, f"a {kind}"
-    )
-    limits = [
-        f"{words} {node[name]:.12g}"
-        for name, words in (
-            ("exclusiveMinimum", "above"),
-            ("minimum", "at least"),
-            ("exclusiveMaximum", "below"),
-            ("maximum", "at most"),
-        )
-        if name in node
-    ]
+    text = kind if kind in ("text", "true or false") else f"a {kind}"
+    text += " with keys of its own" if kind == "section" else ""
+    limits = [f"{words} {node[name]:.12g}" for name, words in _LIMITS.items() if name in node]
     text = " ".join([text, " and ".join(limits)]).strip()
     return text + (" or nothing" if node.get("nullable") else "")
+
+
+_LIMITS = {
+    "exclusiveMinimum": "above",
+    "minimum": "at least",
+    "exclusiveMaximum": "below",
+    "maximum": "at most",
+}
 
 
 _INTRO = """\
@@ -277,9 +269,7 @@ def reference_markdown() -> str:
     keys = _table(head, [_key_row(key) for key in all_keys()])
     head = ("column", "needed for", "used by", "unit", "allowed", "meaning")
     columns = _table(head, [_column_row(column) for column in COLUMNS])
-    directions = "".join(
-        f"- `{kind}` runs: {', '.join(words)}\n" for kind, words in DIRECTIONS.items()
-    )
+    directions = "".join(f"- `{one}` runs: {', '.join(own)}\n" for one, own in DIRECTIONS.items())
     # the two kinds of logs have the same keys: said once
     first = {key.more: ".".join(key.path) for key in reversed(all_keys()) if key.more}
     more = "".join(f"`{path}`: {more}\n\n" for more, path in reversed(first.items()))

@@ -97,14 +97,9 @@ class Vocabulary:
     @property
     def schema(self) -> Schema:
         """The columns of the sheet, with the words that this configuration knows."""
-        words = {
-            "media": self.media,
-            "intruders": None if self.shapes is None else tuple(self.shapes),
-        }
-        columns = [
-            replace(column, choices=words[column.section]) if column.section else column
-            for column in COLUMNS
-        ]
+        shapes = None if self.shapes is None else tuple(self.shapes)
+        words = {"media": self.media, "intruders": shapes}
+        columns = (replace(one, choices=words.get(one.section, one.choices)) for one in COLUMNS)
         return replace(SCHEMA, columns=tuple(columns))
 
 
@@ -309,12 +304,10 @@ def _are_different_strokes(one: DraftRow, other: DraftRow, tolerance_deg: float)
     first, second = one.number.get("stroke"), other.number.get("stroke")
     if first is None or second is None or first != second:
         return None not in (first, second)
-    ways = [
-        _motion_gamma_deg(row.text["direction"], row.number.get("gamma_deg", 0))
-        for row in (one, other)
-    ]
+    facts = ((row.text["direction"], row.number.get("gamma_deg", 0)) for row in (one, other))
+    way, back = (_motion_gamma_deg(*fact) for fact in facts)
     # within the arm's tolerance both would be found along either way
-    return abs((ways[0] - ways[1] + 180) % 360 - 180) > 2 * tolerance_deg
+    return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
@@ -323,10 +316,9 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         by_id.setdefault(draft.text["run_id"], draft)
     by_id.pop("", None)
     missing_tare = vocabulary.config.fit.missing_tare if vocabulary.config else "refuse"
-    ids_of = {
-        kind: tuple(sorted(name for name, one in by_id.items() if one.text["kind"] == kind))
-        for kind in _TARE
-    }
+    ids_of: defaultdict[str, list[str]] = defaultdict(list)
+    for name in sorted(by_id):
+        ids_of[by_id[name].text["kind"]].append(name)
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
     untared: list[tuple[DraftRow, str]] = []
     searches = 0

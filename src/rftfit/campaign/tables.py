@@ -152,10 +152,8 @@ def read_pushes(
     pushes = checked.runs(known, within)
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
-        pushes = [
-            replace(one, run=replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}"))
-            for one in pushes
-        ]
+        own = (replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}") for one in pushes)
+        pushes = [replace(one, run=run) for one, run in zip(pushes, own, strict=True)]
     problems.sort(key=lambda one: one.place.row or 0)
     units = _units(table)
     read_as = [f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units]
@@ -194,11 +192,8 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
 
 def _named(schema: Schema, table: Table) -> Schema:
     """The schema with the names that the file has."""
-    given: dict[str, str] = {str(ours): theirs for ours, theirs in table.columns.items()}
-    columns = [
-        replace(column, also=(*column.also, given[column.name])) if column.name in given else column
-        for column in schema.columns
-    ]
+    given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
+    columns = [replace(one, also=(*one.also, *given.get(one.name, ()))) for one in schema.columns]
     return replace(schema, columns=tuple(columns))
 
 
@@ -400,10 +395,8 @@ def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
     A pause there is left to the sense that is not that of gamma.
     """
     least = _TURN * float(depth.max() - depth.min())
-    grown, shrunk = (
-        int(np.argmax(sense * depth - np.minimum.accumulate(sense * depth) > least))
-        for sense in (1, -1)
-    )
+    ways = (depth, -depth)
+    grown, shrunk = (int(np.argmax(way - np.minimum.accumulate(way) > least)) for way in ways)
     begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
     turns = [0]
     while len(turns) <= _MOST_TURNS:

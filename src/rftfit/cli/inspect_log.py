@@ -97,21 +97,14 @@ def _as_text(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
     reader, text, options, others = found
     kind = " and ".join(kinds(whole)) or "unknown kind of"
     names = dict.fromkeys(column.name for part in surveys for column in part.columns)
-    known = [
-        f"dialect: {reader.name}, {reader.describe()}",
-        f"  recognised by {reader.evidence}; columns are {', '.join(names)}",
-    ]
+    head = f"{reader.name}, {reader.describe()}"
+    how = f"recognised by {reader.evidence}; columns are {', '.join(names)}"
     if text is not None:
+        head = "none recognises it; read as delimited text"
         shape = ", ".join(f"{key} {value!r}" for key, value in text.items())
-        known = [
-            "dialect: none recognises it; read as delimited text",
-            f"  it looks like {encoding_of(head_of(path))}: {shape}",
-        ]
-    lines = [
-        f"{path}: {kind} log, {megabytes(path.stat().st_size)}",
-        *known,
-        *(f"  {line}" for line in others),
-    ]
+        how = f"it looks like {encoding_of(head_of(path))}: {shape}"
+    lines = [f"{path}: {kind} log, {megabytes(path.stat().st_size)}", f"dialect: {head}"]
+    lines += [f"  {line}" for line in (how, *others)]
     if refused is not None:
         why = str(refused).removeprefix(f"{path}: ")
         lines += ["", f"refused as one log: {why}", "", "by clock:"]
@@ -133,9 +126,8 @@ def _as_json(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
     from rftfit.logs.inspect import config_block, kinds, lacking, together
 
     whole = together(surveys)
-    of_survey = (
-        "rows", "used", "dropped", "missing", "notes", "time_unit", "not_finite", "unread"
-    )  # fmt: skip
+    of_survey: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
+    of_survey += ("time_unit", "not_finite", "unread")
     of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     clocks = [
         {
@@ -145,25 +137,24 @@ def _as_json(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
         }
         for part in surveys
     ]
-    return json_text(
-        {
-            "file": whole.path,
-            "dialect": found.reader.name,
-            "kinds": kinds(whole),
-            "refused": refused and str(refused),
-            "clocks": clocks,
-            "needed": lacking(whole),
-            "config": config_block(whole, found.reader.name, found.text, found.options),
-        }
-    )
+    facts = {
+        "file": whole.path,
+        "dialect": found.reader.name,
+        "kinds": kinds(whole),
+        "refused": refused and str(refused),
+        "clocks": clocks,
+        "needed": lacking(whole),
+        "config": config_block(whole, found.reader.name, found.text, found.options),
+    }
+    return json_text(facts)
 
 
 def _survey_lines(found: Survey) -> list[str]:
     header = ["column", "quantity", "unit", "lowest", "highest", "resolution"]
-    rows = [
-        [c.name, c.quantity, c.unit or "-", *map(_short, (c.lowest, c.highest, c.resolution))]
-        for c in found.columns
-    ]
+    rows = []
+    for c in found.columns:
+        ends = map(_short, (c.lowest, c.highest, c.resolution))
+        rows.append([c.name, c.quantity, c.unit or "-", *ends])
     rows += [[name, "not read", "-", "-", "-", "-"] for name in found.unread]
     whole = found.rows + sum(found.missing.values())
     return [

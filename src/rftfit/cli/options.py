@@ -85,10 +85,9 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             parameters.append(given.replace(kind=given.KEYWORD_ONLY, annotation=hints[name]))
             continue
         own = get_type_hints(groups[name], include_extras=True)
-        parameters += [
-            inspect.Parameter(one.name, given.KEYWORD_ONLY, default=one.default, annotation=own[one.name])
-            for one in fields(groups[name])
-        ]  # fmt: skip
+        for one in fields(groups[name]):
+            facts = {"default": one.default, "annotation": own[one.name]}
+            parameters.append(inspect.Parameter(one.name, given.KEYWORD_ONLY, **facts))
 
     @wraps(command)
     def run(**words: Any) -> None:
@@ -169,11 +168,8 @@ class Medium:
         """Refuse words that do not go together; `se`: error of the test."""
         from rftfit.model.profiles import KINDS
 
-        given = {
-            "--medium": self.medium,
-            "--alpha": self.alpha,
-            "--profile-file": self.profile_file,
-        }
+        given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
+        given["--profile-file"] = self.profile_file
         named = [option for option, value in given.items() if value is not None]
         if len(named) != 1:
             raise InputError(
@@ -196,11 +192,8 @@ class Medium:
                 "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
                 "have those of Table S2"
             )
-        if (
-            self.method is not None
-            and self.alpha is None
-            and self.profile not in ("fourier", "generic")
-        ):
+        fitted = self.alpha is not None or self.profile in ("fourier", "generic")
+        if self.method is not None and not fitted:
             raise InputError(
                 "--method chooses among nine-term fits, so it needs --profile fourier or generic"
             )

@@ -97,14 +97,12 @@ def predict(
     unknown = int(forces[list(quantities)].isna().any(axis=1).sum())
     reason = next((text for text in forces["reason"] if text), "")
     results = known.results
-    elements = f"{len(shape.body)} elements" if mesh is None else f"{len(shape.faces)} triangles"
-    names = {
-        "outline"
-        if mesh is None
-        else "mesh": f"{shape.name}, {shape.area_cm2:.4g} cm^2, {elements}",
-        "motion": motion.name,
-        "profile": source.name + (f", {results.as_posix()}" if results and known.medium else ""),
-    }
+    if mesh is None:
+        what, elements = "outline", f"{len(shape.body)} elements"
+    else:
+        what, elements = "mesh", f"{len(shape.faces)} triangles"
+    names = {what: f"{shape.name}, {shape.area_cm2:.4g} cm^2, {elements}", "motion": motion.name}
+    names["profile"] = source.name + (f", {results.as_posix()}" if results and known.medium else "")
     level = f"{100 * confidence:g} % interval" if source.spread is not None else ""
     notes = [*names.values(), level and f"_lo and _hi: {level}, row by row",
              reason and f"empty cells: {_shortened(reason)}"]  # fmt: skip
@@ -203,16 +201,9 @@ def _peaks_as_text(peaks: list[Peak], key: str, level: str) -> str:
     header = ["", "value", *(["lo", "hi"] if level else []), "unit", key]
     rows = []
     for peak in peaks:
-        numbers = [peak.value, *([peak.lo, peak.hi] if level else [])]
+        numbers = [f"{one:.4g}" for one in (peak.value, *([peak.lo, peak.hi] if level else []))]
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
-        rows.append(
-            [
-                (_IN_WORDS | _IN_SPACE)[peak.name],
-                *(f"{number:.4g}" for number in numbers),
-                unit,
-                f"{peak.at:g}",
-            ]
-        )
+        rows.append([(_IN_WORDS | _IN_SPACE)[peak.name], *numbers, unit, f"{peak.at:g}"])
     if not rows:
         return "  no force"
     said = f"lo, hi: {level}, pose by pose." if level else "No intervals: the errors of this profile are not known."  # fmt: skip
@@ -224,10 +215,8 @@ def _peaks_as_json(
 ) -> dict[str, dict[str, float] | None]:
     """Peaks by name; what is not there is None."""
     found: dict[str, dict[str, float] | None] = dict.fromkeys(names)
-    for peak in peaks:
-        found[peak.name] = {
-            peak.quantity: peak.value, "lo": peak.lo, "hi": peak.hi, key: peak.at
-        }  # fmt: skip
+    for one in peaks:
+        found[one.name] = {one.quantity: one.value, "lo": one.lo, "hi": one.hi, key: one.at}
     return found
 
 
@@ -244,14 +233,9 @@ def _warn_of(forces: pd.DataFrame, quantities: tuple[str, ...], unknown: int) ->
 
     if not unknown and (forces[list(quantities)] == 0).all(axis=None):
         warn("warning: no force in any pose: the body stays above the surface, or does not move")
-    lost = [
-        forces[end].isna() & forces[name].notna()
-        for name in quantities
-        for end in end_names(name)
-        if end in forces
-    ]
-    poses = sum(any(row) for row in zip(*lost, strict=True))
-    if poses:
+    ends = [(name, end) for name in quantities for end in end_names(name) if end in forces]
+    lost = [forces[end].isna() & forces[name].notna() for name, end in ends]
+    if poses := sum(map(any, zip(*lost, strict=True))):
         warn(
             f"warning: no interval in {poses} of {len(forces)} poses: no error of alpha is known there"
         )

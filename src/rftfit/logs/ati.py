@@ -91,10 +91,8 @@ class AtiNetftReader(TextReader):
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             return {"time": packets.follow(columns[SEQUENCE], index) / rate, **columns}
 
-        units = {
-            "F": unit_word(settings.get("force units", "")),
-            "T": unit_word(settings.get("torque units", "")),
-        }
+        stated = {"F": "force units", "T": "torque units"}
+        units = {kind: unit_word(settings.get(key, "")) for kind, key in stated.items()}
         source = "the config" if self.rate else "the preamble"
         return Plan(
             Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),

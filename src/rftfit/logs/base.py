@@ -133,9 +133,7 @@ class Reader:
 
     def check_asked(self, path: Path, unread: Mapping[str, str]) -> None:
         """Refuse a file where a column that is asked for could not be read."""
-        asked = (self.asked or frozenset()).difference(
-            name for name in QUANTITIES if name != "time"
-        )
+        asked = (self.asked or frozenset()).difference({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
             raise LogError("columns", f"{path}: found no numbers in the column {'; '.join(lost)}")
 
@@ -423,14 +421,11 @@ def common_clock(
     rows: int = 0,
 ) -> ChannelClock:
     """Return the clock that all channels share, or refuse the log; `others` are looked at elsewhere."""
-    groups: list[list[str]] = []
+    by_first: dict[str, list[str]] = {}
     for name, clock in clocks.items():
-        same = (group for group in groups if clocks[group[0]].same(clock, samples))
-        group = next(same, None)
-        if group is None:
-            groups.append([name])
-        else:
-            group.append(name)
+        same = (first for first in by_first if clocks[first].same(clock, samples))
+        by_first.setdefault(next(same, name), []).append(name)
+    groups = list(by_first.values())
     if len(groups) == 1:
         return clocks[groups[0][0]]
     zero = min((c.start for c in clocks.values() if not math.isnan(c.start)), default=0.0)

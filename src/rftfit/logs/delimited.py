@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -68,10 +69,8 @@ class DelimitedReader(TextReader):
         start = skipped[-1].stop if skipped else 0
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
-        for wanted, what in (
-            (text.names, where),
-            (text.units, "units below the row of names (units: true)"),
-        ):
+        below_names = "units below the row of names (units: true)"
+        for wanted, what in ((text.names, where), (text.units, below_names)):
             if wanted and not (lines and lines[0].whole):
                 raise ValueError(f"no row of {what}")
             start = lines[0].stop if wanted else start
@@ -90,23 +89,18 @@ class DelimitedReader(TextReader):
             notes += [found.replace("time", name, 1)] if found else []
             if found in PERIOD_S:
                 clocks[name] = RestartingClock(PERIOD_S[found])
-        units = [
-            "s" if kind == "stamp" else unit for kind, unit in zip(seen.kinds, units, strict=True)
-        ]
+        stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             for name in clocks.keys() & columns:
                 columns[name] = clocks[name].follow(columns[name])
             return {**columns, "time": index / rate} if rate else columns
 
-        layout = Layout(
-            names, seen.kinds, delimiter, text.decimal, quote=delimiter != " ", comment=text.comment,
-            dates=seen.dates,
-        )  # fmt: skip
+        layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
+        layout = replace(layout, dates=seen.dates)
         if rate:
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
-        stated = dict(zip(names, units, strict=True))
         return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 
 

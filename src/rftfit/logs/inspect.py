@@ -170,16 +170,11 @@ def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | No
 
 def together(surveys: Sequence[Survey]) -> Survey:
     """Return what the parts of a file with several clocks hold together."""
-    first, *others = surveys
-    for other in others:
-        first = replace(
-            first,
-            units=other.units | first.units,
-            quantities=other.quantities | first.quantities,
-            used=min(first.used, other.used),
-            moving=max(first.moving, other.moving),
-        )
-    return first
+    units, quantities = dict[str, str](), dict[str, str]()
+    for one in reversed(surveys):  # what stands first counts
+        units, quantities = units | one.units, quantities | one.quantities
+    used, moving = min(one.used for one in surveys), max(one.moving for one in surveys)
+    return replace(surveys[0], units=units, quantities=quantities, used=used, moving=moving)
 
 
 def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
@@ -270,11 +265,10 @@ def _instead(name: str) -> str:
         return "without it beta is taken from the run sheet"
     if name == "x":
         return "without it only vertical paths can be used"
-    if name.startswith("F"):
-        return (
-            "a channel that nobody measured: {constant: 0, unit: N}, and its direction counts for 0"
-        )
-    return "name its column"
+    nobody = (
+        "a channel that nobody measured: {constant: 0, unit: N}, and its direction counts for 0"
+    )
+    return nobody if name.startswith("F") else "name its column"
 
 
 def config_block(
@@ -330,16 +324,13 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
         usual = epoch_unit(lowest) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
-    if not stated:
-        return [
-            f"    {quantity}: {{column: {name}, unit: {usual}{down}}} # the file states no unit: check"
-        ]
-    if down:
-        return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}} # z points up: check"]
-    if quantity in ("time", "arm_moving") or unit == usual:
+    if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
     # a unit other than the chain's usual one has to be declared
-    return [f"    {quantity}: {{column: {name}, unit: {unit}}}"]
+    why = "" if stated and not down else " # the file states no unit: check"
+    why = " # z points up: check" if stated and down else why
+    unit = unit if stated else usual
+    return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}}{why}"]
 
 
 def scalar(value: object) -> str:
@@ -409,9 +400,8 @@ def recognised(
             reader = dialect(str(name))
             return Recognised(reader.with_options(given) if given else reader, None, given, others)
         described_by = {**text, **given}
-        return Recognised(
-            DelimitedReader(TextFormat.model_validate(described_by)), described_by, {}, others
-        )
+        found_by = DelimitedReader(TextFormat.model_validate(described_by))
+        return Recognised(found_by, described_by, {}, others)
     except ValueError as error:
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
 

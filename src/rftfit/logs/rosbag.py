@@ -220,10 +220,9 @@ def _log(path: Path, topic: Topic) -> Log:
                 continue
             fits = layout.fits(raw)
             for name, values in layout.columns(raw[fits]).items():
-                none = (
-                    np.full(count, np.nan) if values.dtype == float else np.zeros(count, np.int64)
-                )
-                columns.setdefault(name, none)[places[fits]] = values
+                none = np.nan if values.dtype == float else 0
+                column = columns.setdefault(name, np.full(count, none, values.dtype))
+                column[places[fits]] = values
             good[places[fits]] = True
             places, raw = places[~fits], raw[~fits]
     received = np.array([time for time, _ in topic.recorded], dtype=np.int64)
@@ -391,15 +390,11 @@ class MessageLayout:
     def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
         """Cut messages, the rows of `raw`, into numbers (float64) and stamps (int64, ns)."""
         word = f"{self._order}u4"
-        numbers = {
-            name: _cut(raw, place, kind).astype(float)
-            for name, (place, kind) in self.numbers.items()
-        }
-        stamps = {
-            name: _cut(raw, place, word).astype(np.int64) * 10**9 + _cut(raw, place + 4, word)
-            for name, place in self.stamps.items()
-        }
-        return numbers | stamps
+        found = {name: _cut(raw, *at).astype(float) for name, at in self.numbers.items()}
+        for name, place in self.stamps.items():
+            seconds, rest = (_cut(raw, at, word).astype(np.int64) for at in (place, place + 4))
+            found[name] = seconds * 10**9 + rest
+        return found
 
     def _walk(self, place: int, kind: str, path: str | None) -> int:
         """Note the fields of a message and return the place behind it; no path: note nothing."""

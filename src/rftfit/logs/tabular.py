@@ -77,10 +77,8 @@ class XlsxReader(Reader):
         with path.open("rb") as file:
             with zipfile.ZipFile(file) as archive:
                 parts = archive.infolist()
-            check_unpacked(
-                path,
-                sum(p.file_size * (_TREE if p.filename.endswith(_TREES) else 1) for p in parts),
-            )
+            times = {part: _TREE if part.filename.endswith(_TREES) else 1 for part in parts}
+            check_unpacked(path, sum(part.file_size * times[part] for part in parts))
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
             # closed by hand: rows that nobody asks for keep the file open
             with closing(book):
@@ -91,9 +89,8 @@ class XlsxReader(Reader):
                     # the library makes up all rows above a stray one
                     if next(rows, None) is not None:
                         text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
-                        raise LogError(
-                            "too_large", f"{path}: found {text}: save the workbook anew", MOST_ROWS
-                        )
+                        text = f"{path}: found {text}: save the workbook anew"
+                        raise LogError("too_large", text, MOST_ROWS)
 
     def _logs(self, path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
         head = list(islice(rows, _HEADER_ROWS))
@@ -168,9 +165,8 @@ def _has_table(sheet: Any) -> bool:
 
 def _places(row: Sequence[Any]) -> set[int]:
     """Columns in which a row has a number or a time."""
-    return {
-        place for place, cell in enumerate(row) if cell is not None and _number(cell) is not None
-    }
+    filled = {place: cell for place, cell in enumerate(row) if cell is not None}
+    return {place for place, cell in filled.items() if _number(cell) is not None}
 
 
 def _begin(head: Sequence[Sequence[Any]]) -> int:

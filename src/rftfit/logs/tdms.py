@@ -86,11 +86,8 @@ def _silent() -> Iterator[None]:
 
 def _group(path: Path, content: Any, wanted: str) -> list[Any]:
     """Return the channels of numbers of the wanted group, or of the only one."""
-    groups = {
-        group.name: [channel for channel in group.channels() if _is_number(channel)]
-        for group in content.groups()
-    }
-    groups = {name: channels for name, channels in groups.items() if channels}
+    found = {group.name: [*filter(_is_number, group.channels())] for group in content.groups()}
+    groups = {name: channels for name, channels in found.items() if channels}
     if wanted and wanted not in groups:
         raise base.LogError(
             "group", f"{path}: no group {wanted!r}; the file has: {', '.join(groups)}"
@@ -149,9 +146,8 @@ def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatA
     clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:
-        clock = base.common_clock(
-            path, stated, size, others=[n for n in clocks if n not in stated], rows=rows
-        )
+        others = [name for name in clocks if name not in stated]
+        clock = base.common_clock(path, stated, size, others=others, rows=rows)
     for channel in filter(_is_time, channels):
         values = np.asarray(channel[:size])
         note = f"time is the channel {channel.name!r}"

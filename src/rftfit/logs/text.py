@@ -322,12 +322,10 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
     group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
     delimiter = layout.delimiter.encode()
     if group in body and point in body:
-        body = _grouped(re.escape(group), point, delimiter, b"").sub(
-            lambda number: number[0].replace(group, b""), body
-        )
-    return _grouped(_SPACE, point, delimiter, b"?").sub(
-        lambda number: re.sub(_SPACE, b"", number[0]), body
-    )
+        marked = _grouped(re.escape(group), point, delimiter, b"")
+        body = marked.sub(lambda number: number[0].replace(group, b""), body)
+    spaced = _grouped(_SPACE, point, delimiter, b"?")
+    return spaced.sub(lambda number: re.sub(_SPACE, b"", number[0]), body)
 
 
 _SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
@@ -353,9 +351,8 @@ def _together(parts: list[Rows]) -> Rows:
         return parts[0]
     starts = np.cumsum([0, *(part.rows for part in parts)])
     index = [part.index + start for part, start in zip(parts, starts[:-1], strict=True)]
-    columns = {
-        name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
-    }
+    names = parts[0].columns
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in names}
     dropped = base.add_counts(*(part.dropped for part in parts))
     return Rows(columns, np.concatenate(index), int(starts[-1]), dropped)
 
@@ -642,10 +639,8 @@ class TextReader(base.Reader, ABC):
 
 def narrowed(layout: Layout, wanted: set[str]) -> Layout:
     """Skip all other columns, if any of these hold something that can be read."""
-    kinds = tuple(
-        kind if name in wanted else "skip"
-        for name, kind in zip(layout.names, layout.kinds, strict=True)
-    )
+    own = zip(layout.names, layout.kinds, strict=True)
+    kinds = tuple(kind if name in wanted else "skip" for name, kind in own)
     narrow = replace(layout, kinds=kinds)
     return narrow if narrow.wanted else layout
 

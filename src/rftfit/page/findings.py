@@ -73,15 +73,12 @@ def _measured(results: Results) -> Iterable[Finding]:
 def _legs(results: Results) -> Iterable[Finding]:
     """How far measured alpha, or where too few directions were measured the map, can be trusted on legs."""
     profile, lift = _lifts_of_legs(results)
-    worst = {
-        leg: _worst(part)["peak_error_percent"] for leg, part in lift.groupby("leg", sort=False)
-    }
     legs: dict[bool, list[str]] = {True: [], False: []}
-    for leg, off in worst.items():
-        legs[abs(off) <= WITHIN_PERCENT].append(
-            f"{labels.name_of(str(leg))} (worst {labels.percent(off)})"
-        )
-    if worst:
+    for leg, part in lift.groupby("leg", sort=False):
+        off = _worst(part)["peak_error_percent"]
+        name = f"{labels.name_of(str(leg))} (worst {labels.percent(off)})"
+        legs[abs(off) <= WITHIN_PERCENT].append(name)
+    if len(lift):
         told = [
             f"{'' if near else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
             for near, names in legs.items()
@@ -157,13 +154,11 @@ def _pushes(results: Results) -> Iterable[Finding]:
 def _sands(results: Results) -> Iterable[Finding]:
     """How far one push straight down goes in natural sands."""
     media = labels.usable(results, results.sands)
-    for profile, start in (
-        ("map", f"Predicted by the map from {labels.pushes_of_sands(results)}"),
-        (
-            "generic",
-            "Predicted by the paper's routine, generic alpha scaled to the push straight down",
-        ),
-    ):
+    starts = {
+        "map": f"Predicted by the map from {labels.pushes_of_sands(results)}",
+        "generic": "Predicted by the paper's routine, generic alpha scaled to the push straight down",
+    }
+    for profile, start in starts.items():
         told = []
         lift = _lifts(results, media, profile)
         for leg, part in lift.groupby("leg", sort=False):
@@ -184,9 +179,8 @@ def _simulated(results: Results) -> Iterable[Finding]:
     slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
     if len(slow) and errors["measured_cm_per_s"].isna().all():
         profile = next(one for one in labels.PROFILES if one in set(slow["profile"]))
-        row = max(
-            records(slow[slow["profile"] == profile]), key=lambda row: float(row["speed_cm_per_s"])
-        )
+        own = records(slow[slow["profile"] == profile])
+        row = max(own, key=lambda row: float(row["speed_cm_per_s"]))
         yield Finding(
             f"Simulated with the {labels.name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
             f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
@@ -215,12 +209,10 @@ def _fitted(results: Results) -> Iterable[Finding]:
     """What nine terms miss of the measured table."""
     rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
-    missed = [
-        100
-        * row["misfit_rms_N_per_cm3"]
-        / results[row["medium"]].alpha["alpha_z_N_per_cm3"].abs().max()
-        for row in records(rows[rows["medium"].isin(labels.usable(results, results.laboratory))])
-    ]
+    missed = []
+    for row in records(rows[rows["medium"].isin(labels.usable(results, results.laboratory))]):
+        largest = results[row["medium"]].alpha["alpha_z_N_per_cm3"].abs().max()
+        missed.append(100 * row["misfit_rms_N_per_cm3"] / largest)
     if missed:
         ends = dict.fromkeys(number(end, 0) for end in (min(missed), max(missed)))
         yield Finding(

@@ -84,13 +84,9 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
             f"{used} {slope} {_spread(results)}"
         )
-    tare = _tare(
-        results,
-        "plate",
-        fits,
-        "The force on rod and mount alone, recorded without a plate, was subtracted",
-        "No force on rod and mount alone was recorded, so none was subtracted",
-    )
+    subtracted = "The force on rod and mount alone, recorded without a plate, was subtracted"
+    nothing = "No force on rod and mount alone was recorded, so none was subtracted"
+    tare = _tare(results, "plate", fits, subtracted, nothing)
     box, arm = config.container, config.arm
     stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
     how = (
@@ -115,16 +111,12 @@ def _plates(results: Results) -> str:
     used = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
     for name, item in results.config.intruders.items():
-        if name not in used:
-            continue
+        size = name
         if isinstance(item, Plate):
-            sizes.append(
-                f"{item.length_cm:g} x {item.width_cm:g} cm^2, {item.thickness_cm:g} cm thick"
-            )
+            size = f"{item.length_cm:g} x {item.width_cm:g} cm^2, {item.thickness_cm:g} cm thick"
         elif isinstance(item, Disc):
-            sizes.append(f"a disc of {item.diameter_cm:g} cm, {item.thickness_cm:g} cm thick")
-        else:
-            sizes.append(name)
+            size = f"a disc of {item.diameter_cm:g} cm, {item.thickness_cm:g} cm thick"
+        sizes += [size] if name in used else []
     return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
 
 
@@ -145,10 +137,10 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
             clear = f"further than {fit.wall_clearance_cm:g} cm from walls"
             own.append(f"and {clear}" if most else f"and {clear} and bottom")
             parts.append(" ".join(own))
+    fitted = set(fits["medium"]) if len(fits) else ()
+    ends = {name: one for name, one in config.media.items() if one.linear_to_cm is not None}
     sands = {
-        f"{one.title} down to {one.linear_to_cm:g} cm"
-        for name, one in config.media.items()
-        if one.linear_to_cm is not None and len(fits) and (fits["medium"] == name).any()
+        f"{ends[one].title} down to {ends[one].linear_to_cm:g} cm" for one in {*ends} & {*fitted}
     }
     if sands:
         parts.append(f"of a push into {', '.join(sorted(sands))}")
@@ -353,13 +345,9 @@ def _trial(results: Results) -> str:
     which = f"model legs ({'; '.join(f'{listed(own)}: {size}' for size, own in sizes.items())})"
     told = []
     if len(measured):
-        tare = _tare(
-            results,
-            "leg",
-            measured,
-            "The force in air at the same angle was subtracted",
-            "No force in air was recorded, so none was subtracted",
-        )
+        done = "The force in air at the same angle was subtracted"
+        nothing = "No force in air was recorded, so none was subtracted"
+        tare = _tare(results, "leg", measured, done, nothing)
         told.append(
             f"Forces on {which}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_came(results)} in "
             f"{_media(results, measured['medium'])}. {tare}"
