@@ -317,8 +317,8 @@ def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     known = _known(results, medium)
+    none = results.config.fit.missing_tare == "none"
     if known.empty:
-        none = results.config.fit.missing_tare == "none"
         nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
         why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
         return style.missing(f"{results.titles[medium]}: no plate run has a tare to draw", why)

@@ -50,9 +50,8 @@ def trials_of(campaign: Campaign) -> list[tracks.Trial]:
     if section is None or section.runs is None:
         return []
     name = f"{campaign.config.raw.rstrip('/')}/{section.runs}"
-    trials, problems = tracks.read_trials(
-        campaign.raw / section.runs, name, section.medium, set(campaign.by_id)
-    )
+    sheet = campaign.raw / section.runs
+    trials, problems = tracks.read_trials(sheet, name, section.medium, set(campaign.by_id))
     if any(problem.severity == "error" for problem in problems):
         raise CampaignError(problems)
     return trials
@@ -62,9 +61,7 @@ MEAN_STRIDE = ["run_id", "curvature_times_R", "frequency_Hz", "stride", "velocit
 """Columns of the table of mean strides."""
 
 
-def robot_measured(
-    results: Results,
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
 
     Returns a row for each track, for each condition, for each moment of the mean strides of the

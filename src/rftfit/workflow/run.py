@@ -231,11 +231,8 @@ def changes(findings: Sequence[Finding]) -> list[str]:
     for finding in findings:
         if finding.sort == "changed":
             reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
-    lines += [
-        f"{what} changed since the results were made: {listed(of, _MOST)}"
-        for what, of in reasons.items()
-    ]
-    return lines
+    since = "changed since the results were made"
+    return lines + [f"{what} {since}: {listed(of, _MOST)}" for what, of in reasons.items()]
 
 
 def _refuse_packages(root: Path) -> None:
@@ -262,9 +259,7 @@ def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
 def find_profile(name: str, snakefile: Path) -> Path:
     """Find the folder of a profile by its name beside the Snakefile, or by its path."""
     own = snakefile.resolve().parent / "profiles"
-    known = sorted(
-        p.parent.name for p in own.glob(f"*/{_FILE}") if p.parent.name not in _NOT_CLUSTERS
-    )
+    known = sorted({path.parent.name for path in own.glob(f"*/{_FILE}")} - {*_NOT_CLUSTERS})
     if name in known:
         return own / name
     folder = Path(name).resolve()

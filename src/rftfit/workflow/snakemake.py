@@ -101,12 +101,8 @@ class Progress:
                 self.done, self.total = int(event["done"]), int(event["total"])
             case "job_info":
                 self.began[number] = time.monotonic()
-                self.jobs[number] = Job(
-                    event["rule_name"],
-                    event.get("log", []),
-                    event.get("wildcards", {}),
-                    event.get("reason", ""),
-                )
+                facts = {name: event[name] for name in ("wildcards", "reason") if name in event}
+                self.jobs[number] = Job(event["rule_name"], event.get("log", []), **facts)
             case "job_finished":
                 self.done += 1
                 if finished := self.jobs.get(number):
@@ -118,9 +114,8 @@ class Progress:
                 self.skipped.append(self.jobs.pop(str(event["skipped"])))
                 self.began.pop(str(event["skipped"]))
             case "job_error":
-                job = self.jobs.get(
-                    number, Job(event.get("rule_name", "job"), event.get("log", []))
-                )
+                unknown = Job(event.get("rule_name", "job"), event.get("log", []))
+                job = self.jobs.get(number, unknown)
                 slurm = _SLURM.search(str(event.get("rule_msg")))
                 job.grouped = bool(event.get("indent"))
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
@@ -310,14 +305,11 @@ def working_in(root: Path) -> list[int]:
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
         is_snakemake = any(Path(word).name.startswith("snakemake") for word in words[:5])
-        places = [process.info["cwd"], _after(words, "--directory"), _after(words, "-d")]
+        places = [process.info["cwd"]]
+        places += [place for option, place in pairwise(words) if option in ("--directory", "-d")]
         if is_snakemake and any(place and Path(place) == root for place in places):
             found.append(int(process.info["pid"]))
     return sorted(found)
-
-
-def _after(words: Sequence[str], option: str) -> str | None:
-    return next((b for a, b in pairwise(words) if a == option), None)
 
 
 def _environment(**more: str) -> dict[str, str]:
@@ -364,10 +356,8 @@ def _stop(child: subprocess.Popen[bytes]) -> None:
     """End Snakemake and its jobs: politely, so that it clears its lock, then less so."""
     # what a script starts in the background ignores Ctrl-C, and its children do
     ignores_interrupt = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    steps = (
-        ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:] if os.name == "posix" else ("SIGTERM",)
-    )
-    for name in steps:
+    polite_first = ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:]
+    for name in polite_first if os.name == "posix" else ("SIGTERM",):
         if child.poll() is not None:
             return
         with contextlib.suppress(OSError, KeyboardInterrupt):

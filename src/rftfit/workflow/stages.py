@@ -83,8 +83,8 @@ STAGES = {
     ),
     "natural_sands": Stage(
         f"{_VALIDATE}:natural_sands", "compare", rows=True,
-        settings=("force_log", "transducer", "surface", "fit", "errors", "fourier", "intruders",
-                  "media", "table"),
+        settings=("force_log", "transducer", "surface", "container", "fit", "errors", "fourier",
+                  "intruders", "media", "table"),
     ),
     "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
     "robot_measured": _robot("robot_measured", "raw"),

@@ -61,9 +61,7 @@ class States:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
-        self._rows: Callable[[str], str] = cache(
-            lambda name: digest_of(name, rows_of(campaign, name))
-        )
+        self._rows = cache(lambda name: digest_of(name, rows_of(campaign, name)))
         self._logs: dict[str, str] = {}
 
     @cached_property
@@ -85,22 +83,20 @@ class States:
         if rule in FIGURE_RULES:
             one, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
             logs = OWN if one.logs else ""
-            return Stage(
-                one.run, "figures", one.settings, logs=logs, on_demand=one.on_demand
-            ), medium
+            stage = Stage(one.run, "figures", one.settings, logs=logs, on_demand=one.on_demand)
+            return stage, medium
         return STAGES[rule], key
 
     def has(self, rule: str, key: str) -> bool:
         """Whether the campaign has a job of a rule, as ``workflow/rules`` would plan it."""
         if rule in FIGURE_RULES:
             return f"{FIGURE_RULES[rule]}/{key}" in self.figures
-        if rule not in STAGES or (
-            STAGES[rule].robot and rule != LAST and not self.campaign.robot_medium
-        ):
+        stage = STAGES.get(rule)
+        if not stage or (stage.robot and rule != LAST and not self.campaign.robot_medium):
             return False
-        if STAGES[rule].each == "runs":
+        if stage.each == "runs":
             return key.removeprefix("runs_") in PROFILES
-        return key in (self.campaign.media_with_runs if STAGES[rule].each else ("",))
+        return key in (self.campaign.media_with_runs if stage.each else ("",))
 
     def on_demand(self, name: str) -> bool:
         """Whether a job is one of ``rftfit sweep``, not of ``rftfit run``."""
@@ -148,9 +144,9 @@ class States:
         code = code_digest(stage.room, f"{'/'.join(module)}.py")
         if not stage.logs or not self.dialects:
             return code
+        others = self.dialects
         return digest_of(
-            code,
-            [f"{one.package} {one.version} {plugin_digest(one.module)}" for one in self.dialects],
+            code, [f"{a.package} {a.version} {plugin_digest(a.module)}" for a in others]
         )
 
     @cached_property
@@ -158,10 +154,7 @@ class States:
         """Dialects of other packages that the logs are read with."""
         config = self.campaign.config
         named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
-        wanted = [name for name in named if name not in (None, "rig")]
-        if not wanted:
-            return []
-        return [*origins(wanted).values()]
+        return [*origins(name for name in named if name not in (None, "rig")).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
         """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
@@ -241,9 +234,8 @@ def robot_files(campaign: Campaign) -> list[str]:
         sheet = campaign.raw / robot.runs
         tracks = [sheet.parent / trial.track for trial in trials_of(campaign)]
         paths += [campaign.raw / REENACTED, sheet, *tracks]
-    return sorted(
-        {path.resolve().relative_to(campaign.root).as_posix() for path in paths if path.is_file()}
-    )
+    found = (path.resolve().relative_to(campaign.root) for path in paths if path.is_file())
+    return sorted({path.as_posix() for path in found})
 
 
 def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
@@ -251,18 +243,14 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     runs = campaign.runs_of(medium) if medium else campaign.runs
     # whether they are recordings at all is told beside the whole
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
-    return origin + sorted(
-        [*cells(run).values(), campaign.digests.get(run.run_id, "")] for run in runs
-    )
+    digests = campaign.digests
+    return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
 
 
 def cells(run: Run) -> dict[str, str]:
     """What counts of a row of the run sheet, as text by column."""
-    return {
-        name: _text(getattr(run, name))
-        for name in run.__dataclass_fields__
-        if name not in _LEFT_OUT
-    }
+    names = [name for name in run.__dataclass_fields__ if name not in _LEFT_OUT]
+    return {name: _text(getattr(run, name)) for name in names}
 
 
 def _text(value: object) -> str:

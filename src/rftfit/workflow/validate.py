@@ -49,9 +49,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     spread = {one.name: bed_spread(one.alpha) for one in media}
     measured = results.joined("legs/{medium}.csv")
     behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
-    compared = leg_errors(
-        measured, everything, spread, results.config.fit.confidence, behind, peaks
-    )
+    level = results.config.fit.confidence
+    compared = leg_errors(measured, everything, spread, level, behind, peaks)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
@@ -74,10 +73,8 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     rows = []
     for medium in results.sands:
         tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
-        tables |= {
-            "tared": results.table(f"tared/{medium}.parquet"),
-            "alpha": results[medium].alpha,
-        }
+        tables["tared"] = results.table(f"tared/{medium}.parquet")
+        tables["alpha"] = results[medium].alpha
         rows += penetration_rows(results.campaign, medium, tables, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
     tests = _with_note(tests, True, note)
