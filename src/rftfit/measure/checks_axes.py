@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
@@ -89,7 +90,7 @@ class Cells:
     `gamma`: rad. `side`: -1 where alpha_x was turned, as that of an extraction. `turn`: the part of `se`
     that a turn of the mount beyond what is stated makes in x.
     `push`, `pull`: Where the cells (0, 90) and (0, -90) deg are; None where they have no alpha.
-    `pairs`: Cells straight up or down that are mirror images of each other, or of themselves.
+    `pairs`: shape (2, k); cells straight up or down that are mirror images of each other, or of themselves.
     """
 
     gamma: FloatArray
@@ -99,7 +100,7 @@ class Cells:
     turn: FloatArray
     push: int | None
     pull: int | None
-    pairs: tuple[tuple[int, int], ...]
+    pairs: npt.NDArray[np.intp]
 
     @classmethod
     def of(cls, alpha: pd.DataFrame) -> Cells:
@@ -113,10 +114,8 @@ class Cells:
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
         push, pull = (int(row) if row >= 0 else None for row in rows_at(table, 0, [90, -90]))
         image = rows_at(table, -beta_deg, gamma_deg)
-        pairs = tuple(
-            (one, int(other)) for one, other in enumerate(image)
-            if other >= one and abs(gamma_deg[one]) == 90
-        )  # fmt: skip
+        first = np.flatnonzero((image >= np.arange(image.size)) & (np.abs(gamma_deg) == 90))
+        pairs = np.stack([first, image[first]])
         side = np.where(gamma < 0, -1.0, 1.0)
         return cls(gamma, side, force, se, turn, push, pull, pairs)
 
@@ -157,7 +156,7 @@ class Cells:
 
         Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
         """
-        one, other = np.array(self.pairs, dtype=int).reshape(-1, 2).T
+        one, other = self.pairs
         z, x = ((part[one] + part[other]) for part in (self.force[0] * self.side, self.force[1]))
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
         # a cell that is its own image is there twice

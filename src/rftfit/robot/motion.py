@@ -45,10 +45,8 @@ def element_series(
     parts = assemble(robot, condition.curvature_times_R)
     rate = 2 * np.pi * condition.frequency_Hz
     angles = np.radians(series.leg_angle_deg[::every])
-    samples = [
-        parts.place(state, angle, rate)
-        for state, angle in zip(series.states[::every], angles, strict=True)
-    ]
+    states = zip(series.states[::every], angles, strict=True)
+    samples = [parts.place(state, angle, rate) for state, angle in states]
     result = {}
     for name, placed in zip(parts.names, zip(*samples, strict=True), strict=True):
         elements = np.stack(placed)
