@@ -85,7 +85,8 @@ def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
     parts = [np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES]
-    runs = zip(ids.cat.categories, *parts, strict=True)
+    # without a row there is no run, but an empty piece
+    runs = zip(ids.cat.categories, *parts, strict=False)
     return {run: dict(zip(SAMPLES, samples, strict=True)) for run, *samples in runs}
 
 
