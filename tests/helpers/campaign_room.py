@@ -2,9 +2,12 @@
 
 import csv
 import io
+import math
+from typing import Any
 
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.load import check_campaign
+from rftfit.campaign.sheet import Run
 
 CONFIG = """\
 title: Test
@@ -132,3 +135,14 @@ class Room:
         campaign, problems = check_campaign(self.path)
         assert campaign is not None, "\n".join(map(str, problems))
         return campaign
+
+
+def plate_run(run_id="r1", **cells):
+    """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
+    values: dict[str, Any] = {
+        "run_id": run_id, "kind": "plate", "medium": "poppy_LP", "intruder": "plate",
+        "direction": "intrusion", "beta_deg": 0.0, "gamma_deg": 90.0, "depth_cm": math.nan,
+        "force_log": f"{run_id}.csv", "motion_log": "b.csv", "tare_run": "", "tare_shared": False,
+        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
+    }  # fmt: skip
+    return Run(**values | cells)

@@ -12,7 +12,7 @@ import yaml
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
-from rftfit.lab.enact import reenact, run_logs
+from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import Run, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table
@@ -26,8 +26,6 @@ CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
 CONFIG_TEXT, _, _ = CONFIG.read_text(encoding="utf-8").partition("\nrobot:")
 CONFIG_TEXT += "\n"
 SEED = 2013
-WHOLE = ("glass3mm_CP", "yuma")
-"""A laboratory medium with its clocks an hour apart, and a sand."""
 
 
 @cache
@@ -182,32 +180,3 @@ def digests(folder):
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in files
     }
-
-
-class Lab:
-    """The folder of the whole media, read-only while it is measured."""
-
-    def __init__(self, folder):
-        self.config = folder / "config" / "config.yaml"
-        self.raw = folder / "raw" / "paper"
-        self.config.parent.mkdir()
-        self.config.write_text(CONFIG_TEXT, encoding="utf-8")
-        reenact(paper(), self.raw, self.raw / "runs.csv", media=WHOLE)
-        self.before = digests(folder / "raw")
-        for path in [*self.raw.rglob("*"), self.raw]:
-            path.chmod(0o555 if path.is_dir() else 0o444)
-        campaign = load_campaign(self.config)
-        self.results = {medium: chain(campaign, medium) for medium in WHOLE}
-        self.after = digests(folder / "raw")
-        self.campaign = campaign
-
-    def counted(self, medium):
-        return {
-            file: data_lines((self.raw / file).read_bytes())
-            for run in self.campaign.runs_of(medium)
-            for file in (run.force_log, run.motion_log)
-        }
-
-    def unlock(self):
-        for path in [self.raw, *self.raw.rglob("*")]:
-            path.chmod(0o755 if path.is_dir() else 0o644)

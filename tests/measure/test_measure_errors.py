@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from rftfit.campaign.config import Errors, Table
-from rftfit.measure.alpha import alpha_table, column, flagged, window_of
+from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     ASSUMED,
     OF_CELL,
@@ -31,7 +31,6 @@ from rftfit.measure.errors import (
     spread_of_beds,
     surface_error,
 )
-from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.slopes import fit_slope
 from rftfit.model.draws import alpha_draws, errors_behind
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -206,16 +205,6 @@ def test_nor_does_a_larger_part(parts, which, more):
     one = after[which % len(after)]
     after[which % len(after)] = Part(one.sd + more, one.dof)
     assert half_width(after, 0.95) >= half_width(before, 0.95) * (1 - 1e-12)
-
-
-def test_flagged_cells_and_the_window():
-    runs = fits()
-    bent = flag_columns([remark("not-linear", component="z", percent=12.0)])
-    runs.loc[0, [*bent]] = [*bent.values()]
-    table = made(runs=runs)
-    assert flagged(table).sum() == 1
-    assert window_of(table) == (1.0, 8.0)
-    assert window_of(table.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
 
 
 def test_curvature_is_no_noise_with_a_long_memory():

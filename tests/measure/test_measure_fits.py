@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from campaign_room import plate_run
 
 from rftfit.campaign.config import ForceLog, Table
-from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import (
     Stroke,
     describe_shared_flags,
@@ -30,13 +30,7 @@ ODD = remark("zero-drifted", newtons=0.3)
 
 
 def run(direction="intrusion", beta=30.0, gamma=45.0, **more):
-    values: dict[str, Any] = {
-        "run_id": "r1", "kind": "plate", "medium": "poppy_LP", "intruder": "plate",
-        "direction": direction, "beta_deg": beta, "gamma_deg": gamma, "depth_cm": math.nan,
-        "force_log": "", "motion_log": "", "tare_run": "", "tare_shared": False,
-        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
-    }  # fmt: skip
-    return Run(**values | more)
+    return plate_run(direction=direction, beta_deg=beta, gamma_deg=gamma, **more)
 
 
 def stroke(depth, stress_z=None, **more):
@@ -59,17 +53,6 @@ DOWN = np.linspace(0.0, 9.0, 901)
 def alpha(found):
     assert found.slope is not None, found.reason
     return found.slope.alpha
-
-
-def test_a_natural_sand_is_fitted_to_the_end_of_its_linear_regime(paper_config):
-    test = run(medium="yuma", beta=0.0, gamma=90.0)
-    bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
-    for end in (None, 1.5, 6.0):
-        found = fit_run(test, stroke(DOWN, bent), paper_config, end)
-        assert found.depth_to_cm == pytest.approx(end or paper_config.media["yuma"].linear_to_cm)
-        assert (alpha(found)[0] > 1.1 * ALPHA_Z) == (end == 6)
-    short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
-    assert codes_of(short).startswith("short-window")
 
 
 def test_intrusion(paper_config):
@@ -101,28 +84,22 @@ def test_extraction_goes_under_its_mirror_image(paper_config):
         RowStatus.GOOD,
     ]
     assert found.depth_to_cm == pytest.approx(6.9)
-
-
-def test_extraction_start_outside_the_window_keeps_its_reason(paper_config):
-    up = np.linspace(9.0, 0.0, 901)
-    found = fit_run(run("extraction"), stroke(up), paper_config)
-    assert RowStatus(found.why[0]) == RowStatus.BOTTOM
+    # a start outside of the window keeps that reason
+    deep = fit_run(run("extraction"), stroke(DOWN[::-1]), paper_config)
+    assert RowStatus(deep.why[0]) == RowStatus.BOTTOM
 
 
 def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config):
     path = np.linspace(0, 7, 701)
     build = np.where(path < 2, 5.0, 1.0)  # what is left out may be anything
     build[path < 2 / 3] = 9.0
-    depth = np.full(701, 5.08)
-    still = fit_run(
-        run("horizontal", 90.0, 0.0), stroke(depth, ALPHA_Z * depth, path=path), paper_config
+    depth, level = np.full(701, 5.08), run("horizontal", 90.0, 0.0)
+    still, found = (
+        fit_run(level, stroke(depth, ALPHA_Z * depth * one, path=path), paper_config)
+        for one in (1.0, build)
     )
     assert still.slope is not None
     assert still.slope.startup[0] == pytest.approx(0, abs=1e-12)
-    found = fit_run(
-        run("horizontal", 90.0, 0.0), stroke(depth, ALPHA_Z * depth * build, path=path),
-        paper_config,
-    )  # fmt: skip
     np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert [RowStatus(found.why[k]) for k in (199, 200)] == [RowStatus.STARTUP, RowStatus.GOOD]
     assert found.slope is not None
@@ -133,17 +110,19 @@ def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config):
 
 
 def test_a_sand_is_fitted_over_its_linear_regime(paper_config):
-    bent = np.where(DOWN <= 2, ALPHA_Z * DOWN, 5.0)
-    found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN, bent), paper_config)
-    assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([0, 2])
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-
-
-def test_a_sand_without_a_stated_regime_is_fitted_over_all(paper_config):
+    """From the surface to the end that its own test showed, or the config states, or to the end of the log."""
+    test = run(medium="yuma", beta=0.0, gamma=90.0)
+    bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
+    for end in (None, 1.5, 6.0):
+        found = fit_run(test, stroke(DOWN, bent), paper_config, end)
+        assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([0, end or 2])
+        assert (alpha(found)[0] > 1.1 * ALPHA_Z) == (end == 6)
+        assert alpha(found)[1] == pytest.approx(ALPHA_X, rel=1e-12)
+    short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
+    assert codes_of(short).startswith("short-window")
     sand = paper_config.media["yuma"].model_copy(update={"linear_to_cm": None})
     config = paper_config.model_copy(update={"media": {"yuma": sand}})
-    found = fit_run(run(beta=0, gamma=90, medium="yuma"), stroke(DOWN), config)
-    assert found.depth_to_cm == 9
+    assert fit_run(test, stroke(DOWN), config).depth_to_cm == 9
 
 
 def reasons(codes):

@@ -1,4 +1,4 @@
-"""Units and the sensor's frame, against a rotation written here from the definition."""
+"""The sensor's frame, against a rotation written here from the definition."""
 
 import itertools
 import math
@@ -8,7 +8,6 @@ import pytest
 
 from rftfit.campaign.config import Axes, Transducer
 from rftfit.measure.lab_frame import sensor_to_lab
-from rftfit.measure.pairs import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
 
 
 def transducer(x, y, z, turn_deg):
@@ -53,18 +52,3 @@ def test_a_push_from_below_on_the_papers_rig():
     np.testing.assert_allclose(up, [0, 5], atol=1e-12)
     turned = sensor_to_lab(transducer("-F2", "+F1", "-F3", 90)) @ channels
     np.testing.assert_allclose(turned, [5, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("table", "unit", "value"),
-    [
-        (FORCE_TO_N, "N", 1), (FORCE_TO_N, "mN", 0.001), (FORCE_TO_N, "kN", 1000),
-        (FORCE_TO_N, "lbf", 0.45359237 * 9.80665),
-        (LENGTH_TO_CM, "mm", 0.1), (LENGTH_TO_CM, "cm", 1), (LENGTH_TO_CM, "m", 100),
-        (LENGTH_TO_CM, "in", 2.54),
-        (ANGLE_TO_RAD, "deg", math.pi / 180), (ANGLE_TO_RAD, "rad", 1),
-        (TIME_TO_S, "s", 1), (TIME_TO_S, "ms", 0.001),
-    ],
-)  # fmt: skip
-def test_factors(table, unit, value):
-    assert factor(table, unit, unit, "x") == pytest.approx(value, rel=1e-12)

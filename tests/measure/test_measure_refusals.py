@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaign_room import plate_run
 from pushes import estimate, make_push
 
 from rftfit.campaign.config import Arm, Clock
-from rftfit.campaign.sheet import Run
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks, find_clock
 from rftfit.measure.flags import Refused, remark
@@ -20,10 +20,7 @@ from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface, place_surface
 
 NAN = float("nan")
-PUSH = Run(
-    "a", "plate", "sand", "plate", "intrusion", 0.0, 90.0, NAN, "a.csv", "b.csv",
-    "", False, None, False, "", "", 2,
-)  # fmt: skip
+PUSH = plate_run("a", medium="sand")
 TIME, DEPTH = np.arange(1000) / 100, np.linspace(0, 5, 1000)
 
 
@@ -121,9 +118,8 @@ def test_motions_that_hold_no_stroke(motion, run, arm, code, values):
     settings = Arm(**arm)
     with pytest.raises(Refused) as caught:
         find_stroke(motion, motion.spans(settings), replace(PUSH, **run), settings)
-    assert (caught.value.remark.code, caught.value.remark.values | values) == (
-        code, caught.value.remark.values,
-    )  # fmt: skip
+    found = caught.value.remark
+    assert (found.code, found.values | values) == (code, found.values)
 
 
 def test_a_motion_up_toward_minus_x():

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from campaign_room import plate_run
 
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
-from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
 from rftfit.measure.flags import flag_columns, flags_of, remark
 from rftfit.measure.ledger import RowStatus
@@ -27,13 +27,8 @@ ODD = remark("zero-drifted", newtons=0.3)
 
 
 def run(run_id, kind="plate", **more):
-    values: dict[str, Any] = {
-        "run_id": run_id, "kind": kind, "medium": "poppy_LP", "intruder": "plate",
-        "direction": "intrusion", "beta_deg": 30.0, "gamma_deg": 45.0, "depth_cm": math.nan,
-        "force_log": f"{run_id}.csv", "motion_log": "", "tare_run": "air", "tare_shared": True,
-        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
-    }  # fmt: skip
-    return Run(**values | more)
+    usual = {"beta_deg": 30.0, "gamma_deg": 45.0, "tare_run": "air", "tare_shared": True}
+    return plate_run(run_id, kind=kind, **usual | more)
 
 
 def fact(run_id, **more):
@@ -267,9 +262,5 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
     pd.testing.assert_frame_equal(curves, wanted)
     assert fates(ledger, "a") == {("used", "leg-curve"): 5}
     assert fates(ledger, "b") == {("used", "leg-curve"): 1}
-
-
-def test_a_medium_without_a_turned_leg_has_an_empty_table_of_curves(paper_config):
-    curves, _ = legs(paper_config, [run("plate")], together(samples("plate")), [fact("plate")])
-    assert list(curves.columns) == LEG_COLUMNS
-    assert curves.empty
+    none, _ = legs(config, runs[-1:], together(samples("plate")), facts[-1:])
+    assert (list(none.columns), len(none)) == (LEG_COLUMNS, 0)

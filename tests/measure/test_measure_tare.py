@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from campaign_room import plate_run
 
-from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import REASON, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
@@ -29,14 +29,10 @@ def test_between_its_samples():
     assert TARE.covers(np.array([0.5, 8.5])).all()
 
 
-@pytest.mark.parametrize("asked", [0.499, 8.501, -1.0, 100.0])
+@pytest.mark.parametrize("asked", [0.499, 8.501, -1.0, 100.0, np.nan])
 def test_refuses_to_extrapolate(asked):
     assert TARE.covers(np.array([4.0, asked])).tolist() == [True, False]
     np.testing.assert_array_equal(np.isnan(TARE.at(np.array([4.0, asked]))), [[False, True]] * 2)
-
-
-def test_not_a_number_is_not_covered():
-    assert np.isnan(TARE.at(np.array([np.nan]))).all()
 
 
 def test_refuses_a_hole_in_its_own_log():
@@ -60,38 +56,17 @@ def test_recorded_on_the_way_up_is_the_same_tare():
     np.testing.assert_array_equal(up.force, TARE.force)
 
 
-def test_equal_depth_not_equal_time():
-    """A tare run at half the speed, started elsewhere, takes away exactly the rod's force."""
-    slow = np.linspace(0.2, 9.0, 1761)
-    tare = Tare.from_samples("depth_cm", slow, rod(slow))
-    plate = 3.5 * np.stack([DEPTH, -0.2 * DEPTH])
-    np.testing.assert_allclose(plate + rod(DEPTH) - tare.at(DEPTH), plate, atol=1e-5)
-
-
-def test_nan_where_the_tare_ends():
-    short = Tare.from_samples("depth_cm", DEPTH[:400], rod(DEPTH)[:, :400])
-    taken = short.at(DEPTH)
-    np.testing.assert_allclose(taken[:, :400], rod(DEPTH)[:, :400], atol=1e-12)
-    assert np.isnan(taken[:, 400:]).all()
-
-
-def test_nothing_in_common():
-    assert np.isnan(TARE.at(DEPTH + 100)).all()
-
-
 @pytest.mark.parametrize("samples", [0, 1])
 def test_too_few_samples(samples):
     why = np.full(3, RowStatus.SATURATED)
     why[:samples] = RowStatus.GOOD
-    rod1 = Run(
-        "rod1", "rod", "sand", "plate", "intrusion", 0.0, 90.0, np.nan, "a.csv", "b.csv",
-        "", False, None, False, "", "", 2,
-    )  # fmt: skip
     ledger, place = Ledger(), np.arange(3.0)
     stroke = dict.fromkeys(("depth_cm", "force_z_N", "force_x_N"), place) | {"why": why}
-    assert _tare_of(rod1, stroke, ledger) == remark("tare-empty", tare="rod1", count=samples)
+    assert _tare_of(row("rod1", "rod"), stroke, ledger) == remark(
+        "tare-empty", tare="rod1", count=samples
+    )
     counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
-    assert counted.to_numpy().tolist() == [["a.csv", DROPPED, "tare-empty", samples]]
+    assert counted.to_numpy().tolist() == [["rod1.csv", DROPPED, "tare-empty", samples]]
 
 
 def test_two_samples_are_a_tare():
@@ -103,10 +78,7 @@ def test_two_samples_are_a_tare():
 
 
 def row(run_id, kind, tare_run="", direction="intrusion"):
-    return Run(
-        run_id, kind, "sand", "plate", direction, 0.0, 90.0, np.nan, f"{run_id}.csv", "b.csv",
-        tare_run, False, None, False, "", "", 2,
-    )  # fmt: skip
+    return plate_run(run_id, kind=kind, tare_run=tare_run, direction=direction, medium="sand")
 
 
 def test_what_becomes_of_each_run_of_a_medium():

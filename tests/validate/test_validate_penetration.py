@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from campaign_room import plate_run
 from light_campaign import alpha_frame, one_cell
 
 from rftfit.campaign.load import Campaign
-from rftfit.campaign.sheet import Run
 from rftfit.compare.sands import penetration_rows
 from rftfit.measure.fits import fit_medium
 
@@ -21,13 +21,7 @@ NONE = "no linear regime with enough samples"
 
 
 def push(name="down", **more):
-    values: dict[str, Any] = {
-        "run_id": name, "kind": "plate", "medium": "yuma", "intruder": "plate",
-        "direction": "intrusion", "beta_deg": 0.0, "gamma_deg": 90.0, "depth_cm": math.nan,
-        "force_log": "f.csv", "motion_log": "", "tare_run": "rod", "tare_shared": True,
-        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
-    }  # fmt: skip
-    return Run(**values | more)
+    return plate_run(name, **{"medium": "yuma", "tare_run": "rod", "tare_shared": True, **more})
 
 
 def kneed(knee_cm):

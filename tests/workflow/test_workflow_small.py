@@ -11,9 +11,8 @@ import sys
 from dataclasses import replace
 
 import jobs
-import numpy as np
 import pytest
-from campaigns import FEW, Folder, make_campaign
+from campaigns import Folder
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
@@ -143,61 +142,15 @@ def test_an_encoding_without_the_letters_of_the_folder(small, tmp_path):
     for part in ("config", "raw"):
         shutil.copytree(small.root / part, other.root / part)
     ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "rftfit.cli.main",
-        "run",
-        "results/tares/yuma.csv",
-        "results/tares/poppy_LP.csv",
-    ]
+    tares = ("results/tares/yuma.csv", "results/tares/poppy_LP.csv")
     done = subprocess.run(
-        words, cwd=other.root, env=os.environ | ascii_only, capture_output=True, check=False
-    )
+        [sys.executable, "-P", "-m", "rftfit.cli.main", "run", *tares],
+        cwd=other.root, env=os.environ | ascii_only, capture_output=True, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     for name in ("traces/yuma.parquet", "tared/poppy_LP.parquet"):
         ours, wanted = (folder.root / "results" / name for folder in (other, small))
         assert ours.read_bytes() == wanted.read_bytes()
-
-
-def test_faults_are_named_and_nothing_is_lost(tmp_path):
-    faults = ("gap:poppy_LP_bp00_g90_in", "saturated:poppy_LP_bp30_g90_in",
-              "missing_tare:poppy_LP_bm30_g90_in", "truncated:poppy_LP_bp90_g90_in",
-              "wrong_unit:poppy_LP_bp30_g45_in", "never_touches:poppy_LP_bm30_g45_in")  # fmt: skip
-    folder = make_campaign(
-        tmp_path / "faults", ("poppy_LP",), faults, plates_only=True, directions=FEW
-    )
-    folder.run_here(checked=())
-    fits = folder.table("fits/poppy_LP.csv").set_index("run_id")
-    words = {
-        "poppy_LP_bp30_g90_in": "saturated",
-        "poppy_LP_bm30_g90_in": "no tare",
-        "poppy_LP_bp30_g45_in": "lbf, but the config says N",
-        "poppy_LP_bm30_g45_in": "surface not reached",
-    }
-    for run, word in words.items():
-        assert word in fits.at[run, "reason"]
-        assert np.isnan(fits.at[run, "alpha_z_N_per_cm3"])
-        assert np.isnan(fits.at[run, "alpha_x_N_per_cm3"])
-    assert "gap" in fits.at["poppy_LP_bp00_g90_in", "flag_codes"]
-    assert "force-log-short" in fits.at["poppy_LP_bp90_g90_in", "flag_codes"]
-    ledger = folder.table("ledger.csv")
-    cut = ledger[
-        (ledger["run_id"] == "poppy_LP_bp90_g90_in") & (ledger["reason_code"] == "cut-rows")
-    ]
-    assert cut["rows"].sum() == 1
-    alpha = folder.table("alpha/poppy_LP.csv")
-    hole = alpha[(alpha["beta_deg"] == 30) & (alpha["gamma_deg"] == 90)].iloc[0]
-    assert np.isnan(hole["alpha_z_N_per_cm3"])
-    assert "saturated" in hole["reason_code"]
-    # a transform needs every cell, least squares does not
-    fourier = folder.table("coefficients.csv")
-    lsq = fourier[(fourier["method"] == "lsq") & (fourier["medium"] == "poppy_LP")]
-    dft = fourier[(fourier["method"] == "dft-index") & (fourier["medium"] == "poppy_LP")]
-    assert lsq["value_N_per_cm3"].notna().all()
-    assert dft["value_N_per_cm3"].isna().all()
-    assert (dft["reason_code"] == "empty-cells").all()
 
 
 def test_a_disk_that_refuses_is_told(small, tmp_path):

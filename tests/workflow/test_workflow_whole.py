@@ -13,6 +13,7 @@ from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
 from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 from rftfit.results import open_results
+from rftfit.store import read_parquet
 
 pytestmark = pytest.mark.slow
 
@@ -21,6 +22,7 @@ def test_alpha_is_table_s5(whole):
     off = []
     for medium in MEDIA:
         table = whole.table(f"alpha/{medium}.csv")
+        assert (table["n_runs"] == np.where(table["gamma_deg"] == 0, 3, 1)).all()
         for component, paper in zip("zx", alpha_grid(medium), strict=True):
             off.append(np.abs(grid(table, column(component)) - paper).ravel())
     every = np.concatenate(off)
@@ -72,20 +74,91 @@ def test_sands_are_scaled(whole):
         assert row["zeta"] == pytest.approx(
             row["alpha_z_measured_N_per_cm3"] / row["chi"], rel=1e-4
         )
+    # independent of the program: zero-intercept fit of the published curve itself
+    curve = load("fig_s11").query("medium == 'yuma' and depth_cm <= 2")
+    depth, stress = curve["depth_cm"].to_numpy(), curve["stress_z_N_per_cm2"].to_numpy()
+    alpha = whole.table("alpha/yuma.csv").query("beta_deg == 0 and gamma_deg == 90").iloc[0]
+    assert alpha[column("z")] == pytest.approx(stress @ depth / (depth @ depth), abs=0.01)
+    assert abs(alpha[column("x")]) < 0.01
 
 
-def test_leg_curves_are_the_published_ones(whole):
-    published = {"laboratory": load("fig_s5"), "natural_sand": load("fig_s12")}
-    for role, media in (("laboratory", MEDIA), ("natural_sand", SANDS)):
-        keys = ["medium", "leg", "theta_deg"]
-        for medium in media:
-            curves = whole.table(f"legs/{medium}.csv")
-            both = curves.merge(published[role], on=keys, suffixes=("", "_paper"))
-            assert set(both["leg"]) == set(LEGS)
-            for component in "zx":
-                off = both[f"force_{component}_N"] - both[f"force_{component}_N_paper"]
-                # 0.05 N correlated noise, nine samples a degree, in the run and in its tare
+def bin_deviation(samples):
+    """Standard deviation of the mean of so many samples of the lab's noise, run minus tare, N."""
+    lags = np.arange(1, 40)
+    result = []
+    for n in samples:
+        inner = lags[lags < n]
+        # 0.05 N, correlated by 0.7 from sample to sample
+        total = n + 2 * np.sum((n - inner) * 0.7**inner)
+        result.append(0.05 * np.sqrt(2 * total) / n)
+    return np.array(result)
+
+
+@pytest.mark.parametrize(("figure", "media"), [("fig_s5", MEDIA), ("fig_s12", SANDS)])
+def test_leg_curves_are_the_published_ones(whole, figure, media):
+    keys = ["medium", "leg", "theta_deg"]
+    for medium in media:
+        curves = whole.table(f"legs/{medium}.csv")
+        every = curves.merge(load(figure), on=keys, suffixes=("", "_paper"))
+        assert set(every["leg"]) == set(LEGS)
+        for _, both in every.groupby("leg"):
+            assert len(both) >= 240
+            assert both["samples"].between(7, 10).mean() > 0.95
+            noise = bin_deviation(both["samples"].to_numpy())
+            # the ends fade
+            inner = both["theta_deg"].between(-128, 128).to_numpy()
+            for c in "zx":
+                zero = both[f"zero_se_{c}_N"].to_numpy()
+                assert (zero == zero[0]).all()
+                assert 0 < zero[0] < 0.05
+                paper = both[f"force_{c}_N_paper"].to_numpy()
+                off = both[f"force_{c}_N"].to_numpy() - paper
                 assert np.sqrt((off**2).mean()) < 0.07
+                # a bin of one degree averages the corners of the published curve
+                bend = np.abs(np.gradient(np.gradient(paper)))
+                allowed = 4 * np.hypot(noise, zero) + bend / 4
+                assert (np.abs(off) <= allowed)[inner].all()
+                # and it is noise, neither a bias nor a wrong scale
+                pull = (off / np.hypot(noise, zero))[inner]
+                assert 0.7 < np.sqrt(np.mean(pull**2)) < 1.3
+                assert abs(off[inner].mean()) < 3.5 * zero[0] + 0.01
+
+
+def test_windows_points_and_quality_figures(whole):
+    for medium in MEDIA:
+        fits = whole.table(f"fits/{medium}.csv")
+        assert fits["reason"].isna().all()
+        assert (fits["n_points"] >= 30).all()
+        level = fits["direction"] == "horizontal"
+        assert (fits["depth_to_cm"] - fits["depth_from_cm"])[level].between(0, 0.02).all()
+        # no plate is fitted nearer than 6 cm to the bottom of 15 cm
+        beta = np.radians(fits["beta_deg"])
+        half_z = 1.905 * np.abs(np.sin(beta)) + 0.32 * np.abs(np.cos(beta))
+        assert (fits["depth_to_cm"] + half_z)[~level].max() <= 9.001
+        assert (fits["depth_from_cm"] - half_z)[~level].min() >= -0.001
+        names = [f"{name}_{c}{unit}" for c in "zx" for name, unit in (
+            ("free_slope", "_N_per_cm3"), ("intercept", "_N_per_cm2"),
+            ("nonlinear", "_p"), ("nonlinear", "_ratio"))]  # fmt: skip
+        assert fits.loc[level, names].isna().all(axis=None)
+        assert fits.loc[~level, names].notna().all(axis=None)
+        ratio = fits["alpha_z_se_N_per_cm3"] / fits["alpha_z_ols_se_N_per_cm3"]
+        assert ratio.median() > 1.5
+
+
+def test_clocks_and_phases(whole):
+    """Of the medium whose clocks are an hour apart."""
+    runs = whole.table("runs/glass3mm_CP.csv")
+    assert (runs["status"] == "read").all()
+    assert runs["clock_residual_s"].max() < 0.02
+    # the legs in air were logged before the clocks were changed
+    late = runs["note"].fillna("").str.contains("clocks differ by -1 h")
+    assert (late == ~runs["run_id"].str.startswith("air_")).all()
+    traces = read_parquet(whole.root / "results/traces/glass3mm_CP.parquet")
+    seconds = traces.groupby("phase", observed=True).size() / 100 / traces["run_id"].nunique()
+    assert seconds["air"] == pytest.approx(1.9, abs=0.2)
+    assert seconds["pause"] == pytest.approx(1.2, abs=0.5)
+    air = traces[traces["phase"] == "air"].groupby("run_id", observed=True)
+    assert air[["force_z_N", "force_x_N"]].mean().abs().max().max() < 0.01
 
 
 def test_ledger_accounts_for_every_row(whole):
