@@ -136,9 +136,7 @@ def test_crossing_is_interpolated():
     time = np.linspace(0, 0.9, 10, dtype=np.float64)
     speed = np.array([0, 0, 0.25, 0.75, 1, 1, 1, 0.6, 0.2, 0])
     assert moving_spans(time, speed, 0.5).tolist() == [pytest.approx([0.25, 0.725])]
-
-
-def test_short_jitter_is_no_stretch():
+    # a short jitter is no stretch
     speed = np.zeros(100)
     speed[40:43] = 1
     assert moving_spans(np.arange(100) / 50, speed, 0.5).shape == (0, 2)
@@ -158,9 +156,7 @@ def test_error_of_an_offset_by_few_edges():
     fit = ClockFit(0, 0, 0, 0.02, 6)
     assert fit.offset_se(0.0) == pytest.approx(0.02 * math.sqrt(6 / 4) / math.sqrt(6))
     assert fit.offset_se(0.6) == pytest.approx(math.sqrt(0.6**2 / 12 - 6e-4 + 1e-4))
-
-
-def test_one_clock_has_no_error():
+    # one clock has no error
     assert ClockFit(0, 0, 0, 0, 0).offset_se(0.01) == 0
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
 import shutil
-import time
 
+import pandas as pd
 import pytest
 from campaigns import Folder
 from dictionary_check import check_results
@@ -63,30 +63,32 @@ def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
     assert verified.returncode == 0
 
 
+@contextlib.contextmanager
+def changed(path, content):
+    """A file with another content for a while."""
+    before = path.read_bytes()
+    path.write_bytes(content)
+    try:
+        yield
+    finally:
+        path.write_bytes(before)
+
+
 def test_one_changed_log_reruns_its_medium_only(small):
     log = small.root / "raw" / "paper" / "yuma" / "yuma_bp00_g90_in_force.csv"
     content = log.read_bytes()
-    try:
-        # one row less: another content, not only another date
-        log.write_bytes(content[: content.rstrip().rfind(b"\n") + 1])
-        later = time.time() + 2
-        os.utime(log, (later, later))
+    # one row less: another content, not only another date
+    with changed(log, content[: content.rstrip().rfind(b"\n") + 1]):
         stale = small.stale()
-    finally:
-        log.write_bytes(content)
     # the others follow where what they read comes out changed
     assert stale == {"ingest": {"yuma"}, "provenance": {""}}
 
 
 def test_a_changed_setting_reruns_what_depends_on_it(small):
-    path = small.root / "config" / "config.yaml"
-    before = path.read_text(encoding="utf-8")
-    try:
-        path.write_text(before.replace("threshold: 0.05", "threshold: 0.06"), encoding="utf-8")
-        campaign = load_campaign(path)
+    before = small.config.read_bytes()
+    with changed(small.config, before.replace(b"threshold: 0.05", b"threshold: 0.06")):
+        campaign = load_campaign(small.config)
         stale = small.stale()
-    finally:
-        path.write_text(before, encoding="utf-8")
     named = {
         rule
         for rule, one in STAGES.items()
@@ -104,18 +106,10 @@ def test_a_changed_setting_reruns_what_depends_on_it(small):
 
 def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small):
     path = small.root / "raw" / "paper" / "runs.csv"
-    before = path.read_text(encoding="utf-8")
-    try:
-        lines = before.splitlines()
-        header = lines[0].split(",")
-        place = next(i for i, line in enumerate(lines) if line.startswith("yuma_bp00_g90_in,"))
-        cells = lines[place].split(",")
-        cells[header.index("excluded")], cells[header.index("reason")] = "yes", "dust on the plate"
-        lines[place] = ",".join(cells)
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    sheet = pd.read_csv(path, dtype=str, keep_default_na=False)
+    sheet.loc[sheet["run_id"] == "yuma_bp00_g90_in", ["excluded", "reason"]] = "yes", "dust"
+    with changed(path, sheet.to_csv(index=False).encode()):
         stale = small.stale()
-    finally:
-        path.write_text(before, encoding="utf-8")
     for stage in ("ingest", "tare", "slopes", "legs"):
         assert stale[stage] == {"yuma"}
     assert not {"fourier", "scaling", "legs_predicted", "figure", "quality"} & {*stale}
