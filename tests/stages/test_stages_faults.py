@@ -308,7 +308,7 @@ def test_no_number_rests_on_a_sentence(room, monkeypatch):
     room.add(RUN, PULL, LEVEL, OTHER, LEG, **{RUN: ("nan_cells", "gap"), PULL: ("saturated",)})
     words = {"flags", "reason", "note"}
     said = room.chain()
-    monkeypatch.setattr("rftfit.measure.flags.sentence", lambda one: one.code)
+    monkeypatch.setattr("rftfit.measure.flags.Remark.__str__", lambda one: one.code)
     coded = room.chain()
     for name in ("runs", "tares", "fits", "alpha", "curves", "book"):
         tables = (getattr(one, name) for one in (said, coded))
