@@ -1,114 +1,107 @@
-"""After how many pushes a watch tells what goes wrong at push 12.
+"""After how many pushes a watch reports what goes wrong at push 12.
 
 ``python studies/told_after.py`` prints the table of docs/howto/bench.md. A re-enacted campaign (beds 5 % apart) is
-put into a folder push by push, in an order of chance; from push 12 on a channel is dead or the mount is turned, or push
-12 alone is filed under another direction.
+put into a folder push by push, in several random orders; from push 12 on a channel is dead or the mount is turned, or
+push 12 alone has a wrong row.
 """
 
 from __future__ import annotations
 
+import argparse
 import random
+import statistics
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import yaml
+from live_rig import BEDS, LiveRig
 
-from rftfit.bench.watch import MEASURED, Watch
-from rftfit.campaign.config import Config
-from rftfit.lab.enact import prepare, run_logs
-from rftfit.lab.write import sheet_text
+from rftfit.bench.watch import MEASURED, READ
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rftfit.bench.watch import Event
     from rftfit.lab.plan import Run
 
-CONFIG = Path(__file__).parents[1] / "config" / "config.yaml"
-MEDIUM = "poppy_LP"
 AT, MOST = 12, 40
-BEDS = {"spread-percent": 5.0}
+TURNS = {f"mount turned by {angle}° from here on": {"turn": float(angle)} for angle in (5, 10, 20)}
+DEAD = "channel of the horizontal force dead from here on"
+DIRECTION = "this push filed under another direction of motion"
+MEDIUM = "this push made in another medium (3 mm glass spheres)"
 
 
-def dead(content: bytes) -> bytes:
-    """A force log whose channel F2 (horizontal) shows nothing."""
+def with_column(content: bytes, column: str, value: str) -> bytes:
+    """A log with one value in the whole of a column."""
     lines = content.decode().splitlines()
     head = next(place for place, line in enumerate(lines) if line.startswith("time_s"))
-    at = next(i for i, name in enumerate(lines[head].split(",")) if name.startswith("F2"))
+    at = next(i for i, name in enumerate(lines[head].split(",")) if name.startswith(column))
     rows = [line.split(",") for line in lines[head + 1 :]]
-    text = [",".join([*row[:at], "0.00000", *row[at + 1 :]]) for row in rows]
+    text = [",".join([*row[:at], value, *row[at + 1 :]]) for row in rows]
     return ("\n".join([*lines[: head + 1], *text]) + "\n").encode()
 
 
-def logs_of(kind: str, run: Run, number: int, config: Config) -> dict[str, bytes | None]:
-    """Logs of push `number` (from 1), with what goes wrong."""
-    late = number >= AT
-    sizes = BEDS | ({"turn": 5.0} if kind == "mount turned by 5 deg" and late else {})
-    logs = run_logs(run, config, 2013, sizes=sizes)
-    if kind == "channel F2 dead" and late:
-        logs[run.force_log] = dead(logs[run.force_log] or b"")
-    return logs
+def logs_of(rig: LiveRig, kind: str, run: Run, others: Iterable[Run]) -> tuple[bytes, bytes]:
+    """Force log and motion log of a run, with what goes wrong."""
+    if kind == DIRECTION:
+        alike = [one for one in others if (one.kind, one.direction) == (run.kind, run.direction)]
+        return rig.logs(next(one for one in alike if one.gamma_deg != run.gamma_deg))
+    if kind == MEDIUM:
+        return rig.logs(replace(run, published="glass3mm_CP"))
+    force, motion = rig.logs(run, BEDS | TURNS.get(kind, {}))
+    return with_column(force, "F2", "0.00000") if kind == DEAD else force, motion
 
 
-def told_at(kind: str, seed: int) -> dict[str, int]:
-    """Number of the push at which each check or flag is told first, from push 12 on."""
-    values = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
-    values["media"] = {MEDIUM: values["media"][MEDIUM]}
-    del values["robot"]
-    config, found = Config(**values), dict[str, int]()
-    runs = prepare(config, media=[MEDIUM], legs=False).runs
-    rods = {run.run_id: run for run in runs if run.kind == "rod"}
-    plates = [run for run in runs if run.kind == "plate"]
-    random.Random(seed).shuffle(plates)
-    other = next(one for one in plates[MOST:] if one.direction == plates[AT - 1].direction)
+def reports(events: Iterable[Event]) -> set[str]:
+    """What the watch says to be wrong."""
+    found = set()
+    for event in events:
+        if event.kind == "medium":
+            found |= {f"check `{one['check']}`" for one in event.facts["checks"]}
+        if event.kind == "push":
+            found |= {f"flag `{one['code']}`" for one in event.facts["flags"]}
+            found |= set() if event.facts["state"] in (MEASURED, READ) else {"run refused"}
+    return found
+
+
+def told_after(kind: str, seed: int) -> dict[str, int]:
+    """Further pushes after which each check or flag comes that was not there before push 12."""
+    found, before = dict[str, int](), set[str]()
     with tempfile.TemporaryDirectory() as folder:
-        raw, file = Path(folder, "raw", "paper"), Path(folder, "config", "config.yaml")
-        file.parent.mkdir()
-        file.write_text(yaml.safe_dump(values), encoding="utf-8")
-        Path(raw, MEDIUM).mkdir(parents=True)
-        Path(raw, "runs.csv").write_text(sheet_text([], {}), encoding="utf-8")
-        watch, now, before = Watch(file), 0.0, set[str]()
+        rig = LiveRig(Path(folder), "poppy_LP", 2013 + seed)
+        plates = random.Random(seed).sample(rig.plates, len(rig.plates))
         for number, plate in enumerate(plates[:MOST], start=1):
-            swapped = kind == "push filed under another direction" and number == AT
-            for run in (rods[plate.tare_run], plate):
-                of = (rods[other.tare_run] if run.kind == "rod" else other) if swapped else run
-                logs = logs_of(kind, of, number, config)
-                for own, there in ((run.force_log, of.force_log), (run.motion_log, of.motion_log)):
-                    Path(raw, own).write_bytes(logs[there] or b"")
-            done = [one for each in plates[:number] for one in (rods[each.tare_run], each)]
-            Path(raw, "runs.csv").write_text(sheet_text(done, {}), encoding="utf-8")
-            told = set[str]()
-            for _ in range(8):
-                now += 0.5
-                for event in watch.step(now):
-                    if event.kind == "medium":
-                        told |= {f"check {one['check']}" for one in event.facts["checks"]}
-                    if event.kind == "push":
-                        told |= {f"flag {one['code']}" for one in event.facts["flags"]}
-                        told |= (
-                            {"refused"} if event.facts["state"] not in (MEASURED, "read") else set()
-                        )
-            if number >= AT:
-                for one in told - before:
-                    found.setdefault(one, number)
-            else:
+            is_bad = number == AT or (number > AT and kind not in (DIRECTION, MEDIUM))
+            others = [one for each in plates[MOST:] for one in (each, rig.rods[each.tare_run])]
+            logs = {
+                run: logs_of(rig, kind, run, others) if is_bad else rig.logs(run)
+                for run in (rig.rods[plate.tare_run], plate)
+            }
+            told = reports(rig.record(logs))
+            if number < AT:
                 before |= told
+            else:
+                found |= dict.fromkeys(told - before - set(found), number - AT)
     return found
 
 
 def main() -> None:
     """Print a row for each fault."""
-    kinds: tuple[str, ...] = (
-        "channel F2 dead",
-        "mount turned by 5 deg",
-        "push filed under another direction",
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--orders", type=int, default=5)
+    orders = parser.parse_args().orders
     print(
-        "| at push 12 | told first | further pushes | also told (further pushes) |\n|---|---|---|---|"
+        f"| at push {AT} | told in | first by | further pushes: median (largest) |\n|---|---|---|---|"
     )
-    for kind in kinds:
-        found = sorted(told_at(kind, 1).items(), key=lambda item: item[1])
-        first, *others = [(what, number - AT) for what, number in found] or [("nothing", MOST - AT)]
+    for kind in (DEAD, *TURNS, DIRECTION, MEDIUM):
+        each = [found for seed in range(orders) if (found := told_after(kind, seed))]
+        first = dict.fromkeys(min(found, key=found.__getitem__) for found in each)
+        after = sorted(min(found.values()) for found in each)
+        times = f"{statistics.median(after):g} ({after[-1]})" if after else f"none in {MOST - AT}"
         print(
-            f"| {kind} | {first[0]} | {first[1]} | {', '.join(f'{w} ({n})' for w, n in others)} |",
+            f"| {kind} | {len(each)} of {orders} orders | {', '.join(first) or 'nothing'} "
+            f"| {times} |",
             flush=True,
         )
 
