@@ -36,11 +36,16 @@ def run(config, sheet, name):
         room.write(sheet, name)
         if config is not None:
             room.path.write_bytes(config)
-        campaign, problems = check_campaign(room.path)
-        assert (campaign is None) == any(problem.severity == "error" for problem in problems)
-        assert all(str(problem).isprintable() for problem in problems)
+        check(room)
         with contextlib.suppress(CampaignError):
             load_campaign(room.path)
+
+
+def with_hole(data, whole, filling):
+    """The bytes with some of them taken out and others put in their place."""
+    at = data.draw(st.integers(0, len(whole)))
+    end = data.draw(st.integers(at, min(len(whole), at + 40)))
+    return whole[:at] + data.draw(filling) + whole[end:]
 
 
 @settings(max_examples=150, deadline=None)
@@ -52,10 +57,7 @@ def test_any_config(data):
 @settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_a_config_with_a_hole(data):
-    text = CONFIG.encode()
-    at = data.draw(st.integers(0, len(text)))
-    end = data.draw(st.integers(at, min(len(text), at + 40)))
-    run(text[:at] + data.draw(BYTES) + text[end:], None, "runs.csv")
+    run(with_hole(data, CONFIG.encode(), BYTES), None, "runs.csv")
 
 
 @settings(max_examples=150, deadline=None)
@@ -68,46 +70,43 @@ def test_any_sheet(data, name):
 @given(st.data())
 def test_a_sheet_with_a_hole(data):
     sheet = examples()[data.draw(st.integers(0, 1))]
-    at = data.draw(st.integers(0, len(sheet)))
-    end = data.draw(st.integers(at, min(len(sheet), at + 40)))
-    run(None, sheet[:at] + data.draw(st.binary(max_size=20)) + sheet[end:], "runs.csv")
+    run(None, with_hole(data, sheet, st.binary(max_size=20)), "runs.csv")
 
 
-CELLS = (
-    st.text(max_size=12)
-    | st.sampled_from(
-        [
-            "",
-            "p1",
-            "t1",
-            "plate",
-            "rod",
-            "leg",
-            "leg_air",
-            "poppy_LP",
-            "horizontal",
-            "rotation",
-            "yes",
-        ]
-    )
-    | st.floats().map(str)
-)
+WORDS = [
+    "",
+    "p1",
+    "t1",
+    "plate",
+    "rod",
+    "leg",
+    "leg_air",
+    "poppy_LP",
+    "horizontal",
+    "rotation",
+    "yes",
+]
+
+
+CELLS = st.text(max_size=12) | st.sampled_from(WORDS) | st.floats().map(str)
+
+
+NAMES = st.sampled_from(examples()[0].decode().split("\n")[0].split(","))
 
 
 @settings(max_examples=150, deadline=None)
-@given(
-    st.lists(
-        st.dictionaries(st.sampled_from(examples()[0].decode().split("\n")[0].split(",")), CELLS),
-        max_size=6,
-    )
-)
+@given(st.lists(st.dictionaries(NAMES, CELLS), max_size=6))
 def test_any_cells(rows):
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         for number, row in enumerate(rows):
             room.rows[f"x{number}"] = {**room.rows["p1"], **row}
-        text = room.text().encode("utf-8", "surrogatepass")
-        room.write(text)
-        campaign, problems = check_campaign(room.path)
-        assert (campaign is None) == any(problem.severity == "error" for problem in problems)
-        assert all(str(problem).isprintable() for problem in problems)
+        room.write(room.text().encode("utf-8", "surrogatepass"))
+        check(room)
+
+
+def check(room):
+    """A campaign or an error, and problems that can be printed."""
+    campaign, problems = check_campaign(room.path)
+    assert (campaign is None) == any(problem.severity == "error" for problem in problems)
+    assert all(str(problem).isprintable() for problem in problems)

@@ -28,31 +28,16 @@ media:
   poppy_CP: {title: "poppy seeds, close"}
 """
 
-PLATE = {
-    "kind": "plate",
-    "medium": "poppy_LP",
-    "intruder": "plate",
-    "direction": "intrusion",
-    "beta_deg": "30",
-    "gamma_deg": "45",
-}
-LEG = {"kind": "leg", "medium": "poppy_LP", "intruder": "c_leg", "direction": "rotation"}
 
-# rows 2 to 7 of the sheet
-ROWS: dict[str, dict[str, str]] = {
-    "p1": {**PLATE, "tare_run": "t1"},
-    "t1": {**PLATE, "kind": "rod"},
-    "h1": {
-        **PLATE,
-        "direction": "horizontal",
-        "gamma_deg": "0",
-        "depth_cm": "2.54",
-        "tare_run": "th",
-    },
-    "th": {**PLATE, "kind": "rod", "direction": "horizontal", "gamma_deg": "0", "depth_cm": "2.54"},
-    "c1": {**LEG, "tare_run": "a1"},
-    "a1": {**LEG, "kind": "leg_air", "medium": ""},
-}
+SHEET = """\
+run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,tare_run
+p1,plate,poppy_LP,plate,intrusion,30,45,,t1
+t1,rod,poppy_LP,plate,intrusion,30,45,,
+h1,plate,poppy_LP,plate,horizontal,30,0,2.54,th
+th,rod,poppy_LP,plate,horizontal,30,0,2.54,
+c1,leg,poppy_LP,c_leg,rotation,,,,a1
+a1,leg_air,,c_leg,rotation,,,,
+"""
 
 
 class Room:
@@ -62,18 +47,11 @@ class Room:
         self.folder = folder
         self.config = CONFIG
         self.columns = [column.name for column in COLUMNS]
-        self.rows = {
-            name: {
-                **row,
-                "run_id": name,
-                "force_log": f"logs/{name}_force.csv",
-                "motion_log": f"logs/{name}_motion.csv",
-            }
-            for name, row in ROWS.items()
-        }
-        for row in self.rows.values():
-            self.touch(row["force_log"])
-            self.touch(row["motion_log"])
+        self.rows = {}
+        for row in csv.DictReader(io.StringIO(SHEET)):
+            self.rows["new"] = row
+            self.add(row["run_id"], "new")
+            del self.rows["new"]
 
     @property
     def path(self):
@@ -86,7 +64,7 @@ class Room:
 
     def add(self, name, like, **cells):
         """Add a run like another one, with log files of its own."""
-        logs = {part: f"logs/{name}_{part}.csv" for part in ("force_log", "motion_log")}
+        logs = {f"{part}_log": f"logs/{name}_{part}.csv" for part in ("force", "motion")}
         self.rows[name] = {**self.rows[like], "run_id": name, **logs, **cells}
         for log in logs.values():
             self.touch(log)

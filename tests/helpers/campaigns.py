@@ -15,9 +15,8 @@ import pandas as pd
 import yaml
 from jobs import run_rules
 from matplotlib.axis import Axis
-from matplotlib.text import Text
 from paper import PROJECT, enact, paper_values, write_yaml
-from text_boxes import text_faults
+from text_boxes import text_faults, words
 from true_sentences import untrue
 
 from rftfit.cli.main import main
@@ -113,11 +112,11 @@ def _sketch(folder, made, checked, figure, base, about):
         assert text_faults(figure) == [], base.name
     with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
         # without the numbers of ticks, which are made when they are asked for
-        words = "\n".join([about, *(text.get_text() for text in figure.findobj(Text))])
+        written = "\n".join([about, *words(figure)])
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
         if made is None:
-            content = words.encode() if ending == "svg" else b""
+            content = written.encode() if ending == "svg" else b""
         elif ending == "svg":
             content = style.content(figure, ending, about)
         else:

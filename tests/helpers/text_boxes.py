@@ -98,3 +98,8 @@ def main(campaigns):
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
+
+
+def words(figure):
+    """Every text of a figure that is not empty."""
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import QuadMesh
-from matplotlib.text import Text
 from page_inputs import page_results, sand_results, write
+from text_boxes import words
 
 from rftfit.figures.maps import estimated_maps
 from rftfit.figures.registry import greek
@@ -39,21 +39,6 @@ def numbers(text):
     return [float(one.replace("\u2212", "-")) for one in NUMBER.findall(plain)]
 
 
-def worst(errors, media, profile):
-    """Largest error of peak lift of each leg with its interval."""
-    own = errors[errors["medium"].isin(media) & (errors["profile"] == profile)]
-    found: list[float] = []
-    for leg in dict.fromkeys(own["leg"]):
-        part = own[(own["leg"] == leg) & (own["component"] == "z")]
-        row = part.loc[[part["peak_error_percent"].abs().idxmax()]].iloc[0]
-        found += [
-            row["peak_error_percent"],
-            row["peak_error_lo_percent"],
-            row["peak_error_hi_percent"],
-        ]
-    return found
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     made = page_results(tmp_path_factory.mktemp("found"), robot=True)
@@ -61,9 +46,8 @@ def results(tmp_path_factory):
     sand = errors["medium"] == "yuma"
     errors.loc[sand, ["peak_measured_N", "peak_error_percent"]] = [2.0, 12.0]
     # made different from leg to leg, with intervals
-    errors["peak_error_percent"] += (
-        errors["leg"].map({"c_leg": 3.0, "flat_leg": -40.0}).fillna(25.0)
-    )
+    off = errors["leg"].map({"c_leg": 3.0, "flat_leg": -40.0}).fillna(25.0)
+    errors["peak_error_percent"] += off
     errors["peak_error_lo_percent"] = errors["peak_error_percent"] - 5
     errors["peak_error_hi_percent"] = errors["peak_error_percent"] + 7
     write(made, "leg_errors.csv", errors)
@@ -73,42 +57,43 @@ def results(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def said(results):
+def page(results):
+    return make_page(results)
+
+
+@pytest.fixture(scope="module")
+def said(page):
     """Sentences by the section that they lead to."""
     found: dict[str, list[str]] = {}
-    for text, section in sentences(make_page(results)):
+    for text, section in sentences(page):
         found.setdefault(section, []).append(text)
     return found
 
 
-def test_the_first_screen_has_three_sentences_and_sections_the_rest(results, said):
+def text_of(results, section):
+    return next(one.text for one in findings(results) if one.section == section)
+
+
+def test_the_first_screen_has_three_sentences_and_sections_the_rest(results, page, said):
     assert {name: len(texts) for name, texts in said.items()} == {"believed": 1, "legs": 2}
-    rest = [one.section for one in findings(results)[3:]]
-    assert rest == ["sands", "robot", "coefficients"]
-    page = html.unescape(re.sub(r"</?sub>", "", make_page(results))).replace("\u00a0%", " %")
-    assert all(
-        greek(one.text).replace("_z", "z") in page.replace("\n", " ")
-        for one in findings(results)[3:]
-    )
+    rest = findings(results)[3:]
+    assert [one.section for one in rest] == ["sands", "robot", "coefficients"]
+    text = html.unescape(re.sub(r"</?sub>", "", page)).replace("\u00a0%", " %").replace("\n", " ")
+    assert all(greek(one.text).replace("_z", "z") in text for one in rest)
 
 
 def test_errors_of_legs(results, said):
     own = results.table("leg_errors.csv").query("component == 'z' and profile == 'table'")
     own = own[own["medium"].isin(results.laboratory) & own["peak_error_percent"].notna()]
-    worst_of = {leg: part["peak_error_percent"].abs().max() for leg, part in own.groupby("leg")}
+    size = own["peak_error_percent"].abs()
+    worst_of = size.groupby(own["leg"]).max()
     told, why = said["legs"]
     found = [one for one in numbers(told) if one != 33]
-    assert sorted(map(abs, found[:3])) == pytest.approx(sorted(worst_of.values()), abs=0.5)
-    assert (
-        told.index("c-leg")
-        < told.index("flat leg")
-        < told.index("not within")
-        < told.index("reversed")
-    )
-    size = own["peak_error_percent"].abs()
+    assert sorted(map(abs, found[:3])) == pytest.approx(sorted(worst_of), abs=0.5)
+    places = [told.index(one) for one in ("c-leg", "flat leg", "not within", "reversed")]
+    assert places == sorted(places)
     assert found[3:] == pytest.approx([len(own), size.median(), size.max()], abs=0.5)
-    row = own.loc[size.idxmax()]
-    ends = [row[f"peak_error_{end}_percent"] for end in ("lo", "hi")]
+    ends = own.loc[size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]].tolist()
     assert numbers(why)[:2] == pytest.approx(ends, abs=0.5)
     assert ("leaves zero out" in why) == (ends[0] * ends[1] > 0)
 
@@ -125,17 +110,19 @@ def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_p
 
 
 def test_errors_in_sands(results):
-    wanted = worst(results.table("leg_errors.csv"), ["yuma"], "generic")
-    text = next(one.text for one in findings(results) if one.section == "sands")
-    assert numbers(text) == pytest.approx(wanted, abs=0.5)
+    errors = results.table("leg_errors.csv").query("medium == 'yuma' and profile == 'generic'")
+    wanted: list[float] = []
+    for _, part in errors[errors["component"] == "z"].groupby("leg", sort=False):
+        row = part.loc[part["peak_error_percent"].abs().idxmax()]
+        wanted += [row[f"peak_error_{end}percent"] for end in ("", "lo_", "hi_")]
+    assert numbers(text_of(results, "sands")) == pytest.approx(wanted, abs=0.5)
 
 
 def test_speeds_of_the_robot(results):
     errors = results.table("robot/errors.csv")
     own = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
     near = int((own["error_percent"].abs() <= 20).sum())
-    text = next(one.text for one in findings(results) if one.section == "robot")
-    assert numbers(text) == [20, near, len(own)]
+    assert numbers(text_of(results, "robot")) == [20, near, len(own)]
 
 
 def test_softest_and_hardest_medium(results, said):
@@ -192,36 +179,33 @@ def test_a_robot_without_a_measured_speed_tells_how_fast_it_runs(tmp_path):
     assert numbers(text) == pytest.approx(wanted, abs=0.5)
 
 
-def media_of_nine_terms(results):
-    """Return y of the sentence "in x of y media the nine terms put ..."."""
-    text = next(one.text for one in findings(results) if one.text.startswith("In "))
-    return int(text.split()[3])
-
-
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
+    def media_of_nine_terms(results):
+        """Return y of the sentence "in x of y media the nine terms put ..."."""
+        return int(next(one.text for one in findings(results) if one.text[:3] == "In ").split()[3])
+
     results = page_results(tmp_path)
     every = media_of_nine_terms(results)
-    checks = pd.DataFrame(
-        [{"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
-          "sentence": "Z looks reversed."}]
-    )  # fmt: skip
-    write(results, "checks/poppy_CP.csv", checks)
-    write(
-        results,
-        "fits/poppy_LP.csv",
-        pd.DataFrame({"run_id": ["a", "b"]}).assign(**flag_columns([remark("no-tare")])),
-    )
+    failed = {"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
+              "sentence": "Z looks reversed."}  # fmt: skip
+    write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
+    bare = pd.DataFrame({"run_id": ["a", "b"]}).assign(**flag_columns([remark("no-tare")]))
+    write(results, "fits/poppy_LP.csv", bare)
     page = make_page(Results(results.campaign))
     first, second = sentences(page)[:2]
     assert first[0].startswith(
-        f"Measured well: in part; poppy seeds, loose is doubtful ({remark('no-tare')}); poppy seeds, close is unusable (the medium seems to give energy to the plates)"
+        f"Measured well: in part; poppy seeds, loose is doubtful ({remark('no-tare')}); "
+        "poppy seeds, close is unusable (the medium seems to give energy to the plates)"
     )
     # what is unusable is in no sentence on what was found
     assert "Errors of 10 peak lifts" in second[0]
     assert media_of_nine_terms(Results(results.campaign)) == every - 1
-    assert '<a href="#checks-poppy_CP">unusable</a>' in page
-    assert 'id="checks-poppy_CP"' in page
-    assert ">doubtful</a>" in page
+    for text in (
+        '<a href="#checks-poppy_CP">unusable</a>',
+        'id="checks-poppy_CP"',
+        ">doubtful</a>",
+    ):
+        assert text in page
 
 
 def test_figures_are_previewed_with_captions_and_links(tmp_path):
@@ -250,19 +234,13 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
 def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     results = page_results(tmp_path)
     page = estimated_maps(results)
-    titles = [axes.get_title(loc="left") or axes.get_title() for axes in page.axes]
-    assert sum("estimated" in text.get_text() for text in page.findobj(Text)) == 2
-    assert "Yuma sand" in [*titles, *(text.get_text() for text in page.findobj(Text))]
+    assert sum("estimated" in text for text in words(page)) == 2
+    assert "Yuma sand" in words(page)
     # laboratory media of this campaign have one row in the run sheet, but no map
     assert len(page.axes) == 8
-    whole = results.table("maps/yuma.csv")
-    meshes = [mesh for mesh in page.axes[0].findobj(QuadMesh) if mesh.get_array() is not None]
-    drawn = np.concatenate(
-        [np.ma.filled(np.ma.asarray(mesh.get_array()), np.nan).ravel() for mesh in meshes]
-    )
-    largest = whole["alpha_z_N_per_cm3"].max()
-    assert np.nanmax(drawn) == pytest.approx(largest)
-    rings = [line for line in page.axes[0].lines if line.get_marker() == "o"]
-    assert [tuple(np.ravel([line.get_xdata(), line.get_ydata()])) for line in rings] == [
-        (90.0, 0.0)
-    ]
+    meshes = [mesh.get_array() for mesh in page.axes[0].findobj(QuadMesh)]
+    drawn = [np.ma.filled(np.ma.asarray(one), np.nan).ravel() for one in meshes if one is not None]
+    largest = results.table("maps/yuma.csv")["alpha_z_N_per_cm3"].max()
+    assert np.nanmax(np.concatenate(drawn)) == pytest.approx(largest)
+    (ring,) = (line for line in page.axes[0].lines if line.get_marker() == "o")
+    assert tuple(np.ravel([ring.get_xdata(), ring.get_ydata()])) == (90.0, 0.0)

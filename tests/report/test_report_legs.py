@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from memory import memory, of_runs
-from text_boxes import text_faults
+from text_boxes import text_faults, words
 from turning import sweep
 
 from rftfit import reference
@@ -186,10 +185,6 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 @cache
 def drawn(name):
     return FIGURES[name]()
-
-
-def words(figure):
-    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
 
 
 def panels(figure):

@@ -6,8 +6,8 @@ import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.text import Text
 from memory import memory, of_runs
+from text_boxes import words
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
@@ -15,10 +15,6 @@ from rftfit.figures.plates import CELLS, linearity, runs_of_cells
 from rftfit.figures.protocol import Column
 from rftfit.figures.traces import by_run, thin
 from rftfit.measure import ingest
-
-
-def words(figure):
-    return [text.get_text() for text in figure.findobj(Text)]
 
 
 def recording(kind):

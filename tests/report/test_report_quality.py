@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
-from matplotlib.text import Text
 from memory import memory, of_runs
+from text_boxes import words
 
 from rftfit.compare.peers import COLUMNS, compare_runs
 from rftfit.figures import style
@@ -34,10 +34,6 @@ def marked(figure):
     return sum(len(c.get_paths()) for c in red)
 
 
-def words(figure):
-    return [text.get_text() for text in figure.findobj(Text)]
-
-
 def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     traces, fits = medium[0], medium[1].copy()
     bare, cut = remark("no-tare"), remark("motion-log-cut")
@@ -53,7 +49,8 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
 
 def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     traces, fits = medium[0], medium[1].copy()
-    chain.spoil(fits, 20, "tare too short")
+    fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan
+    fits.loc[20, "reason"] = "tare too short"
     cut = remark("motion-log-cut")
     fits.loc[50, [*FLAGS]] = [*flag_columns([cut]).values()]
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]

@@ -12,6 +12,7 @@ from paper import paper_config
 import rftfit
 from rftfit import reference
 from rftfit.figures.labels import half_width
+from rftfit.model.fourier import TERMS
 from rftfit.page.workbooks import Book, workbooks
 
 MEDIA = [*reference.MEDIA, "generic"]
@@ -134,9 +135,9 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
         title = f"coefficients {unit}; grey: term not kept, counts as zero"
         heads, sides, values = block(sheet, title)
         assert heads == [*titles, "generic"]
-        assert sides == [*chain.TERMS, "zeta"]
+        assert sides == [*TERMS, "zeta"]
         wanted = rows.pivot_table(index="coefficient", columns="medium", values="value_N_per_cm3")
-        same(numbers(values)[:9], wanted.loc[list(chain.TERMS), MEDIA])
+        same(numbers(values)[:9], wanted.loc[list(TERMS), MEDIA])
         zeta = penetration[penetration["method"] == method].set_index("medium")
         same(numbers(values)[9], [*zeta["zeta"][list(reference.MEDIA)], 1.0])
         both = block(sheet, f"95 % intervals {unit}")
@@ -144,13 +145,13 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
         for part, start in (("lo", 0), ("hi", 1)):
             ends = rows.pivot_table(index="coefficient", columns="medium", values=part)
             got = numbers(both[2])[:, start::2]
-            same(got[:9], ends.loc[list(chain.TERMS), MEDIA])
+            same(got[:9], ends.loc[list(TERMS), MEDIA])
             same(got[9, :-1], zeta[f"zeta_{part}"][list(reference.MEDIA)])
             assert np.isnan(got[9, -1])
         printed = block(sheet, f"published, Table S2 {unit}")
         for place, medium in enumerate(MEDIA):
             own = reference.coefficients(medium)
-            same(numbers(printed[2])[:, place], [own[term] for term in (*chain.TERMS, "zeta")])
+            same(numbers(printed[2])[:, place], [own[term] for term in (*TERMS, "zeta")])
 
 
 def test_dropped_terms_are_grey(results, books):
@@ -159,7 +160,7 @@ def test_dropped_terms_are_grey(results, books):
     kept = dict(zip(places, rows["kept"], strict=True))
     assert not all(kept.values())
     for j, medium in enumerate(MEDIA, start=2):
-        for i, term in enumerate(chain.TERMS, start=5):
+        for i, term in enumerate(TERMS, start=5):
             color = sheet.cell(i, j).font.color
             grey = color is not None and color.rgb == "FF9A9A9A"
             assert grey == (not kept[medium, term])
