@@ -126,8 +126,6 @@ def test_maps_show_media_and_missing_cells():
     assert hatched(maps_of(nothing)) == 4 * 91
 
 
-
-
 def test_bars_show_the_colours_of_their_maps(small_map):
     (strip,) = small_map.axes[1].images
     mesh = small_map.axes[0].collections[0]

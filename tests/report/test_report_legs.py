@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -18,7 +17,6 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
 from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
-from rftfit.figures.labels import span
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     forces_over_zeta,
@@ -31,7 +29,7 @@ from rftfit.figures.legs import (
 )
 from rftfit.figures.sands import penetration as draw_penetration
 from rftfit.figures.style import content, save
-from rftfit.model.fourier import TERMS
+from rftfit.model.fourier import as_array
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import (
@@ -48,42 +46,68 @@ SAND_ZETAS = {"yuma": 0.61, "palms29": 0.78}
 STATED_CM = {"yuma": 2.0, "palms29": 3.0}
 
 
-def nine(medium):
-    published = reference.coefficients(medium)
-    return np.array([published.get(term, 0.0) for term in TERMS])
-
-
 def curve(medium, leg, name, profile):
     forces = sweep(profile, model_leg(leg))
     names = {"medium": medium, "leg": leg, "profile": name, "reason": ""}
     table = pd.DataFrame({"theta_deg": THETA_DEG}).assign(**names)
     for c, force in (("z", forces.force_z_N), ("x", forces.force_x_N)):
-        table[f"force_{c}_N"] = force
-        table[f"force_{c}_lo_N"] = force - 0.05 * abs(force)
-        table[f"force_{c}_hi_N"] = force + 0.05 * abs(force)
+        for end, share in (("", 0), ("_lo", -0.05), ("_hi", 0.05)):
+            table[f"force_{c}{end}_N"] = force + share * abs(force)
     return table
 
 
+def nine(medium):
+    return as_array(reference.coefficients(medium))
+
+
 @cache
-def _predicted():
+def every_curve():
     parts = []
     for medium in MEDIA + SANDS:
-        zeta = SAND_ZETAS.get(medium)
-        profiles: dict[str, Profile] = {}
-        if zeta is None:
+        zeta = SAND_ZETAS.get(medium) or reference.coefficients(medium)["zeta"]
+        profiles: dict[str, Profile] = {"generic": scaled_generic(zeta, nine("generic"))}
+        if medium in MEDIA:
             table = TableProfile.published(medium)
-            profiles["table"] = table
+            profiles |= {"table": table, "depth_only": DepthOnlyProfile.of(table)}
             profiles["fourier"] = FourierProfile(nine(medium))
-            profiles["depth_only"] = DepthOnlyProfile.of(table)
-            zeta = reference.coefficients(medium)["zeta"]
-        profiles["generic"] = scaled_generic(zeta, nine("generic"))
         for leg in reference.LEGS:
             parts += [curve(medium, leg, name, profile) for name, profile in profiles.items()]
     return pd.concat(parts, ignore_index=True)
 
 
 def predicted():
-    return _predicted().copy()
+    return every_curve().copy()
+
+
+def curve_of(leg, profile):
+    return predicted().query(f"medium == 'poppy_LP' and leg == '{leg}' and profile == '{profile}'")
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "legs": lambda: legs(results(), "poppy_LP"),
+    "legs_by_medium": lambda: legs_by_medium(results()),
+    "legs_depth_only": lambda: legs_depth_only(results()),
+    "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
+    "forces_over_zeta": lambda: forces_over_zeta(results()),
+    "penetration": lambda: draw_penetration(pushed(*sand_tables())),
+    "peak_errors": lambda: peak_errors(results()),
+    "leg_shapes": lambda: leg_shapes(results()),
+}
+
+
+@cache
+def drawn(name):
+    return FIGURES[name]()
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_axes_have_units_and_no_text_leaves_the_figure_or_touches_another(name):
+    figure = drawn(name)
+    content(figure, "svg")
+    assert text_faults(figure) == []
+    found = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
+    assert found != {""}
+    assert all("(" in label and label.endswith(")") for label in found - {""}), found
 
 
 def measured():
@@ -170,23 +194,6 @@ def pushed(samples, sands):
     return found
 
 
-FIGURES: dict[str, Callable[[], Figure]] = {
-    "legs": lambda: legs(results(), "poppy_LP"),
-    "legs_by_medium": lambda: legs_by_medium(results()),
-    "legs_depth_only": lambda: legs_depth_only(results()),
-    "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
-    "forces_over_zeta": lambda: forces_over_zeta(results()),
-    "penetration": lambda: draw_penetration(pushed(*sand_tables())),
-    "peak_errors": lambda: peak_errors(results()),
-    "leg_shapes": lambda: leg_shapes(results()),
-}
-
-
-@cache
-def drawn(name):
-    return FIGURES[name]()
-
-
 def panels(figure):
     """Text of each axes, its ticks left out."""
     return ["\n".join(t.get_text() for t in axes.texts) for axes in figure.axes]
@@ -199,73 +206,44 @@ def test_the_order_of_rows_does_not_matter(tmp_path):
     assert [path.read_bytes() for path in one] == [path.read_bytes() for path in other]
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_every_axis_label_has_a_unit(name):
-    figure = drawn(name)
-    found = {axes.get_xlabel() for axes in figure.axes} | {a.get_ylabel() for a in figure.axes}
-    found.discard("")
-    assert found
-    assert all("(" in label and label.endswith(")") for label in found), found
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_no_text_leaves_the_figure_or_touches_another(name):
-    figure = drawn(name)
-    content(figure, "svg")
-    assert text_faults(figure) == []
-
-
 def test_the_curves_drawn_are_those_of_the_tables():
-    figure = legs(results(), "poppy_LP")
-    seen = measured().query("medium == 'poppy_LP' and leg == 'c_leg'")
-    ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'table'")
+    figure = drawn("legs")
+    seen, flat = (
+        measured().query(f"medium == 'poppy_LP' and leg == '{leg}'")["force_z_N"].max()
+        for leg in ("c_leg", "reversed_c_leg")
+    )
     # a sketch, then F_z and F_x, for each leg; the first line of a panel is that of zero
     lines = [line.get_ydata() for line in figure.axes[1].lines[1:]]
-    np.testing.assert_allclose(np.nanmax(lines[0]), seen["force_z_N"].max())
-    np.testing.assert_array_equal(lines[1], ours["force_z_N"])
-
-
-def test_the_depth_only_model_has_an_inset_of_its_own():
-    figure = legs(results(), "poppy_LP")
-    rows = predicted().query(
-        "medium == 'poppy_LP' and leg == 'reversed_c_leg' and profile == 'depth_only'"
-    )
-    highest = rows["force_z_N"].max()
+    np.testing.assert_allclose(np.nanmax(lines[0]), seen)
+    np.testing.assert_array_equal(lines[1], curve_of("c_leg", "table")["force_z_N"])
+    # the depth-only model has an inset of its own
+    highest = curve_of("reversed_c_leg", "depth_only")["force_z_N"].max()
     (inset,) = figure.axes[7].child_axes
-    dots, line = (np.asarray(one.get_ydata(), dtype=float) for one in inset.lines)
-    assert np.nanmax(line) == highest < inset.get_ylim()[1]
-    seen = measured().query("medium == 'poppy_LP' and leg == 'reversed_c_leg'")
-    assert np.nanmax(dots) == seen["force_z_N"].max()
+    dots, line = (np.nanmax(np.asarray(one.get_ydata(), dtype=float)) for one in inset.lines)
+    assert dots == flat
+    assert line == highest < inset.get_ylim()[1]
     assert figure.axes[7].get_ylim()[1] < highest
+    line = next(one for one in drawn("legs_depth_only").axes[0].lines if one.is_dashed())
+    np.testing.assert_array_equal(line.get_ydata(), curve_of("c_leg", "depth_only")["force_z_N"])
+    # the generic forces are the sweep of the printed coefficients
+    expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
+    found = np.asarray(drawn("forces_over_zeta").axes[0].lines[1].get_ydata(), dtype=float)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_each_push_into_a_sand_has_its_own_fit():
     samples, sands = sand_tables()
-    medium = SANDS[0]
-    again = samples[samples["medium"] == medium].assign(run_id="again")
-    fits = sands[sands["medium"] == medium].assign(run_id="again")
-    fits["alpha_z_N_per_cm3"] *= 2
-    figure = draw_penetration(pushed(pd.concat([samples, again]), pd.concat([sands, fits])))
+    more, fits = (table[table["medium"] == SANDS[0]] for table in (samples, sands))
+    slopes_of = fits["alpha_z_N_per_cm3"]
+    fits = fits.assign(run_id="again", alpha_z_N_per_cm3=2 * slopes_of)
+    samples = pd.concat([samples, more.assign(run_id="again")])
+    figure = draw_penetration(pushed(samples, pd.concat([sands, fits])))
     lines = [np.asarray(line.get_xydata(), dtype=float) for line in figure.axes[0].lines]
     slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
-    one = sands[sands["medium"] == medium]["alpha_z_N_per_cm3"]
-    np.testing.assert_allclose(sorted(slopes), sorted([*one, *(2 * one)]))
+    np.testing.assert_allclose(sorted(slopes), sorted([*slopes_of, *(2 * slopes_of)]))
     content(figure, "svg")
     assert text_faults(figure) == []
     assert any("2 tests, stated" in text for text in words(figure))
-
-
-def test_media_stand_in_the_order_of_the_campaign():
-    labels = [label.get_text() for label in peak_errors(results()).axes[0].get_yticklabels()]
-    titles = results().campaign.titles
-    assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]
-
-
-def test_depth_only_forces_of_all_media_are_dotted():
-    figure = legs_depth_only(results())
-    ours = predicted().query("medium == 'poppy_LP' and leg == 'c_leg' and profile == 'depth_only'")
-    line = next(one for one in figure.axes[0].lines if one.is_dashed())
-    np.testing.assert_array_equal(line.get_ydata(), ours["force_z_N"])
 
 
 def test_a_leg_that_is_not_measured_is_told_in_its_panels():
@@ -296,14 +274,6 @@ def test_a_medium_without_any_data_has_a_row_that_says_so():
     assert "poppy seeds, close" in words(figure)
 
 
-def test_generic_forces_collapse_on_the_sweep_of_the_printed_coefficients():
-    figure = forces_over_zeta(results())
-    expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
-    np.testing.assert_allclose(
-        np.asarray(figure.axes[0].lines[1].get_ydata(), dtype=float), expected, atol=1e-12
-    )
-
-
 def test_a_medium_without_zeta_is_named_in_the_panels():
     table = penetration().assign(reason="no fit")
     table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
@@ -314,19 +284,20 @@ def test_a_medium_without_zeta_is_named_in_the_panels():
 
 
 def test_penetration_marks_the_detected_end_and_says_what_is_missing():
+    def ends(figure):
+        return [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
+
     samples, sands = sand_tables()
-    figure = draw_penetration(pushed(samples, sands))
-    ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
-    assert {1.2 * STATED_CM["yuma"]} in ends
+    detected = sands["window"] == "detected"
+    figure = drawn("penetration")
+    assert {1.2 * STATED_CM["yuma"]} in ends(figure)
     assert panels(figure) == ["", ""]
-    whole = sands.assign(reason_code=np.where(sands["window"] == "detected", "no-linear-end", ""))
+    whole = sands.assign(reason_code=np.where(detected, "no-linear-end", ""))
     figure = draw_penetration(pushed(samples, whole))
-    ends = [set(np.ravel(line.get_xdata())) for line in figure.axes[0].lines]
-    assert {1.2 * STATED_CM["yuma"]} not in ends
+    assert {1.2 * STATED_CM["yuma"]} not in ends(figure)
     assert any("no end in" in text for text in words(figure))
-    part = sands[(sands["medium"] != "yuma") | (sands["window"] != "detected")]
     samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
-    figure = draw_penetration(pushed(samples, part))
+    figure = draw_penetration(pushed(samples, sands[(sands["medium"] != "yuma") | ~detected]))
     assert panels(figure) == ["no fit over the detected window", "no stress in this test"]
 
 
@@ -334,27 +305,28 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table = errors()
     numbers = [name for name in table if str(name).startswith("peak")]
     first = (table["medium"] == "poppy_LP") & (table["leg"] == "c_leg")
-    table.loc[first, numbers] = np.nan
-    table.loc[first, "reason"] = "no measured curve"
     second = (table["medium"] == "glass3mm_CP") & (table["profile"] == "fourier")
-    table.loc[second, numbers] = np.nan
+    table.loc[first | second, numbers] = np.nan
+    table.loc[first, "reason"] = "no measured curve"
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
     table = table[table["medium"] != "palms29"]
     figure = peak_errors(results(leg_errors=table))
     told = [set(text.split("\n")) for text in panels(figure)]
     assert told[0] == {"no value: no measured curve", "no value: nine-term fit"}
     assert told[1] == {"no value: nine-term fit", "nothing predicted"}
+    labels = [label.get_text() for label in drawn("peak_errors").axes[0].get_yticklabels()]
+    titles = results().campaign.titles
+    assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]
     own = table.query("medium == 'poppy_LP' and leg == 'flat_leg' and profile == 'table'").iloc[0]
     ratio = own["peak_predicted_N"] / own["peak_measured_N"]
-    drawn = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
-    assert any(abs(x - ratio) < 1e-12 for x in drawn)
-    assert any(
-        "no leg was measured" in text for text in words(peak_errors(results(leg_errors=table[:0])))
-    )
+    drawn_at = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
+    assert any(abs(x - ratio) < 1e-12 for x in drawn_at)
+    nothing = words(peak_errors(results(leg_errors=table[:0])))
+    assert any("no leg was measured" in text for text in nothing)
 
 
 def test_shapes_of_legs_are_ratios_with_a_bar_of_the_hip():
-    figure = leg_shapes(results())
+    figure = drawn("leg_shapes")
     # lift above thrust, column by column
     axes = figure.axes[4]
     assert axes.get_title() == "reversed c-leg"
@@ -407,23 +379,7 @@ def test_the_measured_peak_is_that_of_the_tables(draw):
     noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
     noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)
     own = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
-    theta, force = own[["theta_deg", "force_z_N"]].to_numpy(float).T
-    peak = measured_peak(theta, force, "z")
-    assert own["force_z_N"].max() > peak.force_N + 0.1
-    assert any(
-        f"peak lift (N): {peak.force_N:.2f}" in text
-        for text in words(draw(results(measured=noisy)))
-    )
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "told"),
-    [
-        (0.0, 0.0, ""),
-        (0.293, math.nan, ""),
-        (0.2931, 0.2934, "0.2931 to 0.2934"),
-        (0.29, 0.3, "0.290 to 0.300"),
-    ],
-)
-def test_an_interval_has_a_width(low, high, told):
-    assert span(low, high) == told
+    peak = measured_peak(*own[["theta_deg", "force_z_N"]].to_numpy(float).T, "z").force_N
+    assert own["force_z_N"].max() > peak + 0.1
+    text = words(draw(results(measured=noisy)))
+    assert any(f"peak lift (N): {peak:.2f}" in line for line in text)

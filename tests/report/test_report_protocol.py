@@ -13,7 +13,7 @@ from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
 from rftfit.figures.plates import CELLS, linearity, runs_of_cells
 from rftfit.figures.protocol import Column
-from rftfit.figures.traces import by_run, thin
+from rftfit.figures.traces import by_run
 from rftfit.measure import ingest
 
 
@@ -79,9 +79,6 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch
 def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
-
-
-def test_clocks_that_were_not_estimated(monkeypatch):
     monkeypatch.setattr(ingest, "load_pairs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
@@ -135,9 +132,3 @@ def test_runs_of_cells_are_those_of_the_alpha_table():
     alpha = small().joined("alpha/{medium}.csv")
     assert runs_of_cells(alpha, CELLS[:1]) == {"poppy_LP_0_90_0.0", "glass3mm_CP_0_90_0.0"}
     assert runs_of_cells(alpha, [(60.0, 45.0)]) == set()
-
-
-def test_thinning_leaves_no_stretch_out_at_the_end():
-    x = np.arange(1131.0)
-    line = thin(x, np.zeros(x.size), 400)[0]
-    assert np.diff(line[:, 0]).max() <= 10

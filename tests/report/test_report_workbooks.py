@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+from itertools import takewhile
 
 import chain_tables as chain
 import numpy as np
@@ -44,17 +45,12 @@ def books(results):
 
 def block(sheet, head):
     """Columns, rows and values of the block under `head`."""
-    top = next(row for row in range(1, sheet.max_row + 1) if sheet.cell(row, 1).value == head)
-    width = 2
-    while sheet.cell(top + 1, width).value is not None:
-        width += 1
-    heads = [sheet.cell(top + 1, column).value for column in range(2, width)]
-    sides, values, row = [], [], top + 2
-    while sheet.cell(row, 1).value is not None:
-        sides.append(sheet.cell(row, 1).value)
-        values.append([sheet.cell(row, column).value for column in range(2, width)])
-        row += 1
-    return heads, sides, np.array(values, dtype=object)
+    rows = [list(row) for row in sheet.iter_rows(values_only=True)]
+    top = next(place for place, row in enumerate(rows) if row[0] == head) + 1
+    heads = list(takewhile(lambda cell: cell is not None, rows[top][1:]))
+    body = list(takewhile(lambda row: row[0] is not None, rows[top + 1 :]))
+    values = np.array([row[1 : 1 + len(heads)] for row in body], dtype=object)
+    return heads, [row[0] for row in body], values
 
 
 def same(got, wanted):
@@ -63,8 +59,8 @@ def same(got, wanted):
 
 
 def numbers(values):
-    flat = [value if isinstance(value, int | float) else np.nan for value in values.ravel()]
-    return np.array(flat, dtype=float).reshape(values.shape)
+    known = np.vectorize(lambda cell: cell if isinstance(cell, int | float) else np.nan, [float])
+    return known(values)
 
 
 def test_alpha_workbook_holds_the_tables(results, books):
@@ -156,9 +152,8 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
 
 def test_dropped_terms_are_grey(results, books):
     sheet, rows = books[1]["lsq"], results.table("coefficients.csv").query("method == 'lsq'")
-    places = zip(rows["medium"], rows["coefficient"], strict=True)
-    kept = dict(zip(places, rows["kept"], strict=True))
-    assert not all(kept.values())
+    kept = rows.set_index(["medium", "coefficient"])["kept"]
+    assert not kept.all()
     for j, medium in enumerate(MEDIA, start=2):
         for i, term in enumerate(TERMS, start=5):
             color = sheet.cell(i, j).font.color
