@@ -63,15 +63,14 @@ def penetration_table():
 def runs(medium, samples=700):
     """Traces and fits of one medium: 42 intrusions, 42 extractions, 21 horizontal runs."""
     rng = np.random.default_rng(3)
-    parts = []
+    parts: list[tuple[pd.DataFrame, dict[str, object]]] = []
     for i, beta in enumerate(reference.BETA_DEG):
         for j, gamma in enumerate(reference.GAMMA_DEG):
-            alpha = [grid[i, j] for grid in reference.alpha_grid(medium)]
+            z, x = (grid[i, j] for grid in reference.alpha_grid(medium))
             kind = "horizontal" if gamma == 0 else "intrusion" if gamma > 0 else "extraction"
             for level in (2.54, 5.08, 7.62) if gamma == 0 else (np.nan,):
-                trace, fit = one_run(
-                    f"{medium}_{len(parts):04d}", kind, level, *alpha, rng, samples
-                )
+                name = f"{medium}_{len(parts):04d}"
+                trace, fit = one_run(name, kind, level, z, x, rng, samples)
                 parts.append(
                     (trace, fit | {"medium": medium, "beta_deg": beta, "gamma_deg": gamma})
                 )
