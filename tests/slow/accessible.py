@@ -1,6 +1,6 @@
 """axe-core on report pages: both themes, everything open.
 
-make accessible                             the page of the published tables
+make accessible                             the page of the published tables, and the live page of a watch
 make accessible ARGS="results/report.html"  others
 """
 
@@ -12,15 +12,26 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve()
-sys.path.insert(0, str(HERE.parents[1] / "helpers"))
+sys.path[:0] = [str(HERE.parents[1] / "helpers"), str(HERE.parents[2] / "studies")]
 import chromium
+from live_rig import LiveRig
 from page_inputs import page_results
 
+import rftfit.bench
+from rftfit.bench.page import page_of
 from rftfit.page.page import page
 
 AXE = HERE.parents[2] / ".mutants" / "axe" / "axe_playwright_python" / "axe.min.js"
 ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.stringify(told.violations
   .map((one) => [one.id, one.impact, one.help, one.nodes.map((node) => node.html.slice(0, 120))])))"""
+
+
+def live_page(root):
+    """What a browser shows of a watch after two pushes."""
+    rig = LiveRig(root, "poppy_LP", 2013)
+    rig.push(rig.plates[:2])
+    frame = Path(rftfit.bench.__file__).with_name("page.html").read_text(encoding="utf-8")
+    return frame.replace('<main id="main">', f'<main id="main">{page_of(rig.watch, "")}')
 
 
 def main(pages):
@@ -61,8 +72,8 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
         given = [Path(word) for word in sys.argv[1:]]
         if not given:
-            given = [Path(made) / "report.html"]
-            given[0].write_text(
-                page(page_results(Path(made) / "lab", robot=True)), encoding="utf-8"
-            )
+            given = [Path(made) / "report.html", Path(made) / "live.html"]
+            report = page(page_results(Path(made) / "lab", robot=True))
+            for path, text in zip(given, (report, live_page(Path(made) / "rig")), strict=True):
+                path.write_text(text, encoding="utf-8")
         sys.exit(main(given))
