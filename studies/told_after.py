@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 
 AT, MOST = 12, 40
 TURNS = {f"mount turned by {angle}° from here on": {"turn": float(angle)} for angle in (5, 10, 20)}
+CONTROL = ", each fourth push straight down"
+TURNS |= {name + CONTROL: sizes for name, sizes in TURNS.items()}
 DEAD = "channel of the horizontal force dead from here on"
 DIRECTION = "this push filed under another direction of motion"
-MEDIUM = "this push made in another medium (3 mm glass spheres)"
+MEDIUM = "this push made in another medium (0.3 mm glass spheres, close)"
 
 
 def with_column(content: bytes, column: str, value: str) -> bytes:
@@ -45,10 +47,11 @@ def with_column(content: bytes, column: str, value: str) -> bytes:
 def logs_of(rig: LiveRig, kind: str, run: Run, others: Iterable[Run]) -> tuple[bytes, bytes]:
     """Force log and motion log of a run, with what goes wrong."""
     if kind == DIRECTION:
-        alike = [one for one in others if (one.kind, one.direction) == (run.kind, run.direction)]
-        return rig.logs(next(one for one in alike if one.gamma_deg != run.gamma_deg))
+        return rig.logs(
+            next(one for one in others if one.kind == run.kind and one.gamma_deg != run.gamma_deg)
+        )
     if kind == MEDIUM:
-        return rig.logs(replace(run, published="glass3mm_CP"))
+        return rig.logs(replace(run, published="glass0.3mm_CP"))
     force, motion = rig.logs(run, BEDS | TURNS.get(kind, {}))
     return with_column(force, "F2", "0.00000") if kind == DEAD else force, motion
 
@@ -65,12 +68,25 @@ def reports(events: Iterable[Event]) -> set[str]:
     return found
 
 
+def with_control(rig: LiveRig, plates: list[Run]) -> list[Run]:
+    """Each fourth push is one straight down with the level plate, of a bed of its own."""
+    down = next(one for one in rig.plates if one.beta_deg == 0 and one.gamma_deg == 90)
+    rod = rig.rods[down.tare_run]
+    for at in range(3, MOST, 4):
+        own = replace(down, run_id=f"{down.run_id}_{at}", tare_run=f"{rod.run_id}_{at}")
+        rig.rods[own.tare_run] = replace(rod, run_id=own.tare_run)
+        plates = [*plates[:at], own, *plates[at:]]
+    return plates
+
+
 def told_after(kind: str, seed: int) -> dict[str, int]:
     """Further pushes after which each check or flag comes that was not there before push 12."""
     found, before = dict[str, int](), set[str]()
     with tempfile.TemporaryDirectory() as folder:
         rig = LiveRig(Path(folder), "poppy_LP", 2013 + seed)
         plates = random.Random(seed).sample(rig.plates, len(rig.plates))
+        if kind.endswith(CONTROL):
+            plates = with_control(rig, plates)
         for number, plate in enumerate(plates[:MOST], start=1):
             is_bad = number == AT or (number > AT and kind not in (DIRECTION, MEDIUM))
             others = [one for each in plates[MOST:] for one in (each, rig.rods[each.tare_run])]
