@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from rftfit.campaign.config import Leg, Plate
+from rftfit.campaign.config import Leg, Plate, Transducer
+from rftfit.campaign.config import Zero as Stated
 from rftfit.measure.flags import Refused
-from rftfit.measure.zero import find_zero, height_needed
+from rftfit.measure.zero import find_zero, height_needed, stated_zero
 
 TIME = np.arange(2000) / 100
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
@@ -40,6 +41,21 @@ def test_a_rest_cut_in_two_is_no_look_at_the_drift(ends):
     zero = find_zero(TIME, FORCE + NOISE, stretches(*ends), 10.0, 0.6)
     assert math.isnan(zero.drift_N)
     assert (zero.variance > (0.01 * 8) ** 2 / 3).all()
+
+
+def test_the_trend_of_one_rest_leads_to_the_stroke():
+    drifting = FORCE + np.array([[0.01], [-0.02]]) * TIME
+    zero = find_zero(TIME, drifting, stretches((4, 6)), 10.0, 0.6)
+    np.testing.assert_allclose(zero.trend_N, np.array([0.01, -0.02]) * (10.0 - 4.995))
+
+
+def test_a_stated_zero_is_turned_into_the_lab_frame():
+    axes = {"x": "-F2", "y": "+F1", "z": "-F3"}
+    transducer = Transducer.model_validate({"name": "t", "range_N": [9, 9, 9], "axes": axes})
+    stated = Stated(method="stated", readings_N=(0.1, 0.2, 0.4), sd_N=0.03)
+    zero = stated_zero(stated, transducer)
+    np.testing.assert_allclose(zero.force, [[-0.4], [-0.2]])  # z, x
+    np.testing.assert_allclose(zero.variance, [0.0009, 0.0009])
 
 
 def test_drift_between_two_stretches_is_a_line():
