@@ -33,24 +33,26 @@ def coefficient_rows(fit: scaling.MediumFit, bic: dict[str, bool | None]) -> pd.
     as 0.
     """
     level, published_as = fit.config.fit.confidence, fit.config.media[fit.medium].published_as
+    published = coefficients(published_as) if published_as in MEDIA else {}
     spread = [fit.draws.std(axis=0, ddof=1), *interval(fit.draws, level), fit.without_flagged]
     se, lo, hi, without = np.where(fit.keep, spread, np.nan)
-    z, x = _misfit(fit)
-    misfit = [z if term in TERMS_Z else x for term in TERMS]
-    values = np.where(fit.keep, fit.used, fit.full), se, lo, hi, np.abs(fit.full / fit.full[0])
-    printed = coefficients(published_as) if published_as in MEDIA else {}
-    beside = [printed.get(term, np.nan) for term in TERMS], misfit, without
-    kept = fit.keep, [bic[term] for term in TERMS]
-    columns = (
-        fit.method,
-        fit.medium,
-        TERMS,
-        *values,
-        *kept,
-        *beside,
-        *reason_columns(fit.why).values(),
-    )
-    return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
+    misfit_z, misfit_x = _misfit(fit)
+    columns = {
+        "method": fit.method,
+        "medium": fit.medium,
+        "coefficient": TERMS,
+        "value_N_per_cm3": np.where(fit.keep, fit.used, fit.full),
+        "se": se,
+        "lo": lo,
+        "hi": hi,
+        "relative_to_A00": np.abs(fit.full / fit.full[0]),
+        "kept": fit.keep,
+        "kept_by_bic": [bic[term] for term in TERMS],
+        "published": [published.get(term, np.nan) for term in TERMS],
+        "misfit_rms_N_per_cm3": [misfit_z if term in TERMS_Z else misfit_x for term in TERMS],
+        "without_flagged": without,
+    }
+    return pd.DataFrame(columns | reason_columns(fit.why))
 
 
 def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
@@ -70,13 +72,24 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
     lo, hi = scaling.generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
     own = {config.media[fit.medium].published_as for fit in group}
-    printed = (
-        coefficients(scaling.GENERIC) if method == scaling.AS_PRINTED and own >= {*MEDIA} else {}
-    )
-    values = m0, draws.std(axis=0, ddof=1), lo, hi, np.abs(m0 / m0[0]), m0 != 0, None
-    beside = [printed.get(term, np.nan) for term in TERMS], np.nan, np.nan
-    columns = (method, scaling.GENERIC, TERMS, *values, *beside, *reason_columns([]).values())
-    return pd.DataFrame(dict(zip(COEFFICIENT_COLUMNS, columns, strict=True)))
+    of_paper = method == scaling.AS_PRINTED and own >= {*MEDIA}
+    published = coefficients(scaling.GENERIC) if of_paper else {}
+    columns = {
+        "method": method,
+        "medium": scaling.GENERIC,
+        "coefficient": TERMS,
+        "value_N_per_cm3": m0,
+        "se": draws.std(axis=0, ddof=1),
+        "lo": lo,
+        "hi": hi,
+        "relative_to_A00": np.abs(m0 / m0[0]),
+        "kept": m0 != 0,
+        "kept_by_bic": None,
+        "published": [published.get(term, np.nan) for term in TERMS],
+        "misfit_rms_N_per_cm3": np.nan,
+        "without_flagged": np.nan,
+    }
+    return pd.DataFrame(columns | reason_columns([]))
 
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:

@@ -379,8 +379,17 @@ def _peak_errors(
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
     off, relative = (100 * (best / peak - 1), rms / abs(peak)) if peak else (math.nan, math.nan)
-    numbers = (peak, best, *ends, off, lo, hi, smooth.theta_deg - found.theta_deg)
-    return dict(zip(NUMBERS, numbers, strict=False)) | {"rms_relative_to_peak": relative}
+    return {
+        "peak_measured_N": peak,
+        "peak_predicted_N": best,
+        "peak_predicted_lo_N": ends[0],
+        "peak_predicted_hi_N": ends[1],
+        "peak_error_percent": off,
+        "peak_error_lo_percent": lo,
+        "peak_error_hi_percent": hi,
+        "peak_late_deg": smooth.theta_deg - found.theta_deg,
+        "rms_relative_to_peak": relative,
+    }
 
 
 def judge(numbers: Mapping[str, float]) -> str:

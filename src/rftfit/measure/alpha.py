@@ -232,8 +232,13 @@ def _cell(
             larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
             share = depth * power_fit(depth, larger * depth, at_cm).gain
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used)
-    names = " ".join(run["run_id"] for run in good), " ".join(filter(None, tares))
-    columns = dict(zip(_WORDS, (top, deep, len(good), *names), strict=False))
+    columns = {
+        "depth_from_cm": top,
+        "depth_to_cm": deep,
+        "n_runs": len(good),
+        "run_ids": " ".join(run["run_id"] for run in good),
+        "tare_runs": " ".join(filter(None, tares)),
+    }
     columns |= flag_columns(flags) | mark_columns() | reason_columns(reasons)
     return _Cell(used, share, horizontal, at_cm is None, columns)
 

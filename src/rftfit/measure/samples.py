@@ -51,11 +51,11 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     return {str(names[codes[a]]): slice(a, b) for a, b in parts}
 
 
-Stroke = dict[str, np.ndarray]
+StrokeColumns = dict[str, np.ndarray]
 """Samples of one run's stroke, in the order of recording: columns by name, of shape (n,)."""
 
 
-def strokes(samples: pd.DataFrame) -> dict[str, Stroke]:
+def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:
     """Take the stroke of every run out of the samples of the ingest stage, with the length travelled since its start."""
     part = (samples["phase"] == "stroke").to_numpy()
     columns = {name: samples[name].to_numpy()[part] for name in SAMPLE_COLUMNS[2:]}

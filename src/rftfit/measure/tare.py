@@ -12,7 +12,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import Stroke, join_runs, strokes
+from rftfit.measure.samples import StrokeColumns, join_runs, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
@@ -73,12 +73,12 @@ def tare_medium(
     """
     ledger = Ledger()
     found = strokes(traces)
-    told = status.filter(["run_id", *REASON]).to_dict("records")
-    refused = {row["run_id"]: reason_of(row) for row in told}
+    reasons = status.filter(["run_id", *REASON]).to_dict("records")
+    refused = {row["run_id"]: reason_of(row) for row in reasons}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
     alone = {name: found.pop(name) for name in [*found] if runs[name].kind in TARE_KINDS}
     tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in alone.items()}
-    parts: dict[str, Stroke] = {}
+    parts: dict[str, StrokeColumns] = {}
     rows = [
         (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
         for name, tare in tares.items()
@@ -109,7 +109,7 @@ def tare_medium(
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=TARE_COLUMNS), ledger
 
 
-def _sizes(part: Stroke) -> tuple[float, float]:
+def _sizes(part: StrokeColumns) -> tuple[float, float]:
     """Root mean square of the force before the tare was subtracted, and of the tare, N."""
     good = part["why"] == RowStatus.GOOD
     if not good.any():
@@ -118,12 +118,12 @@ def _sizes(part: Stroke) -> tuple[float, float]:
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _both(part: Stroke, what: str) -> FloatArray:
+def _both(part: StrokeColumns, what: str) -> FloatArray:
     """Force z and x, or those of the tare, N, shape (2, n)."""
     return np.stack([part[f"{what}_{c}_N"] for c in "zx"])
 
 
-def _tare_of(run: Run, stroke: Stroke, ledger: Ledger) -> Tare | Remark:
+def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
     """Make a tare of a run, or say why it is none."""
     good = stroke["why"] == RowStatus.GOOD
     abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
@@ -153,7 +153,7 @@ def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> 
     return remark("tare-unusable", tare=run.tare_run, why=why)
 
 
-def _tared(run: Run, stroke: Stroke, tare: Tare, ledger: Ledger) -> Stroke:
+def _tared(run: Run, stroke: StrokeColumns, tare: Tare, ledger: Ledger) -> StrokeColumns:
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
     z, x = tare.at(stroke[tare.abscissa])
     untared = (stroke["why"] == RowStatus.GOOD) & np.isnan(z)

@@ -109,7 +109,7 @@ def _shared_normals(
         known = sorted({name for cell in of_cells for name in cell})
         # as if the tares of a cell had equal parts in it
         use = np.array(
-            [[name in cell and 1 / len(cell) ** 0.5 for cell in of_cells] for name in known]
+            [[1 / len(cell) ** 0.5 if name in cell else 0.0 for cell in of_cells] for name in known]
         )
         result["tare"] = {c: random.standard_normal((draws, len(known))) @ use for c in COMPONENTS}
     return result

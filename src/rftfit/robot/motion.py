@@ -130,10 +130,6 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
 # --- The last strides of a run, for figures of its motion.
 
 SAMPLES, STRIDES = 200, 2
-_STANCE = (
-    "curvature_times_R", "frequency_Hz", "group", "x1_cm", "z1_cm", "x2_cm", "z2_cm", "at_x_cm",
-    "at_z_cm", "force_z_N", "force_x_N",
-)  # fmt: skip
 
 
 def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
@@ -149,10 +145,23 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
     at, x0, parts = run.condition, shot.x_cm[0], []
     for name, one in groups.items():
         (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))
-        acts = (one.at_x_cm - x0, one.at_z_cm, one.force_z_N, one.force_x_N)
-        values = (x1 - x0, z1, x2 - x0, z2, *(part[0].ravel() for part in acts))
-        place = (at.curvature_times_R, at.frequency_Hz, name)
-        parts.append(pd.DataFrame(dict(zip(_STANCE, (*place, *values), strict=True))))
+        at_x, at_z, force_z, force_x = (
+            values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_z_N, one.force_x_N)
+        )
+        columns = {
+            "curvature_times_R": at.curvature_times_R,
+            "frequency_Hz": at.frequency_Hz,
+            "group": name,
+            "x1_cm": x1 - x0,
+            "z1_cm": z1,
+            "x2_cm": x2 - x0,
+            "z2_cm": z2,
+            "at_x_cm": at_x - x0,
+            "at_z_cm": at_z,
+            "force_z_N": force_z,
+            "force_x_N": force_x,
+        }
+        parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 
 

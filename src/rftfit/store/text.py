@@ -9,8 +9,9 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
     """Align cells in columns as wide as their content, to the right where all are numbers."""
     columns = []
     for head, *cells in zip(header, *rows, strict=True):
-        width, numbers = max(map(len, (head, *cells))), rows and all(map(_is_number, cells))
-        columns.append([f"{cell:{'><'[not numbers]}{width}}" for cell in (head, *cells)])
+        width = max(map(len, (head, *cells)))
+        align = str.rjust if cells and all(map(_is_number, cells)) else str.ljust
+        columns.append([align(cell, width) for cell in (head, *cells)])
     return "\n".join((indent + "  ".join(row)).rstrip() for row in zip(*columns, strict=True))
 
 
