@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from functools import partial
 from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -136,9 +137,14 @@ class Chromium:
             self.events.append(self._receive())
 
     def evaluate(self, expression):
-        """Value of a JavaScript expression in the page."""
-        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True,
-                           awaitPromise=True)  # fmt: skip
+        """Value of a JavaScript expression in the page; asked again where a new page came meanwhile."""
+        asked = partial(self.call, "Runtime.evaluate", expression=expression)
+        try:
+            answer = asked(returnByValue=True, awaitPromise=True)
+        except AssertionError as error:
+            if "navigated" not in str(error):
+                raise
+            answer = asked(returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
