@@ -99,8 +99,10 @@ class Vocabulary:
         """The columns of the sheet, with the words that this configuration knows."""
         shapes = None if self.shapes is None else tuple(self.shapes)
         words = {"media": self.media, "intruders": shapes}
-        columns = (replace(one, choices=words.get(one.section, one.choices)) for one in COLUMNS)
-        return replace(SCHEMA, columns=tuple(columns))
+        columns = tuple(
+            replace(one, choices=words[one.section]) if one.section else one for one in COLUMNS
+        )
+        return replace(SCHEMA, columns=columns)
 
 
 def read_sheet(

@@ -23,7 +23,8 @@ SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
     """Format columns of equal length as lines of comma-separated numbers, never minus zero."""
     # + 0.0 turns the -0.0 that rounding makes into 0.0
-    table = np.column_stack([*map(np.round, columns, decimals)]) + 0.0
+    pairs = zip(columns, decimals, strict=True)
+    table = np.column_stack([np.round(*pair) for pair in pairs]) + 0.0
     row = ",".join(f"%.{places}f" for places in decimals) + "\n"
     # one formatting of the whole table is several times faster than one for each row
     return (row * len(table)) % tuple(table.ravel().tolist())

@@ -327,9 +327,11 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
     # a unit other than the chain's usual one has to be declared
-    why = "" if stated and not down else " # the file states no unit: check"
-    why = " # z points up: check" if stated and down else why
-    unit = unit if stated else usual
+    why = ""
+    if not stated:
+        unit, why = usual, " # the file states no unit: check"
+    elif down:
+        why = " # z points up: check"
     return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}}{why}"]
 
 

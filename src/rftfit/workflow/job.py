@@ -110,7 +110,9 @@ def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
 def write_all(results: Results, writes: Sequence[str], made: Any) -> list[str]:
     """Write what a job made. Returns the paths from the campaign's folder."""
     if writes[0].endswith(".png"):
-        about = "Made from re-enacted logs, not from recordings." * results.campaign.reenacted
+        about = (
+            "Made from re-enacted logs, not from recordings." if results.campaign.reenacted else ""
+        )
         return save_pages(made, results.root, writes[0].removesuffix(".png"), about)
     contents = made if isinstance(made, tuple) else (made,)
     for path, content in zip(writes, contents, strict=True):

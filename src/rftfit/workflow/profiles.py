@@ -69,11 +69,11 @@ def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     bic = {name: select_bic(*directions(one), *alpha_columns(one)) for name, one in tables.items()}
     fits = fit_media(list(tables.values()), results.config)
-    parts = [pd.DataFrame(columns=COEFFICIENT_COLUMNS)]
-    parts += [coefficient_rows(fit, bic[fit.medium]) for fit in fits]
+    parts = [coefficient_rows(fit, bic[fit.medium]) for fit in fits]
     kept = [(name, *one) for name, selection in bic.items() for one in selection.items()]
     terms = [(name, term, was_kept, term in TERMS) for name, term, was_kept in kept]
-    coefficients = results.marked(pd.concat(parts, ignore_index=True))
+    nothing = pd.DataFrame(columns=COEFFICIENT_COLUMNS)
+    coefficients = results.marked(pd.concat(parts, ignore_index=True) if parts else nothing)
     return coefficients, pd.DataFrame(terms, columns=TERM_COLUMNS)
 
 

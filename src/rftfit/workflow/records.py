@@ -48,8 +48,9 @@ def read_record(path: Path) -> Record | None:
     """Read a record; None where it is not there or damaged."""
     try:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
-        parts = {**record.state, **record.reads, **record.writes}
-        words = [record.rule, record.key, *parts, *parts.values()]
+        words = [record.rule, record.key]
+        for part in (record.state, record.reads, record.writes):
+            words += [*part, *part.values()]
     except (OSError, ValueError, TypeError, AttributeError):
         return None
     return record if all(isinstance(word, str) for word in words) else None

@@ -154,7 +154,7 @@ class States:
         """Dialects of other packages that the logs are read with."""
         config = self.campaign.config
         named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
-        return [*origins(name for name in named if name not in (None, "rig")).values()]
+        return [*origins(filter(None, named)).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
         """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
