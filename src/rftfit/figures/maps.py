@@ -104,7 +104,7 @@ def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
 
 
 def _estimated(results: Results) -> list[str]:
-    """Those of them whose map could be estimated."""
+    """Media with few pushes whose map could be estimated."""
     few = _few_pushes(results.campaign)
     return [name for name in few if len(results.table(f"maps/{name}.csv"))]
 

@@ -182,8 +182,10 @@ def linearity(results: Results) -> Figure:
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
     wanted = runs_of_cells(alpha, cells)
-    stresses = [stress_of(results, medium) for medium in media]
-    samples = {k: v for s in stresses for k, v in by_run(s[s["run_id"].isin(wanted)]).items()}
+    samples: dict[str, Trace] = {}
+    for medium in media:
+        stress = stress_of(results, medium)
+        samples |= by_run(stress[stress["run_id"].isin(wanted)])
     fits = results.joined("fits/{medium}.csv", media)
     rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(wanted)].to_dict("records")}
     looks = style.medium_looks(media)
@@ -271,7 +273,8 @@ def _draw_medium(
     alpha, low, high = alpha_of(row, c)
     colour, marker = look
     point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
-    point["color"], flat = colour, row["gamma_deg"] == 0
+    point["color"] = colour
+    flat = row["gamma_deg"] == 0
     ends = []
     for run in row["run_ids"].split():
         fit, trace = fits[run], samples.get(run)

@@ -80,7 +80,7 @@ def columns_of(results: Results, medium: str) -> list[Column]:
         tare, _ = _recorded(samples[names == run.tare_run])
         own = curves[curves["run_id"] == run.run_id]
         result = stress.get(run.run_id, {name: own[name].to_numpy(float) for name in _CURVE})
-        fit, *_ = [*fits[fits["run_id"] == run.run_id].to_dict("records"), {}]
+        fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
         columns.append(Column(run.direction, _about(run), trace, tare, phases, result, fit))
     return columns
 

@@ -328,7 +328,9 @@ def curvature(results: Results, sweep: str) -> Figure:
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     grid = own[np.isin(own["frequency_Hz"], frequencies)]
-    table = grid.pivot_table("speed_cm_per_s", "frequency_Hz", "curvature_times_R")
+    table = grid.pivot_table(
+        values="speed_cm_per_s", index="frequency_Hz", columns="curvature_times_R"
+    )
     if table.empty:
         why, *_ = [*own["reason"].value_counts().index, "no run of the sweep"]
         head = f"{labels.name_of('table')}: no run of the sweep has a steady speed"
@@ -401,10 +403,10 @@ def robot_stance(results: Results) -> Figure:
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
         axes.axhline(0, color=style.SURFACE, linewidth=0.6)
         legs, standing = part["group"].str.startswith("tripod"), part["group"] == "tripod_1"
-        chosen = ~legs, legs & ~standing, standing
-        for rows, colour in zip(chosen, _STANCE.values(), strict=True):
+        parts = {"body": ~legs, "other tripod": legs & ~standing, "standing tripod": standing}
+        for name, rows in parts.items():
             ends = part.loc[rows, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
-            look: style.Look = {"colors": colour, "linewidths": 1.7, "capstyle": "round"}
+            look: style.Look = {"colors": _STANCE[name], "linewidths": 1.7, "capstyle": "round"}
             axes.add_collection(LineCollection(list(ends.reshape(-1, 2, 2)), **look))
         at = part.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
         push = part.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
@@ -559,7 +561,8 @@ def _mean_force(part: pd.DataFrame, name: str) -> FloatArray:
 
 def group_names(motion: pd.DataFrame) -> list[str]:
     """Find the groups of elements in a table of motion: tripods first, then plates."""
-    names = [name[8:-2] for name in motion.columns if name.startswith("force_z_")]
+    forces = [name for name in motion.columns if name.startswith("force_z_")]
+    names = [name.removeprefix("force_z_").removesuffix("_N") for name in forces]
     return sorted(names, key=lambda name: not name.startswith("tripod"))
 
 

@@ -80,13 +80,14 @@ def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
 
 def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
     """Take `SAMPLES` of each run as arrays, by run and column."""
+    if traces.empty:
+        return {}
     ids = _run_ids(traces).cat.remove_unused_categories()
     code = ids.cat.codes.to_numpy()
     order = np.argsort(code, kind="stable")
     cuts = np.flatnonzero(np.diff(code[order])) + 1
     parts = [np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES]
-    # without a row there is no run, but an empty piece
-    runs = zip(ids.cat.categories, *parts, strict=False)
+    runs = zip(ids.cat.categories, *parts, strict=True)
     return {run: dict(zip(SAMPLES, samples, strict=True)) for run, *samples in runs}
 
 

@@ -85,7 +85,8 @@ def references(results: Results) -> list[scaling.Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    good = table["chi"].notna() & table["medium"].isin(usable(results, table["medium"]))
+    known = np.isfinite(table["chi"].to_numpy(float))
+    good = known & table["medium"].isin(usable(results, table["medium"]))
     rows = table[(table["method"] == method) & good]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)}

@@ -282,7 +282,7 @@ def corrections(results: Results) -> Table:
         numbers("RMS error, fitted, N", "rms_fit_N", 2),
         numbers("RMS error, cross-validated, N", "rms_cv_N", 2),
         numbers("Gain", "gain_cv_percent", show=percent),
-        texts("Earns its place", lambda row: ("no", "yes")[bool(row["earns_its_place"])], "reason"),
+        texts("Earns its place", lambda row: "yes" if row["earns_its_place"] else "no", "reason"),
     ]
     return Table("Corrections", columns, records(results.table("sand_correction.csv")))
 
