@@ -9,7 +9,6 @@ from paper_grid import BETA, GAMMA, by_hand
 from rftfit import reference
 from rftfit.conventions import mirror
 from rftfit.model import fourier, symmetry
-from rftfit.model.fourier import harmonics, select_bic
 from rftfit.model.scaling import generic, vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
@@ -75,23 +74,16 @@ def test_golden_values_all_over_the_plane():
             np.testing.assert_allclose(found, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
 
 
-def test_every_harmonic_offered_to_the_criterion_obeys_the_symmetry():
-    """And the period of beta; the nine terms are among them."""
+def test_every_term_obeys_the_symmetry():
+    """And the period of beta."""
     beta, gamma = RANDOM.uniform(-2, 2, 500), RANDOM.uniform(-4, 4, 500)
-    terms = dict(zip(fourier.TERMS, np.concatenate(fourier.basis(beta, gamma)), strict=True))
-    names = set()
-    for component, sign in (("z", 1), ("x", -1)):
-        seen_from_behind = harmonics(component, *mirror(beta, gamma))
-        turned = harmonics(component, beta + np.pi, gamma)
-        for name, here in harmonics(component, beta, gamma).items():
-            np.testing.assert_allclose(seen_from_behind[name], sign * here, atol=1e-12)
-            np.testing.assert_allclose(turned[name], here, atol=1e-12)
-            np.testing.assert_allclose(terms.get(name, here), here, atol=1e-12)
-            assert np.ptp(here) > 0.5 or name == "A00"
-            names.add(name)
-    assert set(fourier.TERMS) <= names
-    # up to twice each angle: 5 with gamma and 5 with 2 gamma of either force, and 3 cosines and 2 sines without
-    assert len(names) == 4 * 5 + 3 + 2
+    here = fourier.basis(beta, gamma)
+    seen_from_behind = fourier.basis(*mirror(beta, gamma))
+    for component, sign in enumerate((1, -1)):
+        np.testing.assert_allclose(seen_from_behind[component], sign * here[component], atol=1e-12)
+    turned = np.concatenate(fourier.basis(beta + np.pi, gamma))
+    np.testing.assert_allclose(turned, np.concatenate(here), atol=1e-12)
+    assert (np.ptp(np.concatenate(here)[1:], axis=1) > 0.5).all()
 
 
 def test_completion_agrees_with_the_mirror_cell_by_cell():
@@ -303,54 +295,6 @@ def test_coefficients_in_either_form():
         fourier.as_array({term: 0.0 for term in fourier.TERMS if term != "B01"})
     with pytest.raises(ValueError, match=r"shape \(8,\)"):
         fourier.as_array(np.zeros(8))
-
-
-@pytest.mark.parametrize(("absent", "se"), [([], 0.004), ([1, 4, 7, 8], 0.002)])
-def test_bic_finds_the_terms_that_are_there_and_no_others(absent, se):
-    random = np.random.default_rng(5)
-    true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
-    assert (true != 0).all()
-    true[absent] = 0
-    alpha = fourier.evaluate(true, BETA, GAMMA)
-    kept, surplus = np.zeros(9), 0
-    for _ in range(16):
-        noise = random.normal(0, se, (2, 91))
-        noise[:, :13] = noise[:, -13:]
-        found = select_bic(BETA, GAMMA, *(alpha + noise))
-        nine = [bool(found[term]) for term in fourier.TERMS]
-        kept += nine
-        surplus += sum(map(bool, found.values())) - sum(nine)
-    assert (kept[true != 0] == 16).all()
-    # the criterion's own rate of false alarms is about 4 % of the absent terms
-    assert kept[absent].sum() <= 0.15 * 4 * 16
-    assert surplus / 16 < 1.5
-
-
-def test_bic_takes_both_sides_as_measured():
-    """What mirror images differ by is scatter, which a mean of both would hide."""
-    true = fourier.as_array(TABLE_S2["poppy_CP"]).copy()
-    true[1] = 1e-6
-    alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
-    alpha_z += np.where(np.isclose(np.abs(GAMMA), np.pi / 2), 0.02 * np.sign(BETA), 0.0)
-    kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
-    assert (kept["A10"], kept["B01"]) == (False, True)
-
-
-def test_bic_with_missing_cells_and_an_exact_table():
-    true = fourier.as_array(TABLE_S2["poppy_CP"])
-    alpha_z, alpha_x = fourier.evaluate(true, BETA, GAMMA)
-    alpha_z[30:33], alpha_x[66] = np.nan, np.nan
-    kept = select_bic(BETA, GAMMA, alpha_z, alpha_x)
-    assert {term for term, yes in kept.items() if yes} >= set(fourier.TERMS)
-
-
-@pytest.mark.parametrize("measured", [0, 1, 12])
-def test_bic_of_few_cells_is_not_told(measured):
-    """Twelve cells have no more to say than the twelve candidates for each component."""
-    alpha = np.full((2, 7, 13), np.nan)
-    rows, columns = np.arange(measured) % 5 + 1, np.arange(measured) % 11 + 1
-    alpha[:, rows, columns] = 0.1
-    assert set(select_bic(BETA, GAMMA, *alpha.reshape(2, 91)).values()) == {None}
 
 
 def test_as_many_cells_as_terms_are_enough():

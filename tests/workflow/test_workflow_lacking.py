@@ -111,9 +111,6 @@ def test_a_medium_without_a_cell_takes_no_other_down(untared):
         assert table.loc[none, column].isna().all()
         assert table.loc[none, "reason"].notna().all()
         assert table.loc[~none, column].notna().all()
-    chosen = folder.table("fourier/terms.csv").set_index("medium")["kept_by_bic"]
-    assert chosen["poppy_LP"].isna().all()
-    assert set(chosen["poppy_CP"]) == {True, False}
 
 
 def test_the_only_medium_without_a_cell(tmp_path):

@@ -35,8 +35,7 @@ use rule stage as fourier with:
         alpha=ALPHA,
         state=state_of("fourier"),
     output:
-        media="results/fourier/media.csv",
-        terms="results/fourier/terms.csv",
+        "results/fourier/media.csv",
     log:
         "results/logs/fourier.log",
 

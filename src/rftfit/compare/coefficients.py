@@ -16,7 +16,7 @@ from rftfit.reference import MEDIA, coefficients
 
 COEFFICIENT_COLUMNS = [
     "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
-    "kept", "kept_by_bic", "published", "misfit_rms_N_per_cm3", "without_flagged", *REASON,
+    "kept", "published", "misfit_rms_N_per_cm3", "without_flagged", *REASON,
 ]  # fmt: skip
 PENETRATION_COLUMNS = [
     "method", "medium",
@@ -26,8 +26,8 @@ PENETRATION_COLUMNS = [
 ]  # fmt: skip
 
 
-def coefficient_rows(fit: scaling.MediumFit, bic: dict[str, bool | None]) -> pd.DataFrame:
-    """One row per coefficient of one fit; `bic`: by term, whether an information criterion keeps it.
+def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
+    """One row per coefficient of one fit.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
     as 0.
@@ -47,7 +47,6 @@ def coefficient_rows(fit: scaling.MediumFit, bic: dict[str, bool | None]) -> pd.
         "hi": hi,
         "relative_to_A00": np.abs(fit.full / fit.full[0]),
         "kept": fit.keep,
-        "kept_by_bic": [bic[term] for term in TERMS],
         "published": [published.get(term, np.nan) for term in TERMS],
         "misfit_rms_N_per_cm3": [misfit_z if term in TERMS_Z else misfit_x for term in TERMS],
         "without_flagged": without,
@@ -84,7 +83,6 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
         "hi": hi,
         "relative_to_A00": np.abs(m0 / m0[0]),
         "kept": m0 != 0,
-        "kept_by_bic": None,
         "published": [published.get(term, np.nan) for term in TERMS],
         "misfit_rms_N_per_cm3": np.nan,
         "without_flagged": np.nan,

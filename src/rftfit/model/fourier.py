@@ -1,9 +1,8 @@
-"""The nine-term Fourier model of alpha(beta, gamma), the two ways of fitting it, and which harmonics matter."""
+"""The nine-term Fourier model of alpha(beta, gamma), and the two ways of fitting it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -137,80 +136,3 @@ def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.boo
     keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
     keep[0] = True
     return keep
-
-
-# --- Which harmonics an information criterion would keep, for comparison with the 0.05 A00 rule.
-
-
-ORDER_BETA = 2
-ORDER_GAMMA = 2
-
-
-def harmonics(component: str, beta: FloatArray, gamma: FloatArray) -> dict[str, FloatArray]:
-    """Terms up to second order in beta and gamma that obey the mirror symmetry, by name as in Table S2.
-
-    Each is a sine or cosine of m 2 beta + n gamma, the constant first. Under (beta, gamma) to (-beta,
-    pi - gamma) alpha_z (`component` z) keeps its sign and alpha_x turns it: alpha_z takes cosines of
-    even and sines of odd n, alpha_x the others.
-    """
-    letters = {("z", False): "A", ("z", True): "B", ("x", False): "C", ("x", True): "D"}
-    found = {}
-    for n in range(ORDER_GAMMA + 1):
-        for m in range(-ORDER_BETA if n else 0, ORDER_BETA + 1):
-            sine = (n % 2 == 1) == (component == "z")
-            if sine and m == 0 and n == 0:
-                continue
-            name = f"{letters[component, sine]}{f'm{-m}' if m < 0 else m}{n}"
-            phase = 2 * m * beta + n * gamma
-            found[_PRINTED.get(name, name)] = np.sin(phase) if sine else np.cos(phase)
-    return found
-
-
-_PRINTED = {"Bm11": "Bm1", "Cm11": "Cm1"}
-"""Names that Table S2 shortens."""
-
-
-def select_bic(
-    beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
-) -> dict[str, bool | None]:
-    """Keep the harmonics that lower the Bayesian information criterion (forward and backward).
-
-    Returns by name of every candidate whether it is kept; None where fewer directions were measured
-    than there are candidates, which leaves nothing to choose by.
-    """
-    own = torus(beta, gamma, images=False)
-    kept: dict[str, bool | None] = {}
-    for component, values in zip("zx", own.complete(alpha_z, alpha_x), strict=True):
-        candidates = harmonics(component, own.beta, own.gamma)
-        there = np.isfinite(values)
-        columns = np.stack([term[there] for term in candidates.values()], axis=1)
-        if len(columns) <= len(candidates):
-            kept |= dict.fromkeys(candidates)
-            continue
-        chosen = _best_subset(columns, values[there])
-        kept |= {name: index in chosen for index, name in enumerate(candidates)}
-    return kept
-
-
-def _bic(columns: FloatArray, values: FloatArray) -> float:
-    solution, *_ = np.linalg.lstsq(columns, values, rcond=None)
-    rest = values - columns @ solution
-    n = values.size
-    # a table that the terms describe exactly leaves rounding, not zero
-    noise = max(float(rest @ rest) / n, 1e-18)
-    return float(n * np.log(noise) + columns.shape[1] * np.log(n))
-
-
-def _best_subset(columns: FloatArray, values: FloatArray) -> set[int]:
-    """Add or drop one or exchange two terms as long as that lowers the criterion."""
-    everything = {*range(columns.shape[1])}
-    chosen: set[int] = {0}
-    best = _bic(columns[:, [0]], values)
-    while True:
-        exchanged = product(chosen, everything - chosen)
-        trials = [chosen ^ {*terms} for terms in (*zip(everything), *exchanged)]
-        tried = [sorted(trial) for trial in trials if trial]
-        lowest, terms = min((_bic(columns[:, trial], values), trial) for trial in tried)
-        if lowest >= best - 1e-9:
-            return chosen
-        best, chosen = lowest, {*terms}

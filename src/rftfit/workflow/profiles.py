@@ -18,7 +18,6 @@ from rftfit.compare.coefficients import (
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.flags import MARKS, mark_columns
-from rftfit.model.fourier import TERMS, select_bic
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
 from rftfit.results import Results
@@ -28,7 +27,6 @@ MAP_COLUMNS = [
     "medium", "beta_deg", "gamma_deg", *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
     "source", "known_media", "chance_if_it_belongs", "horizontal", *MARKS,
 ]  # fmt: skip
-TERM_COLUMNS = ["medium", "term", "kept_by_bic", "one_of_the_nine"]
 
 
 def symmetry(results: Results) -> pd.DataFrame:
@@ -61,20 +59,12 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
     return table.assign(**facts, **marks)[MAP_COLUMNS]
 
 
-def fourier(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Fit the nine terms to the alpha table of every laboratory medium.
-
-    Returns coefficients with intervals, and which harmonics an information criterion keeps.
-    """
-    tables = {medium: results[medium].alpha for medium in results.laboratory}
-    bic = {name: select_bic(*directions(one), *alpha_columns(one)) for name, one in tables.items()}
-    fits = fit_media(list(tables.values()), results.config)
-    parts = [coefficient_rows(fit, bic[fit.medium]) for fit in fits]
-    kept = [(name, *one) for name, selection in bic.items() for one in selection.items()]
-    terms = [(name, term, was_kept, term in TERMS) for name, term, was_kept in kept]
+def fourier(results: Results) -> pd.DataFrame:
+    """Fit the nine terms to the alpha table of every laboratory medium: coefficients with intervals."""
+    fits = fit_media([results[medium].alpha for medium in results.laboratory], results.config)
+    parts = [coefficient_rows(fit) for fit in fits]
     nothing = pd.DataFrame(columns=COEFFICIENT_COLUMNS)
-    coefficients = results.marked(pd.concat(parts, ignore_index=True) if parts else nothing)
-    return coefficients, pd.DataFrame(terms, columns=TERM_COLUMNS)
+    return results.marked(pd.concat(parts, ignore_index=True) if parts else nothing)
 
 
 def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -12,7 +12,15 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError, RftfitError
-from rftfit.measure.flags import FLAGS, REASON, Remark, flag_columns, reason_cells, remark
+from rftfit.measure.flags import (
+    FLAGS,
+    REASON,
+    Remark,
+    flag_columns,
+    reason_cells,
+    reason_columns,
+    remark,
+)
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.profiles import Profile
@@ -78,7 +86,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     for trial in sorted(listed, key=lambda one: one.run_id):
         row, counts, velocity = _measure(trial, folder, tripods)
         rows.append(row)
-        head = (trial.run_id, trial.curvature_times_R, row[TRIALS.index("frequency_Hz")])
+        head = (trial.run_id, trial.curvature_times_R, row["frequency_Hz"])
         if not campaign.reenacted:
             strides += [
                 (*head, at / tracks.STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)
@@ -104,10 +112,10 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
 
 def _measure(
     trial: tracks.Trial, folder: Path, tripods: int
-) -> tuple[tuple[object, ...], dict[tuple[str, Remark], int], list[float]]:
+) -> tuple[dict[str, object], dict[tuple[str, Remark], int], list[float]]:
     """Row of the table of trials, where the rows of its file went, and its mean stride if in `MOTION`."""
-    nan = float("nan")
-    head = (trial.run_id, trial.condition, trial.medium, trial.curvature_times_R)
+    names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
+    row = {name: getattr(trial, name) for name in names}
     counts: dict[tuple[str, Remark], int] = {}
     rows = 0
     try:
@@ -116,12 +124,10 @@ def _measure(
         counts = {(DROPPED, why): count for why, count in track.dropped.items()}
         found = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
     except tracks.TrackError as error:
-        rest = (rows or error.rows) - sum(counts.values())
-        counts[DROPPED, error.reason] = rest
-        return (
-            *head, trial.frequency_Hz, "", nan, nan, nan, rows or error.rows, 0, "refused",
-            *flag_columns([]).values(), *reason_cells([error.reason]),
-        ), counts, []  # fmt: skip
+        rows = rows or error.rows
+        counts[DROPPED, error.reason] = rows - sum(counts.values())
+        row |= {"strides": 0, "rows": rows, "rows_used": 0, "status": "refused"}
+        return row | flag_columns([]) | reason_columns([error.reason]), counts, []
     used = len(track.time_s)
     counts[USED, remark("mean-speed")] = used
     if sum(counts.values()) != rows:
@@ -130,11 +136,10 @@ def _measure(
             "the file: this is a fault of the program, please report it"
         )
     shown = sweep.is_of_motion(trial.curvature_times_R, found.frequency_Hz)
-    return (
-        *head, found.frequency_Hz, found.frequency_from, found.speed_cm_per_s,
-        found.stride_sd_cm_per_s, found.strides, rows, used, "used",
-        *flag_columns(found.flags).values(), *reason_cells([]),
-    ), counts, found.velocity_cm_per_s.tolist() if shown else []  # fmt: skip
+    names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
+    row |= {name: getattr(found, name) for name in names}
+    row |= {"rows": rows, "rows_used": used, "status": "used"} | flag_columns(found.flags)
+    return row, counts, found.velocity_cm_per_s.tolist() if shown else []
 
 
 def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
