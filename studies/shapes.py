@@ -22,7 +22,7 @@ import numpy as np
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.model.planning import blank
+from rftfit.model.planning import prior_map
 from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import Reference
@@ -64,7 +64,7 @@ def pushed(alpha: FloatArray, places: list[int]) -> Pushes:
 def chosen(shapes: Shapes, count: int) -> list[int]:
     """Nodes that `rftfit.plan` would push, the level plate straight down first."""
     first = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
-    start = blank(shapes)
+    start = prior_map(shapes)
     known = estimate(Pushes.of([0], [90], start.alpha[:, [first]], 0.03), shapes)
     rig = rftfit.Rig(error_percent=2.0)
     steps = rftfit.plan("map", known, rig, count - 1).steps[1:]
@@ -115,7 +115,7 @@ def interval_score(variation: Variation) -> float:
 def planned(shapes: Shapes, count: int) -> list[int]:
     """Nodes of a plan for the whole map that starts from nothing."""
     own = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
-    steps = rftfit.plan("map", blank(shapes), count=count).steps[1:]
+    steps = rftfit.plan("map", prior_map(shapes), count=count).steps[1:]
     return [own.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
 
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.model.planning import ZETA, blank, peaks
+from rftfit.model.planning import ZETA, peaks, prior_map
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Pushes, estimate, grid, published_shapes, usual_error
 from rftfit.reference import MEDIA
@@ -27,7 +27,7 @@ def places_of(plan, count):
 
 def test_half_widths_are_those_of_the_conditional_covariance():
     """Of zeta, against one dense solve with all planned pushes at once."""
-    start = blank()
+    start = prior_map()
     found = rftfit.plan("zeta", count=3)
     places = places_of(found, 3)
     rows = start.factor.reshape(len(start.factor), -1)
@@ -75,7 +75,7 @@ def test_planned_pushes_are_better_than_random_ones(medium):
         own = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
         return float(np.sqrt(np.mean((estimate(own, shapes).alpha - alpha) ** 2)))
 
-    planned = error(places_of(rftfit.plan("map", blank(shapes), count=6), 6))
+    planned = error(places_of(rftfit.plan("map", prior_map(shapes), count=6), 6))
     random = np.random.default_rng(3)
     chance = [error([*random.choice(BETA.size, 6, replace=False)]) for _ in range(11)]
     # of glass3mm_CP the six pushes are no better than chance: see docs/theory/map.md
@@ -122,7 +122,7 @@ def test_peaks_of_bodies_are_planned_for():
         f"{leg}, {peak}" for leg in ("c_leg", "flat_leg") for peak in ("lift", "horizontal")
     )
     assert plan.steps[2].half_width.shape == (4,)
-    start = blank()
+    start = prior_map()
     forces = peaks(legs).numbers(start.alpha, start)
     best = rftfit.predict(TableProfile(*start.alpha, *NODES), legs[0])
     assert forces[0] == pytest.approx(best["force_z_N"].max())

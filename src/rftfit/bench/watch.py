@@ -24,7 +24,7 @@ from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import flags_of
 from rftfit.measure.verdicts import FAILED
-from rftfit.model.planning import Rig, Target, blank, plan, push_rows
+from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.model.shapes import estimate, grid, pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks
@@ -235,7 +235,7 @@ class Watch:
                 pushes = pushes_of(medium.alpha, config)
                 known = estimate(pushes, shapes, nodes, confidence=known.confidence)
         except InputError:
-            medium.map, known = None, blank(shapes, nodes)
+            medium.map, known = None, prior_map(shapes, nodes)
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
         with suppress(ValueError):  # of a target that has no number in this medium

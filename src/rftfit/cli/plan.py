@@ -158,7 +158,7 @@ def _known(
     angles: tuple[tuple[float, ...], tuple[float, ...]], confidence: float,
 ) -> Map:  # fmt: skip
     """What was measured already, on the nodes that the rig can push."""
-    from rftfit.model.planning import blank
+    from rftfit.model.planning import prior_map
     from rftfit.model.shapes import estimate, grid, pushes_of, sorted_pushes
 
     nodes, name = grid(*angles), str(medium)
@@ -180,7 +180,7 @@ def _known(
             return estimate(given, shapes, nodes, confidence=confidence, name=own.name)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
-    return blank(nodes=nodes)
+    return prior_map(nodes=nodes)
 
 
 def _as_text(found: Plan, known: Map) -> str:

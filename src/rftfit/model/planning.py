@@ -79,7 +79,9 @@ class Rig:
     least_percent: float = LEAST_PERCENT
 
 
-def blank(shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | None = None) -> Map:
+def prior_map(
+    shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | None = None
+) -> Map:
     """A medium of which nothing is known but that it belongs: size 1, its error 100 %."""
     shapes = shapes or published_shapes()
     beta, gamma = grid() if nodes is None else nodes
@@ -245,7 +247,7 @@ def plan(
     3
     """
     rig, target = rig or Rig(), _target(target)
-    known = known or blank(
+    known = known or prior_map(
         nodes=grid(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
     value = np.atleast_1d(target.numbers(known.alpha, known))

@@ -310,20 +310,20 @@ class TableProfile(Profile):
         whole = torus(*cells)
         lost = np.isnan(whole.complete(*values)).any(axis=0)
         lost = lost.reshape(-1, lost.shape[-1]).any(axis=0)
-        told = []
+        places = []
         for number in np.unique(whole.cell[lost][whole.sign[lost] > 0]):
             if number < 0:
                 continue
             place = _place(*(np.degrees(angle[number]) for angle in cells))
             why = reasons.get(place)
-            told.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
+            places.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
         far = f"farther than {REACH_DEG:g} deg from every push" if self.scattered else (
             f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
         )  # fmt: skip
-        if not told:
+        if not places:
             return f"{self.name}: no alpha {far}"
         more = f"; nor {far}" if self.scattered else ""
-        return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(told)}{more}"
+        return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(places)}{more}"
 
     @classmethod
     def of_directions(

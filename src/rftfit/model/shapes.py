@@ -457,17 +457,17 @@ def estimate(
     seen = np.arange(prior.mean.size).reshape(2, -1)[:, nodes[0].size :].ravel()
     y, errors = pushes.alpha.ravel(), pushes.covariance
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
-    told = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior.smooth)[seen] > _NONE)
-    if not told.any():
+    used = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior.smooth)[seen] > _NONE)
+    if not used.any():
         raise ValueError("no push has a number that tells of the medium")
     posterior = _Posterior(
-        prior, seen[told], y[told], errors[np.ix_(told, told)], shapes.variation, size
+        prior, seen[used], y[used], errors[np.ix_(used, used)], shapes.variation, size
     )
-    kept = _PushedNodes(nodes, pushes, told)
+    kept = _PushedNodes(nodes, pushes, used)
     draws, share = posterior.draws(kept, nodes[1])
     usual = posterior.given[0]
     expected = usual.expected(size)
-    horizontal, seen_error = usual.horizontal(np.flatnonzero(told) >= pushes.beta.size, expected)
+    horizontal, seen_error = usual.horizontal(np.flatnonzero(used) >= pushes.beta.size, expected)
     # NaN stays: without both components there is nothing to compare
     if horizontal == 0:
         off = 1 / seen_error
@@ -475,8 +475,8 @@ def estimate(
         off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     return Map(
         name, *nodes, draws, kept.measured, share, expected, usual.distance(expected),
-        y[told].size - 1, made, shapes.name,
-        usual.farthest(pushes, told, expected), horizontal, float(off), confidence, pushes,
+        y[used].size - 1, made, shapes.name,
+        usual.farthest(pushes, used, expected), horizontal, float(off), confidence, pushes,
     )  # fmt: skip
 
 
@@ -496,19 +496,19 @@ _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 class _PushedNodes:
     """Nodes of the map that were pushed: each keeps its measured value and the error of that value."""
 
-    def __init__(self, nodes: Angles, pushes: Pushes, told: npt.NDArray[np.bool_]) -> None:
+    def __init__(self, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> None:
         count, every = nodes[0].size, pushes.beta.size
         self.measured = np.zeros(count, dtype=bool)
         there, rows, signs = [], [], []
         # numbers of the pushes that tell of the medium, in their order
-        place = np.cumsum(told) - 1
+        place = np.cumsum(used) - 1
         for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
             own, turned = _same_direction(beta, gamma, *nodes)
-            if not told[push]:  # without a vertical component it is no cell
+            if not used[push]:  # without a vertical component it is no cell
                 continue
             self.measured[own] = True
             for component, sign in enumerate((np.ones(own.size), turned)):
-                if told[row := component * every + push]:
+                if used[row := component * every + push]:
                     there.append(component * count + own)
                     rows.append(np.full(own.size, place[row]))
                     signs.append(sign)
@@ -700,13 +700,13 @@ class _Given:
         )
         return x / z, float(np.sqrt(max(variance, 0.0)))
 
-    def farthest(self, pushes: Pushes, told: npt.NDArray[np.bool_], size: float) -> Push:
+    def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> Push:
         """The number that differs most from what the others make it, in units of its error."""
         precision = self._whiten.T / (1 + size**2 * self._values) @ self._whiten
         spread = 1 / np.diag(precision)
         off = precision @ (self.y - size * self.mean) * spread
         worst = int(np.argmax(np.abs(off) / np.sqrt(spread)))
-        component, push = divmod(int(np.flatnonzero(told)[worst]), pushes.beta.size)
+        component, push = divmod(int(np.flatnonzero(used)[worst]), pushes.beta.size)
         beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
         return Push(
             float(beta_deg), float(gamma_deg), "zx"[component], float(self.y[worst]), float(self.y[worst] - off[worst]),

@@ -106,9 +106,9 @@ def speed_errors(
             at = (one.curvature_times_R, one.frequency_Hz)
             wide = half.get((profile, *at), math.nan)
             place = (one.medium, profile, one.condition, *at)
-            told = (*place, one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials)
+            head = (*place, one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials)
             simulated = (ours, ours - wide, ours + wide, lo, hi, error)
-            rows.append((*told, *simulated, one.calibrated, *reason_cells(reasons)))
+            rows.append((*head, *simulated, one.calibrated, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 
 
