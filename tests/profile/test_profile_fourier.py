@@ -125,6 +125,33 @@ def test_a_missing_cell_is_told_by_its_image():
     assert np.isnan([z[places.index([beta, 90])] for beta in (-30, 30)]).all()
 
 
+def test_each_direction_is_listed_once_and_on_the_side_that_was_measured():
+    """Of a direction and its mirror image the one with |gamma| up to 90 degrees, else the one that is there."""
+    measured = [(30, 60), (-30, 120), (-90, 45), (90, 45), (10, 150), (0, 90), (-40, -135)]
+    beta, gamma = np.radians(np.array(measured, dtype=float).T)
+    first, listed = symmetry.each_once(beta, gamma)
+    # (-30, 120) is (30, 60) seen from behind; plates at -90 and 90 degrees are one
+    assert [measured[cell] for cell in first] == [
+        (0, 90),
+        (30, 60),
+        (90, 45),
+        (-40, -135),
+        (10, 150),
+    ]
+    places = np.degrees([listed.beta, listed.gamma]).round(9).T.tolist()
+    assert places == [[0, 90], [30, 60], [-90, 45], [-40, -135], [10, 150]]
+    alpha_z, alpha_x = RANDOM.normal(size=(2, len(measured)))
+    z, x = listed.complete(alpha_z, alpha_x)
+    own = dict(zip(map(tuple, places), zip(z, x, strict=True), strict=True))
+    assert own[30, 60] == pytest.approx(
+        ((alpha_z[0] + alpha_z[1]) / 2, (alpha_x[0] - alpha_x[1]) / 2)
+    )
+    assert own[-90, 45] == pytest.approx((alpha_z[2:4].mean(), alpha_x[2:4].mean()))
+    # a push straight down on a level plate is its own mirror image: nothing acts to a side
+    assert own[0, 90] == pytest.approx((alpha_z[5], 0))
+    assert own[10, 150] == pytest.approx((alpha_z[4], alpha_x[4]))
+
+
 def test_grid_or_scattered():
     holed = RANDOM.permutation(91)[:70]
     # an arm that is off by a fifth of a degree still measures a grid
@@ -137,6 +164,36 @@ def test_grid_or_scattered():
         assert (grid.node < 0).any() == holes
     assert symmetry.rectangle(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
     assert symmetry.rectangle(BETA[BETA == 0], GAMMA[BETA == 0]) is None
+
+
+def test_lines_of_a_grid():
+    """Angles closer than half a degree are one line; near 0 and 90 degrees of beta that line is exact."""
+    degrees = np.array([0.2, 29.7, 30.0, 30.4, 31.0, 89.8])
+    beta, gamma = (a.ravel() for a in np.meshgrid(degrees, [-60.0, 60.0]))
+    grid = symmetry.rectangle(*np.radians([beta, gamma]))
+    assert grid is not None
+    lines = np.degrees(grid.beta)
+    # and the mirror images of all but the first and the last
+    np.testing.assert_allclose(lines, [-90, -31, -30, 0, 30, 31], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(grid.gamma), [-120, -60, 60, 120], atol=1e-9)
+    # beyond a quarter of a degree a line is where it is
+    beta[beta == 0.2] = 0.3
+    grid = symmetry.rectangle(*np.radians([beta, gamma]))
+    assert grid is not None
+    np.testing.assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
+
+
+def test_half_of_the_crossings_make_a_grid():
+    """With their mirror images, two directions have four crossings: of eight on one line of beta, of sixteen on two."""
+    rows, columns = np.radians([10.0, 20.0]), np.radians([20.0, 70.0])
+    whole = [(b, g) for b in rows for g in columns]
+    assert symmetry.rectangle(*np.array(whole).T) is not None
+    one_row = np.array([(rows[0], columns[0]), (rows[0], columns[1])]).T
+    grid = symmetry.rectangle(*one_row)
+    assert grid is not None
+    assert (grid.node >= 0).sum() == symmetry.LEAST_FILL * grid.node.size == 4
+    diagonal = np.array([whole[0], whole[3]]).T
+    assert symmetry.rectangle(*diagonal) is None
 
 
 def test_ends_and_wide_gaps_of_a_grid():
