@@ -57,6 +57,42 @@ def test_names_and_units_of_a_file(tmp_path):
     assert push.columns["alpha_x_N_per_cm3"][0] == pytest.approx(-0.1)
 
 
+@pytest.mark.parametrize(
+    ("name", "column", "said"),
+    [
+        ("depth (mm)", "depth_cm", "depth_unit: mm"), ("depth_mm", "depth_cm", "depth_unit: mm"),
+        ("Tiefe [m]", "depth_cm", "depth_unit: m"), ("depth in cm", "depth_cm", ""), ("depth", "depth_cm", ""),
+        ("depth (mean)", "depth_cm", ""), ("z stress in kPa", "stress_z_N_per_cm2", "stress_unit: kPa"),
+        ("sigma (N/m²)", "stress_z_N_per_cm2", "stress_unit: Pa"), ("s_N_per_cm2", "stress_z_N_per_cm2", ""),
+        ("s (N cm^-2)", "stress_z_N_per_cm2", ""), ("tilt (rad)", "beta_deg", "angle_unit: rad"),
+        ("tilt (°)", "beta_deg", ""),
+    ],
+)  # fmt: skip
+def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, said):
+    """A depth in mm under its own name was read as cm."""
+    head = STRESS_HEAD.split(",")
+    head[head.index(column)] = name
+    rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 30) for depth in (1, 2, 3)]
+    path = written(tmp_path / "s.csv", ",".join(head), *rows)
+    problems = read(path, Table(holds="stress", columns={column: name}))[1]
+    assert len(problems) == (1 if said else 0)
+    assert said in "".join(problems)
+
+
+@pytest.mark.parametrize(
+    ("unit", "wrong"), [("N/cm^3", 0), ("N cm⁻³", 0), ("MPa/m", 0), ("kPa/m", 2), ("kN/m³", 2)]
+)
+def test_a_unit_in_the_head_of_a_block(tmp_path, unit, wrong):
+    rows = [
+        line
+        for c in "zx"
+        for line in (f"alpha_{c} ({unit})", "beta,45,90", "0,0.2,0.3", "30,0.1,0.2")
+    ]
+    problems = read(written(tmp_path / "b.csv", *rows))[1]
+    assert len(problems) == wrong
+    assert all("set alpha_unit: kPa/m" in one for one in problems)
+
+
 def test_everything_that_is_wrong_is_told(tmp_path):
     path = written(
         tmp_path / "a.csv", f"{HEAD},medium,n",

@@ -81,12 +81,14 @@ def test_of_copies_of_one_direction_one_keeps_its_number():
     """c is a copy in another direction, where either may be right: both count."""
     table = pd.DataFrame({
         "run_id": list("abcd"), "beta_deg": 0.0, "gamma_deg": [90.0, 90, 45, 90],
-        "direction": "intrusion", "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31], "n_points": 9,
+        "direction": "intrusion", "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31], "alpha_x_N_per_cm3": 0.0, "n_points": 9,
         "offset_cm": 0.1, "depth_to_cm": 8.0,
         "reason": "", "reason_code": "",
     })  # fmt: skip
     before = table.copy()
-    found = counted_once(table, {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()})
+    copies = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()}
+    found, left_out = counted_once(table, copies)
+    assert list(left_out) == ["b"]
     pd.testing.assert_frame_equal(table, before)
     # the surface is not told from copies either
     for column in ("alpha_z_N_per_cm3", "offset_cm"):
@@ -95,7 +97,13 @@ def test_of_copies_of_one_direction_one_keeps_its_number():
     assert found["reason_code"].tolist() == ["", "same-readings", "", ""]
     assert "a" in str(found.loc[1, "reason"])
     assert (found["n_points"] == 9).all()
-    pd.testing.assert_frame_equal(counted_once(table, {}), before)
+    pd.testing.assert_frame_equal(counted_once(table, {})[0], before)
+    # one that has no number for another reason keeps its reason, and the other one its number
+    numbers = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+    table.loc[0, numbers], table.loc[0, "reason_code"] = np.nan, "tare-missing"
+    found, left_out = counted_once(table, copies)
+    assert not left_out
+    assert found["reason_code"].tolist() == ["tare-missing", "", "", ""]
 
 
 def sheet(*names, kind="plate"):

@@ -7,7 +7,8 @@ import pytest
 
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
-from rftfit.workflow.measure import check_logs
+from rftfit.results import Results
+from rftfit.workflow.measure import check_logs, ingest, slopes, tare
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 TWICE = "2 runs have the readings of others: {} and {}"
@@ -49,3 +50,29 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, found):
     told = check_logs(campaign).set_index("check").loc["same_logs"]
     assert told["verdict"] == verdict
     assert found in told["found"]
+
+
+def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
+    rows = [*stress("a", 0, 90), *stress("rep2", 0, 90), *stress("b", 30, 90, seed=1)]
+    (tmp_path / "table.csv").write_text("\n".join([STRESS, *rows]))
+    source = str(tmp_path / "table.csv")
+    assert main(["init", str(tmp_path / "c"), "--stress-table", source]) == 0
+    results = Results(load_campaign(tmp_path / "c" / "config" / "config.yaml"))
+    (medium,) = results.media
+    for stage, names in (
+        (ingest, ("traces/{}.parquet", "runs/{}.csv")),
+        (tare, ("tared/{}.parquet", "tares/{}.csv")),
+    ):
+        for name, table in zip(names, stage(results, medium), strict=False):
+            results.hold(name.format(medium), table)
+    fits, _, book = slopes(results, medium)
+    told = {row["run_id"]: row for row in fits.to_dict("records")}
+    assert [name for name, row in told.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
+    assert (told["rep2"]["reason"], told["rep2"]["reason_code"]) == (
+        "same readings as a",
+        "same-readings",
+    )
+    fates = set(
+        zip(*(book[name] for name in ("run_id", "fate", "reason_code", "rows")), strict=True)
+    )
+    assert {("a", "used", "slope", 8), ("rep2", "dropped", "same-readings", 8)} <= fates

@@ -271,8 +271,8 @@ class Column(Model):
     constant: float | None = None
     """value of a quantity that no column holds and that stays the same
 
-    For a channel that nobody measured, as the sideways forces on a testing machine: its direction
-    then counts for 0. Examples: `F1: {constant: 0, unit: N}`, `x: {constant: 0, unit: mm}`.
+    For a channel that nobody measured, as the sideways forces on a testing machine. Without a
+    measured force along x, alpha_x of plates that are not level or upright is blank. Examples: `F1: {constant: 0, unit: N}`, `x: {constant: 0, unit: mm}`.
     """
     rate: float | None = None
     """change per second of a quantity that no column holds, from `constant` at the first row on: an
@@ -730,11 +730,6 @@ class Table(Model):
     """unit of the stress"""
     alpha_unit: Literal["N/cm^3", "N/m^3", "Pa/m", "kPa/m", "MPa/m", "kPa/cm"] = "N/cm^3"
     """unit of alpha and its errors"""
-
-    @property
-    def angle_scale(self) -> float:
-        """Degrees in one unit of the angles."""
-        return 1.0 if self.angle_unit == "deg" else math.degrees(1)
 
 
 _NOT_OF_TABLES: dict[str, Any] = {

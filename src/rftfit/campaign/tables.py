@@ -33,6 +33,7 @@ from rftfit.campaign.rows import (
     sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
+from rftfit.logs.units import unit_word
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
@@ -80,9 +81,28 @@ STRESS = Schema(
 )  # fmt: skip
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
-LENGTHS = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
-STRESSES = {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361}
-SLOPES = {"N/cm^3": 1.0, "N/m^3": 1e-6, "Pa/m": 1e-6, "kPa/m": 1e-3, "MPa/m": 1.0, "kPa/cm": 0.1}
+_SCALES = {
+    "angle_unit": {"deg": 1.0, "rad": math.degrees(1)},
+    "depth_unit": {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54},
+    "stress_unit": {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361},
+    "alpha_unit": {
+        "N/cm^3": 1.0, "N/m^3": 1e-6, "Pa/m": 1e-6, "kPa/m": 1e-3, "MPa/m": 1.0, "kPa/cm": 0.1,
+    },
+}  # fmt: skip
+"""What each unit that a key of `table` in the config may state is in ours."""
+
+_UNIT_OF = {
+    **dict.fromkeys(("beta_deg", "gamma_deg"), "angle_unit"),
+    "depth_cm": "depth_unit",
+    **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), "stress_unit"),
+    **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), "alpha_unit"),
+}
+"""Key of `table` that states the unit of a column."""
+
+_SAME = {"n/m2": "Pa", "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi",
+         "kn/m3": "kPa/m", "mn/m3": "MPa/m"}  # fmt: skip
+"""Other spellings of units, as `_plain` makes them."""
+
 SAME_DEPTH_CM = 0.1
 LARGEST_RAD = 3.2
 """Several angles, none of them larger, are no degrees."""
@@ -92,6 +112,8 @@ _NUMBERS = (
     "depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3",
     "se_z", "se_x", "n",
 )  # fmt: skip
+_POWERS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
+
 _TURN, _MOST_TURNS = 0.02, 6
 """Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
 
@@ -135,12 +157,20 @@ def read_pushes(
     drafts = _blocks(grids, schema, tuple(titles), problems)
     if drafts is None:
         rows, names, problems = read_columns(path, schema, file)
+        for ours, theirs in names.items():
+            place = Place(file, column=theirs)
+            problems += _other_unit(ours, theirs, table, place, schema.area)
         for ours, theirs in table.columns.items() if names else ():
             if names.get(ours) != theirs:
                 place, allowed = Place(file, column=theirs), "a column of the file"
                 text = f"{allowed}: table.columns of the config gives {ours} this name"
                 problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
     else:
+        for _, lines in grids:
+            for number in _components(lines):
+                head = next(cells[0].strip() for row, cells in lines if row == number)
+                place = Place(file, number)
+                problems += _other_unit("alpha_z_N_per_cm3", head, table, place, schema.area)
         schema = replace(schema, columns=(*schema.columns, _RUN_ID))
         rows = Rows.of(drafts, schema, {})
     named = [one for one in rows.texts["medium"] if one not in ("", BAD)]
@@ -199,15 +229,34 @@ def _named(schema: Schema, table: Table) -> Schema:
 
 def _units(table: Table) -> dict[str, tuple[str, float]]:
     """Unit of each column of numbers in the file, and what it is in ours."""
-    angle = (table.angle_unit, table.angle_scale)
-    stress = (table.stress_unit, STRESSES[table.stress_unit])
-    alpha = (table.alpha_unit, SLOPES[table.alpha_unit])
-    return {
-        **dict.fromkeys(("beta_deg", "gamma_deg"), angle),
-        "depth_cm": (table.depth_unit, LENGTHS[table.depth_unit]),
-        **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), stress),
-        **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), alpha),
-    }
+    stated = {name: (key, str(getattr(table, key))) for name, key in _UNIT_OF.items()}
+    return {name: (unit, _SCALES[key][unit]) for name, (key, unit) in stated.items()}
+
+
+def _plain(unit: str) -> str:
+    """Spell a unit in small letters without powers' signs and spaces: ``n/cm3`` of ``N cm⁻³``."""
+    unit = unit_word(unit.strip(" )]")).casefold().translate(_POWERS)
+    unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
+    return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
+
+
+def _unit_in(name: str, key: str) -> str | None:
+    """Unit that the end of a column's name states, as the key of `table` spells it; None: none known."""
+    known = {_plain(unit): unit for unit in _SCALES[key]}
+    known |= {plain: unit for plain, unit in _SAME.items() if unit in _SCALES[key]}
+    ends = (_plain(name[at.end() :]) for at in re.finditer(r"[\s_/,(\[]+", name))
+    return next((known[end] for end in ends if end in known), None)
+
+
+def _other_unit(ours: str, theirs: str, table: Table, place: Place, area: str) -> list[Problem]:
+    """Whether a column's name, not one of ours, states another unit than the config."""
+    key = _UNIT_OF.get(ours, "")
+    said = _unit_in(theirs, key) if key and theirs != ours else None
+    stated, scale = _units(table)[ours] if said else ("", 0.0)
+    if said is None or _SCALES[key][said] == scale:
+        return []
+    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {said}, or give the column another name"
+    return [Problem(f"{area}.other-unit", place, theirs, allowed)]
 
 
 @dataclass

@@ -65,8 +65,8 @@ def penetration_rows(
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
-    Two rows a test, one for the stated and one for the detected regime; one with the reason for a
-    test that has no tared stroke. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
+    A row a test for the detected regime and one for the stated, where the config states one; one with the
+    reason for a test that has no tared stroke. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
     sand. `chi`: Of the reference media.
     """
     config, tared = campaign.config, tables["tared"]
@@ -82,8 +82,9 @@ def penetration_rows(
     detected = tables["fits"]
     if ends:
         detected = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], ends)[0]
-    stated = dict.fromkeys(ends, config.media[medium].linear_to_cm or math.nan)
-    windows = {"stated": (stated, tables["fits"]), "detected": (ends, detected)}
+    windows = {"detected": (ends, detected)}
+    if stated := config.media[medium].linear_to_cm:
+        windows = {"stated": (dict.fromkeys(ends, stated), tables["fits"])} | windows
     fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
     surface, others = errors_of(tables["fits"], config)[1], _of_any_window(tables["alpha"])
     rows: list[dict[str, object]] = []
@@ -93,7 +94,7 @@ def penetration_rows(
         if run.run_id not in ends:
             none = "no-curve" if campaign.numbers else "no-tared-stroke"
             why = reason_of(facts[run.run_id]) or [remark(none, tare=run.tare_run)]
-            lost.append({**place, "window": "stated", **reason_columns(why)})
+            lost.append({**place, "window": next(iter(windows)), **reason_columns(why)})
             continue
         for window, (to_cm, _) in windows.items():
             end, fit = to_cm[run.run_id], fits[window][run.run_id]

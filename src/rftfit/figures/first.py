@@ -54,8 +54,10 @@ def _map_caption(results: Results, _: str) -> str:
     signs = (
         "Red pushes the plate up, blue pulls it down; hatched: does not oppose the vertical motion."
     )
-    if mapped(results)[2] == "measured":
-        return f"{signs} Good: smooth from cell to cell."
+    _, table, how = mapped(results)
+    if how == "measured":
+        holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
+        return f"{signs}{holes} Good: smooth from cell to cell."
     return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from rftfit import conventions
 from rftfit.figures import labels, style
 from rftfit.figures.plates import stress_runs
-from rftfit.figures.registry import figure, when
+from rftfit.figures.registry import figure, greek, when
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.profiles import DepthOnlyProfile, TableProfile
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.sheet import Run
     from rftfit.conventions import FloatArray
     from rftfit.results import Results
 
@@ -72,22 +73,30 @@ def alpha_maps(results: Results) -> Figure:
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",
-    caption=_MAPS_CAPTION + " Circles: runs of the stress figure.",
+    caption=lambda results, medium: (
+        greek(_MAPS_CAPTION)
+        + " Circles: runs of the stress figure." * bool(_shown_runs(results, medium))
+    ),
 )
 def alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
     page = _draw_maps(results, results[medium].alpha, "measured")
-    campaign = results.campaign
-    runs = [run for name in stress_runs(campaign) if (run := campaign.by_id[name]).medium == medium]
     # map, bar, half width, bar: of alpha_z, then of alpha_x
     for axes in page.axes[::4]:
         _add_plates(axes)
-        for run in runs:
+        for run in _shown_runs(results, medium):
             beta, gamma = run.beta_deg, run.gamma_deg
             if run.direction == "extraction":
                 beta, gamma, _ = conventions.file_extraction(beta, gamma)
             axes.plot(gamma, beta, "o", markersize=6, markerfacecolor="none", color="black")
     return page
+
+
+def _shown_runs(results: Results, medium: str) -> list[Run]:
+    """Runs of a medium that the figure of stress against depth shows; none of a table of alpha."""
+    campaign, table = results.campaign, results.config.table
+    names = [] if table is not None and table.holds == "alpha" else stress_runs(campaign)
+    return [run for name in names if (run := campaign.by_id[name]).medium == medium]
 
 
 _FEW = 20
@@ -175,7 +184,7 @@ def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
             width = 1e3 * labels.half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
-            missing |= _has_holes(table, name)
+            missing |= has_holes(table, name)
     add_legend(page, missing)
     return page
 
@@ -197,7 +206,8 @@ def _add_plates(axes: Axes) -> None:
     axes.quiver(gamma, beta, *moved, width=0.006, **head, **how)
 
 
-def _has_holes(table: pd.DataFrame, column: str) -> bool:
+def has_holes(table: pd.DataFrame, column: str) -> bool:
+    """Whether any cell of a table has no number."""
     values = pivot(table, column)[2] if lies_on_grid(table) else table[column].to_numpy(float)
     return bool(np.isnan(values).any())
 
@@ -269,7 +279,7 @@ def _draw_models(results: Results, models: Mapping[str, Model], name: str, left:
             axes = empty_map(page, row, 2 * index + 1, (False, last))
             rest = table[name] - model(at[0], at[1])[index]
             add_bar(page, axes, add_table(axes, table, rest, signed=True))
-            missing |= _has_holes(table, name)
+            missing |= has_holes(table, name)
     add_legend(page, missing)
     return page
 

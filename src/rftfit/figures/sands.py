@@ -70,8 +70,11 @@ def penetration(results: Results) -> Figure:
         style.text_cm(page, left, top - 0.75, title, va="bottom", weight="bold")
         style.text_cm(page, left, top - 0.1, _note(tests), va="bottom", fontsize=5.5)
     entries = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
-    entries["stated window"] = style.patch(facecolor=style.WINDOW)
+    if table["window"].eq("stated").any():
+        entries["stated window"] = style.patch(facecolor=style.WINDOW)
     for name, (colour, line) in _FITS.items():
+        if not table["window"].eq(name).any():
+            continue
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
     entries[f"{style.level(results)} interval"] = style.band()
@@ -95,7 +98,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     of_fits = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
     ends = [end for end in (*depth, *of_fits) if np.isfinite(end)]
     last = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
-    if fitted.size:
+    if fitted.size and np.isfinite(stated):
         axes.axvspan(fitted.min(), fitted.max(), color=style.WINDOW, linewidth=0)
     elif np.isfinite(stated):
         axes.axvspan(0, stated, color=style.WINDOW, linewidth=0)
@@ -117,7 +120,8 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         top.append(alpha * end)
         if name == "detected" and np.isfinite(window) and not _is_whole(fits[name]):
             axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
-    missing += [f"no fit over the {name} window" for name in _FITS if name not in drawn]
+    wanted = [name for name in _FITS if any(name in fits for fits in tests)]
+    missing += [f"no fit over the {name} window" for name in wanted if name not in drawn]
     axes.set(xlim=(0, last), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
     if not top:

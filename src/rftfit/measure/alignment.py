@@ -113,6 +113,11 @@ class LagProfile:
         """Place of the smallest unexplained share."""
         return int(np.argmin(self.unexplained))
 
+    def ends(self) -> list[float]:
+        """First and last lag, s, about as good as the best: a weak force leaves them far apart."""
+        good = self.lag[self.unexplained <= _AS_GOOD * self.unexplained[self.best]]
+        return [float(good[0]), float(good[-1])]
+
     def rivals(self) -> list[float]:
         """Find up to three other lags, s, about as good as the best, with worse ones in between."""
         lowest = float(self.unexplained[self.best])
@@ -186,7 +191,7 @@ KNOTS = (7, 10, 14)
 
 _MIN_READINGS = 40
 _MOST_READINGS = 600
-_RISE_TO_NOISE = 12.0
+_RISE_TO_NOISE, _RISE_TO_SLOW_NOISE = 12.0, 18.0
 _EXPLAINED = 0.9
 _STEP_S, _STEP_CM = 0.04, 0.02
 _AS_GOOD = 1.2
@@ -247,7 +252,7 @@ def estimate_clocks(
     if profile.unexplained[profile.best] > 1 - _EXPLAINED:
         share = 100 * (1 - profile.unexplained[profile.best])
         raise Refused("force-not-depth", percent=share, least=100 * _EXPLAINED)
-    starts = [float(profile.lag[profile.best]), *profile.rivals()]
+    starts = [float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()]
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
     chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
@@ -257,6 +262,9 @@ def estimate_clocks(
     if not se <= max_se_s:
         raise Refused("clocks-uncertain", seconds=se, most=max_se_s)
     residual = pushed - chosen.fitted
+    rise, noise = float(np.ptp(chosen.fitted)), float(residual.std())
+    if rise < _RISE_TO_SLOW_NOISE * noise:
+        raise Refused("no-rise", newtons=rise, noise=noise)
     whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
         ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),

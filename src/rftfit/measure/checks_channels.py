@@ -15,6 +15,7 @@ from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import Remark
+from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.levels import Mask, two_clusters
 from rftfit.measure.verdicts import Check, Measured, as_sentence, flags_on, rows_of
 
@@ -49,13 +50,6 @@ def check_channels(measured: Measured) -> Check:
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
 
 
-def _measured_channel(config: Config, axis: str) -> str | None:
-    """Channel along an axis; None where the config states a constant for it."""
-    name = getattr(config.transducer.axes, axis)[1:]
-    stated = config.force_log.columns.get(name)
-    return None if stated is not None and stated.constant is not None else name
-
-
 def _pushes(logs: Logs) -> Logs:
     """Logs of intrusions, in which the force grows with depth; on a level path or in a pull it need not."""
     return [one for one in logs if one[0].direction not in ("horizontal", "extraction")]
@@ -65,7 +59,7 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
     """Channels along x and z that are frozen, or that stop below their range in several logs."""
     causes = []
     for axis in "xz":
-        if (name := _measured_channel(config, axis)) is None:
+        if (name := measured_channel(config, axis)) is None:
             continue
         feels = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
         dead = [row for row in feels if row[f"{name}_held"] >= _FROZEN]
@@ -148,7 +142,7 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     size = np.nanmax(sizes)
     causes = []
     for place, axis in enumerate("zx"):
-        name = _measured_channel(config, axis)
+        name = measured_channel(config, axis)
         if not size > 0 or name is None:
             continue
         faint = np.abs(mount[place]) < _SILENT * size

@@ -10,7 +10,7 @@ import pandas as pd
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import REASON, reason_cells, remark
+from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.samples import split_runs
 
 _LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
@@ -119,24 +119,30 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
 _BLOCK = 32
 
 
-def counted_once(fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]) -> pd.DataFrame:
-    """Leave the number of one run of each set of copies of one direction; the others say whose copy they are."""
+def counted_once(
+    fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]
+) -> tuple[pd.DataFrame, dict[str, Remark]]:
+    """Leave the number of one run of each set of copies of one direction; the others say whose copy they are.
+
+    Returns the fits, and why each run without its number is left out.
+    """
     kept: set[str] = set()
-    rows = []
+    left_out: dict[str, Remark] = {}
     groups = {name: set(own) for own in _groups(fits) for name in own}
-    for name in fits["run_id"]:
+    measured = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().any(axis=1)
+    for name in fits["run_id"][measured]:
         own = sorted(kept & set(copies.get(name, ())) & groups.get(name, set()))
-        if not own:
+        if own:
+            left_out[name] = remark("same-readings", runs=", ".join(own))
+        else:
             kept.add(name)
-        rows.append(own)
-    later = np.array([bool(own) for own in rows])
+    later = fits["run_id"].isin([*left_out])
     numbers = [
         name for name in map(str, fits.select_dtypes("float"))
         if not name.startswith(("beta_", "gamma_", "depth_"))
     ]  # fmt: skip
     fits = fits.copy()
     fits.loc[later, numbers] = np.nan
-    why = [reason_cells([remark("same-readings", runs=", ".join(own))]) for own in rows if own]
-    if why:
-        fits.loc[later, [*REASON]] = why
-    return fits
+    if left_out:
+        fits.loc[later, [*REASON]] = [reason_cells([one]) for one in left_out.values()]
+    return fits, left_out

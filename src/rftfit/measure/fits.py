@@ -28,6 +28,7 @@ from rftfit.measure.flags import (
     reason_of,
     remark,
 )
+from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
@@ -371,9 +372,8 @@ def own_flags(row: Mapping[Any, Any], shared: Collection[Remark]) -> list[Remark
 
 
 def _lacks_force_x(config: Config, run: Run) -> bool:
-    """Whether alpha_x of a run is 0 only because the config states a constant for its channel."""
-    channel = config.force_log.columns.get(config.transducer.axes.x[1:])  # type: ignore[call-overload]
-    return channel is not None and channel.constant is not None and not is_symmetric(run)
+    """Whether a run has no alpha_x because the config states a constant for its channel."""
+    return measured_channel(config, "x") is None and not is_symmetric(run)
 
 
 def is_symmetric(run: Run) -> bool:
@@ -452,6 +452,8 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]
         row |= {name: value[i] for name, value in zip(names, values, strict=True)}
+    if any(flag.code == "no-force-x" for flag in fit.flags):
+        row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
     return row
 
 
@@ -488,7 +490,11 @@ def leg_curves(
         pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
         for c in COMPONENTS:
             curve[f"zero_se_{c}_N"] = np.sqrt(sum(fact[f"zero_var_{c}_N2"] for fact in pair))
-        flags = flag_columns([remark("no-tare")] if campaign.holds_tare(run) else [])
+        codes = ["no-tare"] * campaign.holds_tare(run)
+        if measured_channel(campaign.config, "x") is None:
+            codes.append("no-force-x")
+            curve[["force_x_N", "zero_se_x_N"]] = math.nan
+        flags = flag_columns([remark(code) for code in codes])
         place = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
         curves.append(curve.assign(**place, **flags, **mark_columns()))
     nothing = pd.DataFrame(columns=LEG_COLUMNS)

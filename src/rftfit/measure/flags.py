@@ -41,7 +41,7 @@ SENTENCES = {
     "no-tare": "no tare subtracted: force on rod and mount is in it",
     "no-scatter": "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
     "rows-other-sense": f"{{count}} rows are left out: {OTHER_SENSE}",
-    "no-force-x": "alpha_x was not measured: the config states a constant for its channel",
+    "no-force-x": "the force along x was not measured: the config states a constant for its channel",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
     "gives-back": "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
@@ -120,7 +120,8 @@ SENTENCES = {
     "no-zero": "no zero: the intruder is never at rest in air for half a second; where the zero is known otherwise, "
     "name a zero_log in the run sheet, or state it under `zero` in the config",
     "no-push-to-match": "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; "
-    "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock",
+    "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock; a "
+    "difference that is known is stated as offset of the column time, with clock.method same_clock",
     "no-sync-line": "the force log has no column arm_moving; clock.method sync_line needs it, allowed without: "
     "estimate, same_clock",
     "surface-not-stated": "surface.method find works for flat plates pushed down, which meet the surface all at "

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from rftfit.campaign.config import Arm, Transducer
+from rftfit.campaign.config import Arm, Config, Transducer
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
@@ -54,6 +55,13 @@ def sensor_to_lab(transducer: Transducer) -> FloatArray:
         [[math.cos(turn), 0.0, math.sin(turn)], [-math.sin(turn), 0.0, math.cos(turn)]]
     )
     return np.asarray(about_y @ mount)
+
+
+def measured_channel(config: Config, axis: str) -> str | None:
+    """Channel of the transducer along an axis; None where the config states a constant in its place."""
+    name: Any = getattr(config.transducer.axes, axis)[1:]
+    stated = config.force_log.columns.get(name)
+    return None if stated is not None and stated.constant is not None else name
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:

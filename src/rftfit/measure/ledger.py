@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -66,6 +66,12 @@ class Ledger:
                 status = RowStatus(number)
                 fate, code = (DROPPED, status.code) if number else (USED, used_as)
                 self.add(run, run.force_log, fate, count, remark(code))
+
+    def leave_out(self, runs: Mapping[str, Remark]) -> None:
+        """Count the used rows of some runs as dropped, each for its reason."""
+        for key in [key for key in self.counts if key[0] in runs and key[4] == USED]:
+            rows = self.counts.pop(key)
+            self.counts[*key[:4], DROPPED, (runs[key[0]],)] += rows
 
     def table(self) -> pd.DataFrame:
         """Return the counts as a sorted table with the columns `COLUMNS`."""

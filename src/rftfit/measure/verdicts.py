@@ -34,7 +34,7 @@ class Rule(NamedTuple):
 _LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
 _ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
 CHECKS: dict[str, Rule] = {
-    "channels": Rule(UNUSABLE, "no force channel is dead, frozen, clipped, reversed or exchanged in some runs",
+    "channels": Rule(UNUSABLE, "no force channel is dead, frozen, clipped, reversed or exchanged in several runs",
                      "a force channel is dead, frozen, clipped, reversed or exchanged"),
     "rods": Rule(UNUSABLE, "the force on rods is smaller than on plates", "the force on rods is as large as on plates", ("channels",)),
     "work": Rule(UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS),

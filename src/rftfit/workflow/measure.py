@@ -38,7 +38,7 @@ def tare(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.
 
 
 def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Fit every plate run of a medium: fits, windows of the fits, counts of rows."""
+    """Fit every plate run of a medium, of copies one: fits, windows of the fits, counts of rows."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     table = results.config.table
@@ -46,6 +46,9 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
         fits, windows, book = fit_alpha_table(results.campaign, medium, tared)
     else:
         fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
+    sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
+    fits, left_out = counted_once(fits, copies_of(sheet, runs, fits, tared))
+    book.leave_out(left_out)
     return fits, windows, book.table()
 
 
@@ -56,7 +59,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
     copies = copies_of(sheet, tables["runs"], tables["fits"], tables["tared"])
-    fits = tables["fits"] = counted_once(tables["fits"], copies)
+    fits = tables["fits"]
     peers = compare_runs(fits, medium)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
@@ -64,7 +67,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
         how = level, depths, errors, grid, surface, at_cm, off
-        return alpha_table(counted_once(fits, copies), medium, *how)
+        return alpha_table(counted_once(fits, copies)[0], medium, *how)
 
     tables |= {"alpha": cells(fits), "peers": peers}
     found = check_medium(results.campaign, medium, tables, copies)
