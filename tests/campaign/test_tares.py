@@ -38,6 +38,8 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
     ({"p2<p1": OFF | {T: ""}}, "", []),
     ({"p1": {T: ""}}, "", [("tare-missing", 2, T, "NaN", "name a rod run to subtract"), UNUSED]),
     ({"c1": {T: ""}}, "", [("tare-missing", 6, T, "NaN", "a leg_air run"), ("tare-unused", 7, "run_id", "a1")]),
+    ({f"p{n}<p1": {T: ""} for n in range(2, 8)}, "",
+     [("tare-missing", 8, T, "no tare in 6 runs (rows 8, 9, 10, 11, 12, ...): they will come out as NaN")]),
     (BARE, "", [("tare-missing", 2, T), ("tare-missing", 3, T), ("tare-missing", 4, T)]),
     (BARE, "fit: {missing_tare: flag}", [("tare-missing", 2, T, "no tare in any of 3 runs: they will come out with the force")]),
     # without a rod, as in a simulation, there is nothing to warn of

@@ -89,20 +89,23 @@ def test_a_regime_that_ends_with_the_test_is_said(paper_config):
     assert found["down", "detected"]["zeta"] == pytest.approx(0.5 / 1.25)
 
 
-@pytest.mark.parametrize("window", ["stated", "detected"])
-def test_a_regime_that_is_not_known_has_its_reason_and_no_number(paper_config, window):
-    """A curve that is bent from the start has none to detect, and a config may state none."""
-    media = dict(paper_config.media)
-    if window == "stated":
-        media["yuma"] = media["yuma"].model_copy(update={"linear_to_cm": None})
-    config = paper_config.model_copy(update={"media": media})
-    found = told(config, {"down": kneed(3.0) if window == "stated" else DEPTH_CM**2})
-    lost = found.pop(("down", window))
+def test_a_regime_that_is_not_found_has_its_reason_and_no_number(paper_config):
+    """A curve that is bent from the start has none to detect."""
+    found = told(paper_config, {"down": DEPTH_CM**2})
+    lost = found.pop(("down", "detected"))
     assert lost["reason_code"] == "no-linear-regime"
     assert math.isnan(lost["linear_to_cm"])
     assert "alpha_z_N_per_cm3" not in lost
     (other,) = found.values()
     assert (other["reason"], other["alpha_z_N_per_cm3"] > 0) == ("", True)
+
+
+def test_a_regime_that_the_config_does_not_state_has_no_row(paper_config):
+    media = dict(paper_config.media)
+    media["yuma"] = media["yuma"].model_copy(update={"linear_to_cm": None})
+    found = told(paper_config.model_copy(update={"media": media}), {"down": kneed(3.0)})
+    assert list(found) == [("down", "detected")]
+    assert found["down", "detected"]["alpha_z_N_per_cm3"] > 0
 
 
 def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config):

@@ -359,7 +359,7 @@ AnyLog = ForceLog | MotionLog
 Channel = Annotated[str, Field(pattern=r"^[+-]F[123]$")]
 T = TypeVar("T")
 LengthUnit = Literal["mm", "cm", "m", "in"]
-ForceUnit = Literal["N", "mN", "kN", "lbf"]
+ForceUnit = Literal["N", "mN", "kN", "lbf", "klbf", "kgf", "gf"]
 
 
 class Axes(Model):

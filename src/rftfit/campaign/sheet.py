@@ -351,12 +351,21 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
 
 
+_MOST_ROWS = 5
+"""So many rows a message names."""
+
+
 def _warn_without_tare(
     untared: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool
 ) -> None:
-    """Warn of runs without a tare; where no run has one and the config allows it, once for all."""
-    if alone and missing_tare == "flag" and len(untared) > 1:
-        text = f"no tare in any of {len(untared)} runs: they will come out {_WITHOUT_TARE['flag']}"
+    """Warn of runs without a tare; of many at once, and where no run has one and the config allows it."""
+    all_of_them = alone and missing_tare == "flag" and len(untared) > 1
+    if all_of_them or len(untared) > _MOST_ROWS:
+        rows = ", ".join(str(draft.row) for draft, _ in untared[:_MOST_ROWS])
+        which = (
+            f"any of {len(untared)} runs" if alone else f"{len(untared)} runs (rows {rows}, ...)"
+        )
+        text = f"no tare in {which}: they will come out {_WITHOUT_TARE[missing_tare]}"
         untared[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
         return
     for draft, wanted in untared:
@@ -368,7 +377,8 @@ def _warn_without_tare(
 def _check_shared(name: str, several: list[DraftRow]) -> None:
     if len(several) < 2:
         return
-    rows = ", ".join(str(draft.row) for draft in several[:5]) + (", ..." if several[5:] else "")
+    rows = ", ".join(str(draft.row) for draft in several[:_MOST_ROWS])
+    rows += ", ..." if several[_MOST_ROWS:] else ""
     for draft in several:
         if not draft.yes("tare_shared") and "tare_shared" not in draft.bad:
             allowed = (

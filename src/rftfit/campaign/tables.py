@@ -33,7 +33,6 @@ from rftfit.campaign.rows import (
     sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
-from rftfit.logs.units import unit_word
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
@@ -99,7 +98,7 @@ _UNIT_OF = {
 }
 """Key of `table` that states the unit of a column."""
 
-_SAME = {"n/m2": "Pa", "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi",
+_SAME = {"\N{DEGREE SIGN}": "deg", "degrees": "deg", "radians": "rad", "inch": "in", "inches": "in", "n/m2": "Pa", "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi",
          "kn/m3": "kPa/m", "mn/m3": "MPa/m"}  # fmt: skip
 """Other spellings of units, as `_plain` makes them."""
 
@@ -235,7 +234,7 @@ def _units(table: Table) -> dict[str, tuple[str, float]]:
 
 def _plain(unit: str) -> str:
     """Spell a unit in small letters without powers' signs and spaces: ``n/cm3`` of ``N cm⁻³``."""
-    unit = unit_word(unit.strip(" )]")).casefold().translate(_POWERS)
+    unit = unit.strip(" )]").casefold().translate(_POWERS)
     unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
     return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
 

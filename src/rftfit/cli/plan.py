@@ -202,7 +202,7 @@ def _as_text(found: Plan, known: Map) -> str:
     return (
         f"Pushes for {found.target}, {have}\n\n{table(head, rows)}\n\n"
         f"Half width of the {100 * found.confidence:g} % interval, relative, root mean square over "
-        f"{', '.join(found.parts)}.{told}"
+        f"{'; '.join(found.parts)}.{told}"
     )
 
 

@@ -46,6 +46,12 @@ def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     return rows, scaled if generic else scaled.assign(zeta=np.nan)
 
 
+def _of_several(results: Results) -> bool:
+    """Whether there is a generic profile that is the mean of two media or more."""
+    rows, scaled = _tables(results)
+    return rows["medium"].nunique() > 2 and not why_no_fit(results, scaled, "zeta")
+
+
 @figure(
     "generic_profile",
     reads=("alpha/{laboratory}.csv", "coefficients.csv", "penetration.csv"),
@@ -57,7 +63,7 @@ def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         "Coefficients of the media over zeta (thin), and their mean M0 (thick); below, alpha of M0, and alpha over "
         "zeta against it. Good: the media lie together."
     ),
-    shown=lambda results, _: not why_no_fit(results, _tables(results)[1], "zeta"),
+    shown=lambda results, _: _of_several(results),
 )
 def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""

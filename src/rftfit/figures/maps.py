@@ -69,7 +69,7 @@ def alpha_maps(results: Results) -> Figure:
 @figure(
     "alpha_maps",
     reads=("alpha/{medium}.csv",),
-    settings=("fit", "figures"),
+    settings=("fit", "figures", "table"),
     media=lambda campaign: campaign.of_role("laboratory")[:1],
     paper="Figs. 2C and 2D",
     section="Force profiles",

@@ -68,7 +68,7 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
         finite = samples[run]["depth_cm"][np.isfinite(samples[run]["depth_cm"])]
         if np.isnan(depth[run]) and finite.size:
             depth[run] = float(np.median(finite))
-    ends = {True: [1.0], False: [1.0]}
+    ends = {True: [float(bool(flat))], False: [1.0]}
     for run, trace in samples.items():
         values = trace["path_cm" if run in flat else "depth_cm"]
         ends[run in flat].append(float(values[np.isfinite(values)].max(initial=0.0)))
@@ -358,9 +358,9 @@ class Sheet:
         how = {"loc": "lower left", "fontsize": 7.5, "borderaxespad": 0, "columnspacing": 1.3}
         place = LEFT / self.paper[0], 0.12 / self.paper[1]
         style.legend(self.figure, entries, len(entries), bbox_to_anchor=place, **how)
+        level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
         text = (
-            f"Across each panel: depth from 0 to {self.reach[0]:g} cm (horizontal runs: path from 0 "
-            f"to {self.reach[1]:g} cm). Up: stress, from the panel's bottom to its top as written in "
+            f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
             "it. α in N/cm³. Extractions as filed."
         )
         self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")

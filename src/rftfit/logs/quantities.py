@@ -50,7 +50,8 @@ _FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuer
 _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
     distance deplacement desplazamiento recorrido""")
 _WORDS = (
-    ("time", _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit temps tiempo tempo"""),
+    ("time", _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
+    temps heure tiempo hora tempo"""),
      "running total test run recording measurement relative standardmessrate ecoule transcurrido"),
     ("arm_moving", _set("moving sync trigger"), "arm line"),
     ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),

@@ -65,7 +65,8 @@ def check_symmetry(measured: Measured) -> Check:
         return Check.skipped("symmetry", "no alpha at (0, 90) deg, and no mirror images")
     degrees = math.degrees(turn)
     lo, hi = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
-    found = f"the mount looks turned by {degrees:+.1f} deg ({lo:+.1f} to {hi:+.1f}) beyond what is stated"
+    ends = f" ({lo:+.1f} to {hi:+.1f})" if se else ""
+    found = f"the mount looks turned by {degrees:+.1f} deg{ends} beyond what is stated"
     allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
     sentence = (
         f"On plates pushed straight down a horizontal force acts to one side ({found}): look at transducer.turn_deg and "

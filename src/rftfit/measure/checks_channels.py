@@ -159,7 +159,11 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
                 f"shows no force in {silent.sum()} of {must.sum()} runs in which it must show one"
             )
         elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
-            code, bad, look = "reversed", opposite, "its wires and at the motion of these runs"
+            code, bad, look = (
+                "reversed",
+                opposite,
+                "its wires, and at beta_deg and the motion of these runs",
+            )
             what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs with a clear sign"
         elif gain := _other_gain(noise, mount[place], known[place], strong[place]):
             values["times"], bad = gain

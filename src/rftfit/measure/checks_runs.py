@@ -138,7 +138,7 @@ def check_repeats(measured: Measured) -> Check:
     first = apart.sort_values("times_spread", ascending=False).to_dict("records")[:MOST_NAMED]
     values = "; ".join(map(_beside_others, first))
     found = (
-        f"{len(apart)} of {len(known)} runs differ from the others, the most by "
+        f"{len(apart)} of {len(known)} runs {'differs' if len(apart) == 1 else 'differ'} from the others, the most by "
         f"{known['times_spread'].max():.1f} times the spread"
     )
     sentence = (

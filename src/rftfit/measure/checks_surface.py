@@ -84,10 +84,10 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     off_se, late_se = np.sqrt(np.diag(covariance))
     is_off, is_late = abs(off) > SURE * off_se, abs(late) > SURE * late_se
     is_off |= abs(down) > SURE * down_se and not is_late
-    found = f"stress begins {10 * down:+.1f} mm below the surface in pushes"
+    found = f"stress begins {_placed(down)} in pushes"
     allowed = f"{10 * SURE * down_se:.1f} mm of either sign"
     if np.ptp(sine) > 1:
-        found += f", {10 * (off - late):+.1f} mm in pulls straight up"
+        found += f", {_placed(off - late)} in pulls straight up"
         allowed += (
             f", by the surface {10 * SURE * off_se:.1f} mm, by a lag {SURE * late_se / speed:.2f} s"
         )
@@ -156,6 +156,10 @@ class Starts:
                     spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
         return found, np.asarray(inverse), sigma
+
+
+def _placed(depth_cm: float) -> str:
+    return f"{10 * abs(depth_cm):.1f} mm {'below' if depth_cm >= 0 else 'above'} the surface"
 
 
 def _two_levels(

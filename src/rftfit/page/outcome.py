@@ -9,7 +9,7 @@ from typing import Any
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import in_brackets, name_of, percent, span
 from rftfit.measure.fits import own_flags, shared_flags
-from rftfit.measure.flags import Remark, about, remark, say
+from rftfit.measure.flags import Remark, about, flagged_with, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.verdicts import (
     ACCEPTED,
@@ -137,8 +137,12 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
         return DOUBTFUL, f"{faults_of(rows['check'])}, which the config accepts"
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
-    if (flag := remark("no-tare")) in shared_flags(results[medium].fits):
-        return DOUBTFUL, str(flag)
+    used = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
+    bare = int(flagged_with(used, "no-tare").sum())
+    if 2 * bare >= len(used):
+        return DOUBTFUL, f"in {bare} of {len(used)} runs " * (bare < len(used)) + str(
+            remark("no-tare")
+        )
     return SOUND, ""
 
 

@@ -68,7 +68,7 @@ STAGES = {
         settings=("force_log", "transducer", "arm", "surface", "container", "intruders", "fit", "errors",
                   "grid", "table", "media"), each="medium",
     ),
-    "legs": Stage(f"{_MEASURE}:legs", "measure", ("fit", "media"), rows=True, each="medium"),
+    "legs": Stage(f"{_MEASURE}:legs", "measure", ("fit", "force_log", "media", "transducer"), rows=True, each="medium"),
     "ledger": Stage(
         f"{_MEASURE}:ledger", "measure", rows=True, logs=OWN,
         settings=("raw", "dialect", "force_log", "motion_log", "media"),
