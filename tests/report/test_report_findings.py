@@ -189,12 +189,13 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     failed = {"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
               "sentence": "Z looks reversed."}  # fmt: skip
     write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
-    bare = pd.DataFrame({"run_id": ["a", "b"]}).assign(**flag_columns([remark("no-tare")]))
-    write(results, "fits/poppy_LP.csv", bare)
+    flags = [flag_columns([remark("no-tare")] * bare) for bare in (1, 1, 0)]
+    fits = pd.DataFrame({"run_id": list("abc"), "alpha_z_N_per_cm3": 0.3, "reason": ""})
+    write(results, "fits/poppy_LP.csv", fits.join(pd.DataFrame(flags)))
     page = make_page(Results(results.campaign))
     first, second = sentences(page)[:2]
     assert first[0].startswith(
-        f"Measured well: in part; poppy seeds, loose is doubtful ({remark('no-tare')}); "
+        f"Measured well: in part; poppy seeds, loose is doubtful (in 2 of 3 runs {remark('no-tare')}); "
         "poppy seeds, close is unusable (the medium seems to give energy to the plates)"
     )
     # what is unusable is in no sentence on what was found

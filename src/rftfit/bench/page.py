@@ -94,8 +94,8 @@ def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
 
 def _map(watch: Watch, medium: Medium) -> str:
     """How well the target is known, the map with its interval, failed checks, and the next pushes."""
-    told = watch.summary(medium)
-    checks = (f"{one['check']}, {one['effect']}: {one['sentence']}" for one in told["checks"])
+    summary = watch.summary(medium)
+    checks = (f"{one['check']}, {one['effect']}: {one['sentence']}" for one in summary["checks"])
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
         width = f"Known to {medium.width:.2g} %, half of the interval"
@@ -108,12 +108,12 @@ def _map(watch: Watch, medium: Medium) -> str:
             pictures += "".join(
                 heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
-    rows = told["next"]
+    rows = summary["next"]
     sheet = "\n".join(
         [",".join(row) for row in rows[:1]] + [",".join(row.values()) for row in rows]
     )
     return (
-        f"<h2>{escape(told['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
+        f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
         f"<p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
         f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
     )

@@ -90,10 +90,10 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
         x, y = corner(beta, gamma)
         kind = "loose" if error else "up" if alpha[place] >= 0 else "down"
         frame = " pushed" if table["source"].iloc[place] == "measured" else ""
-        told = f"({beta:.4g}, {gamma:.4g}): {alpha[place]:.3g} ± {half[place]:.2g}"
+        title = f"({beta:.4g}, {gamma:.4g}): {alpha[place]:.3g} ± {half[place]:.2g}"
         shape = f'x="{x}" y="{y}" width="{_CELL - 2}" height="{_CELL - 2}"'
         fill = f'fill-opacity="{shares[place]:.2f}"'
-        parts.append(f'<rect class="{kind}{frame}" {fill} {shape}><title>{told}</title></rect>')
+        parts.append(f'<rect class="{kind}{frame}" {fill} {shape}><title>{title}</title></rect>')
     for number, step in enumerate(plan.steps[1:] if plan else (), start=1):
         x, y = corner(*step.directions[0])
         parts.append(_text(x + 7, y + 11, number))

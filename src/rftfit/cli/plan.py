@@ -193,16 +193,16 @@ def _as_text(found: Plan, known: Map) -> str:
         rows.append([str(row["push"]), *where, f"{row['half_width_percent']:.1f} %"])
     head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
     width = [100 * step.typical for step in found.steps]
-    told = ""
+    enough_for = ""
     for limit in (30, 20, 15, 10, 5):
         if width[0] > limit and min(width) <= limit:
             enough = next(i for i, one in enumerate(width) if one <= limit)
-            told = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {found.target} within {limit} %."
+            enough_for = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {found.target} within {limit} %."
     have = f"{known.pushes} made already" if known.pushes else "none made yet"
     return (
         f"Pushes for {found.target}, {have}\n\n{table(head, rows)}\n\n"
         f"Half width of the {100 * found.confidence:g} % interval, relative, root mean square over "
-        f"{'; '.join(found.parts)}.{told}"
+        f"{'; '.join(found.parts)}.{enough_for}"
     )
 
 

@@ -165,24 +165,24 @@ def simulate(
         raise InputError(str(error)) from error
     tail = tail_of(run, SAMPLES)
     names = {"robot": body.title, "profile": source.name}
-    told = f"{frequency:g} Hz, R'/r = {curvature:g}"
+    condition = f"{frequency:g} Hz, R'/r = {curvature:g}"
     files = {"motion": str(output / MOTION), "figure": str(output / FIGURE)}
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
         say(run_as_json(names, run, tail, files))
     else:
-        say(f"Robot: {body.title}, {told}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
+        say(f"Robot: {body.title}, {condition}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
     if run.warning:
         warn(f"warning: {run.warning}")
     if run.outcome != "steady":
         warn(f"warning: no steady speed: {run.outcome}")
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_motion(output, run, tail, [body.title, told, source.name])
+    write_motion(output, run, tail, [body.title, condition, source.name])
     if not as_json:
         say(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
-        made = write_animation(output, body, source, run, SAMPLES, f"{body.title}, {told}")
+        made = write_animation(output, body, source, run, SAMPLES, f"{body.title}, {condition}")
         if not as_json:
             say(f"Animation: {', '.join(map(str, made))}")
 

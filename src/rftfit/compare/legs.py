@@ -320,9 +320,9 @@ def leg_errors(
             reason = reason_columns([*why, *flags.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
             name["verdict"] = judge(found)
-            told = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
-            told = told if profile == "table" else ("", math.nan)
-            rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), told, strict=True))
+            flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
+            flagged = flagged if profile == "table" else ("", math.nan)
+            rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
             rows.append(name | found | rests | reason)
     return pd.DataFrame(rows, columns=COLUMNS)
 

@@ -123,28 +123,28 @@ def _outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
     off = errors["error_percent"].to_numpy(float)
     rows = errors[~(np.abs(off) <= percent) & np.isfinite(errors["measured_cm_per_s"])]
     order = rows["error_percent"].abs().sort_values(ascending=False, na_position="first").index
-    told = []
+    worst = []
     for row in rows.loc[order[:3]].to_dict("records"):
         value = float(row["error_percent"])
         how = f"{value:+.0f} %" if math.isfinite(value) else str(row["reason"])
-        told.append(f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {how}")
+        worst.append(f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {how}")
     more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
     fast = rows[(rows["curvature_times_R"] < 0) & (rows["error_percent"] > 0)]
     cause = ""
     if profile in _CAUSES and 2 * len(fast) >= len(rows):
         cause = f"; {len(fast)} are reversed legs that run too fast: {_CAUSES[profile]}"
-    return f"outside: {', '.join(told)}{more}{cause}"
+    return f"outside: {', '.join(worst)}{more}{cause}"
 
 
 def _best(row: dict[Any, Any]) -> list[Item]:
     where = "text, Fig. 4D"
     calibrated = row["calibrated"] == "yes"
-    told = "the robot was calibrated on this number" if calibrated else ""
+    note = "the robot was calibrated on this number" if calibrated else ""
     evidence = CALIBRATED if calibrated else MEASURED
     best, speed = float(row["best_curvature_times_R"]), float(row["speed_cm_per_s"])
     of_best, of_speed = "best curvature R'/r at 5 Hz", "speed at the best curvature, 5 Hz, cm/s"
     return [
-        compare(f"robot: {item}", where, paper, ours, tolerance, evidence, note=told)
+        compare(f"robot: {item}", where, paper, ours, tolerance, evidence, note=note)
         for item, paper, ours, tolerance in (
             (of_best, BEST_CURVATURE, best, _CURVATURE),
             (of_speed, BEST_SPEED_CM_PER_S, speed, _SPEED),
@@ -192,9 +192,9 @@ def optima(
             if part["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
                 continue
             near = any(abs(frequency - one) < 1e-6 for one in calibrated)
-            told = "yes" if near and profile == "table" else "no"
+            fitted = "yes" if near and profile == "table" else "no"
             wide = half.get((profile, frequency), math.nan)
-            rows.append((medium, profile, frequency, *_optimum(part, confidence, told, wide)))
+            rows.append((medium, profile, frequency, *_optimum(part, confidence, fitted, wide)))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

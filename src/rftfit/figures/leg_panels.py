@@ -193,8 +193,8 @@ def has_force(rows: pd.DataFrame, component: str) -> bool:
 def why_missing(rows: pd.DataFrame) -> str:
     """First reason given in the rows, in brackets, or nothing."""
     reasons = rows["reason"] if "reason" in rows.columns else ()
-    told = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
-    return next((f" ({style.plain(reason)})" for reason in told), "")
+    given = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
+    return next((f" ({style.plain(reason)})" for reason in given), "")
 
 
 def add_predicted(

@@ -254,18 +254,18 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
     """Largest lift as measured, and predicted with its interval."""
-    told = []
+    peaks = []
     if leg_panels.has_force(measured, "z"):
         known = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
         theta, force = known.to_numpy(float).T
         highest = measured_peak(theta, force, "z")
-        told.append(_three(highest.force_N))
+        peaks.append(_three(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
         peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
         span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
-        told.append(f"predicted {_three(peak)}{span}")
-    return "peak lift (N): " + ", ".join(told) if told else ""
+        peaks.append(f"predicted {_three(peak)}{span}")
+    return "peak lift (N): " + ", ".join(peaks) if peaks else ""
 
 
 def _three(value: float) -> str:
@@ -575,17 +575,17 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
         axes.plot(ratio, y, marker, color=colour, markersize=2.9, markeredgewidth=0)
     if not missing and drawn:
         return
-    told = "nothing predicted"
+    message = "nothing predicted"
     if drawn:
         reason = own[drawn[0]].get("reason")
         why = style.plain(reason) if isinstance(reason, str) else ""
-        told = f"no value: {', '.join(missing) if points else why}".removesuffix(": ")
+        message = f"no value: {', '.join(missing) if points else why}".removesuffix(": ")
     # on the side where more room is left
     first, last = axes.get_xlim()
     found = [point for point in points if np.isfinite(point)] or [first]
     right = last / max(found) >= min(found) / first
     axes.text(
-        0.985 if right else 0.015, place, "\n".join(textwrap.wrap(told, 52)),
+        0.985 if right else 0.015, place, "\n".join(textwrap.wrap(message, 52)),
         ha="right" if right else "left", va="center", fontsize=5.5, color=style.MARK,
         transform=axes.get_yaxis_transform(),
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},

@@ -39,6 +39,6 @@ def draw(found: Plan, known: Map) -> Figure:
                        color=style.OKABE_ITO["sky blue"], clip_on=False)  # fmt: skip
             right.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
     style.text_cm(page, 9.0, 0.1, "where they lie", va="top", weight="bold")
-    told = "open: on the way back; square: pushed already"
-    style.text_cm(page, 9.0, 0.5, told, va="top", fontsize=6)
+    key = "open: on the way back; square: pushed already"
+    style.text_cm(page, 9.0, 0.5, key, va="top", fontsize=6)
     return page

@@ -141,8 +141,8 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
             made = draw(*args, **kwargs)
             named: Any = args
             results, *medium = named
-            if told := _marks(results, facts["section"], *medium):
-                mark(made, told)
+            if marks := _marks(results, facts["section"], *medium):
+                mark(made, marks)
             if results.campaign.reenacted:
                 stamp(made, "re-enacted")
             return made

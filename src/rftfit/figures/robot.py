@@ -54,11 +54,11 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
 def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
     """Add to a caption what stands beside measured speeds, where there are any."""
 
-    def told(results: Results, sweep: str) -> str:
+    def caption_of(results: Results, sweep: str) -> str:
         known = results.table(f"{sweep or 'robot'}/errors.csv")["measured_cm_per_s"].notna().any()
         return f"{caption} {good}" if known else caption
 
-    return told
+    return caption_of
 
 
 def leg_name(curvature: float) -> str:
@@ -204,8 +204,8 @@ def _frequency_panel(
         own = errors[np.isclose(errors["curvature_times_R"], curvature)]
         ends = own["simulated_from_alpha_lo_cm_per_s"], own["simulated_from_alpha_hi_cm_per_s"]
         axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
-        for told, fill in (("no", colour), ("yes", "white")):
-            points = own[own["calibrated"] == told]
+        for calibrated, fill in (("no", colour), ("yes", "white")):
+            points = own[own["calibrated"] == calibrated]
             if points.empty:
                 continue
             at = points["frequency_Hz"], points["measured_cm_per_s"]

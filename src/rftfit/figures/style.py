@@ -246,11 +246,11 @@ def missing(what: str, reasons: Sequence[str] = ()) -> Figure:
 _ABOVE = 1.01
 
 
-def mark(figures: Any, told: Sequence[str]) -> None:
+def mark(figures: Any, sentences: Sequence[str]) -> None:
     """Write above a figure, or above each page of one, what must be said of the media in it."""
     for page in _pages(figures):
         across = int(15 * page.get_size_inches()[0])  # letters of 7 pt
-        lines = [line for one in told for line in textwrap.wrap(plain(one), across)]
+        lines = [line for one in sentences for line in textwrap.wrap(plain(one), across)]
         where = {"va": "bottom", "ha": "center", "fontsize": 7, "color": OKABE_ITO["vermillion"]}
         page.text(0.5, _ABOVE, "\n".join(lines), **where)
 

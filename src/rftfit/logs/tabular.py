@@ -152,8 +152,10 @@ def _choose(path: Path, book: Any, wanted: str | float) -> tuple[Any, tuple[str,
     sheet = table or found[0]
     rest = [s.title for s in book.worksheets if s is not sheet]
     note = f"sheet {sheet.title!r}, the first with a table of numbers; the workbook also has "
-    told = rest and (not wanted or len(found) > 1)
-    return sheet, (f"{note}{', '.join(map(repr, rest))}: options: {{sheet: ...}}",) if told else ()
+    several = rest and (not wanted or len(found) > 1)
+    return sheet, (
+        f"{note}{', '.join(map(repr, rest))}: options: {{sheet: ...}}",
+    ) if several else ()
 
 
 def _has_table(sheet: Any) -> bool:

@@ -49,12 +49,12 @@ def _measured(results: Results) -> Iterable[Finding]:
         alike.setdefault(verdict, []).append(titles[name])
     sound = len(alike.pop((SOUND, ""), ()))
     made = results.checks.loc[results.checks["verdict"] == PASSED, "check"].nunique()
-    told = [f"Measured well: {'no' if not sound else 'in part' if alike else 'yes'}"]
+    parts = [f"Measured well: {'no' if not sound else 'in part' if alike else 'yes'}"]
     if not alike:
-        told = [f"{told[0]}, none of the {made} checks that its runs allow finds a fault"]
+        parts = [f"{parts[0]}, none of the {made} checks that its runs allow finds a fault"]
     for (word, why), names in alike.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        told.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
+        parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
     found = []
     for name in labels.usable(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
@@ -67,7 +67,7 @@ def _measured(results: Results) -> Iterable[Finding]:
     ]
     ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
     size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
-    yield Finding(f"{'; '.join(told)}.{size}", "believed")
+    yield Finding(f"{'; '.join(parts)}.{size}", "believed")
 
 
 def _legs(results: Results) -> Iterable[Finding]:
@@ -79,7 +79,7 @@ def _legs(results: Results) -> Iterable[Finding]:
         name = f"{labels.name_of(str(leg))} (worst {labels.percent(off)})"
         legs[abs(off) <= WITHIN_PERCENT].append(name)
     if len(lift):
-        told = [
+        parts = [
             f"{'' if near else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
             for near, names in legs.items()
             if names
@@ -89,7 +89,7 @@ def _legs(results: Results) -> Iterable[Finding]:
         errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
         source = "the measured alpha" if profile == "table" else "the map"
         yield Finding(
-            f"Predicted with {source}, the peak lift is {', '.join(told)}."
+            f"Predicted with {source}, the peak lift is {', '.join(parts)}."
             f"{errors if len(lift) > 1 else ''}",
             "legs",
         )
@@ -101,22 +101,22 @@ def _why(results: Results) -> Iterable[Finding]:
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
-    told = []
+    reasons = []
     if ends := labels.span(low, high, 0):
         errors = "the stated errors" if profile == "table" else "the errors of the map"
         can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
-        told.append(
+        reasons.append(
             f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
         )
     varied = shapes(results.table("leg_sensitivity.csv"))
     best = max(varied, key=lambda one: one.lifts, default=None)
     if best is not None and best.lifts > varied[0].lifts:
-        told.append(
+        reasons.append(
             f"{best.lifts} of {best.of} peak lifts, not {varied[0].lifts}, are within {WITHIN_PERCENT:g} % with the best of "
             f"{len(varied) - 1} other shapes of the legs ({best.name})"
         )
-    if told:
-        yield Finding(f"Why: {'; '.join(told)}.", "legs")
+    if reasons:
+        yield Finding(f"Why: {'; '.join(reasons)}.", "legs")
 
 
 def _pushes(results: Results) -> Iterable[Finding]:
@@ -126,21 +126,21 @@ def _pushes(results: Results) -> Iterable[Finding]:
     for name in labels.usable(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         own = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
-        told = []
+        lifts = []
         for leg, part in [] if len(medium.legs) else own.groupby("leg", sort=False):
             known_force = part[part["force_z_N"].notna()]
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
                 ends = labels.span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
-                told.append(
+                lifts.append(
                     f"{number(top['force_z_N'], 1)} N{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}"
                 )
-        if told:
+        if lifts:
             known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
             single |= known == 1
             pushes = "one push" if known == 1 else f"{known} directions"
             yield Finding(
-                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(told)}.",
+                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(lifts)}.",
                 "viewer",
             )
     if single:
@@ -159,15 +159,15 @@ def _sands(results: Results) -> Iterable[Finding]:
         "generic": "Predicted by the paper's routine, generic alpha scaled to the push straight down",
     }
     for profile, start in starts.items():
-        told = []
+        lifts = []
         lift = _lifts(results, media, profile)
         for leg, part in lift.groupby("leg", sort=False):
             worst = _worst(part)
             ends = labels.span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
             off = labels.percent(worst["peak_error_percent"])
-            told.append(f"{off}{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}")
-        if told:
-            yield Finding(f"{start}, the peak lift is off by at most {listed(told)}.", "sands")
+            lifts.append(f"{off}{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}")
+        if lifts:
+            yield Finding(f"{start}, the peak lift is off by at most {listed(lifts)}.", "sands")
 
 
 def _simulated(results: Results) -> Iterable[Finding]:

@@ -34,7 +34,7 @@ def settings_digest(config: Config) -> str:
     return digest_of(config.model_dump(mode="json"))
 
 
-def references(told: Iterable[str]) -> list[tuple[int, str]]:
+def references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
     """List the references that some paragraphs cite, with their numbers."""
     text = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
@@ -50,7 +50,7 @@ doi:10.1038/s41586-020-2649-2
 P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing in Python, \
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
 """
-    cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(told))}
+    cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(paragraphs))}
     every = enumerate(text.strip().split("\n"), 1)
     return [(number, line) for number, line in every if number in cited]
 
@@ -150,8 +150,8 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
         parts.append(
             f"for horizontal motion, of the steady mean stress over depth at {', '.join(depths)} cm"
         )
-    told = "; ".join(filter(None, parts))
-    return f", {told}" if told else ""
+    joined = "; ".join(filter(None, parts))
+    return f", {joined}" if joined else ""
 
 
 _LAWS = {
@@ -163,7 +163,7 @@ _LAWS = {
 
 def _law(results: Results) -> str:
     """Say once where stress is not proportional to depth, and what the line through zero then misses."""
-    told = []
+    curved = []
     for medium in results:
         steep = steep_pushes(medium.fits)
         power = power_of(medium.fits, results.table(f"checks/{medium.name}.csv"))
@@ -174,11 +174,11 @@ def _law(results: Results) -> str:
         line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
         at = [f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
               for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)]  # fmt: skip
-        told.append(
+        curved.append(
             f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} pushes), so that "
             f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"
         )
-    return f" Stress does not grow in proportion to depth: {'; '.join(told)}." if told else ""
+    return f" Stress does not grow in proportion to depth: {'; '.join(curved)}." if curved else ""
 
 
 def _spread(results: Results) -> str:
@@ -234,8 +234,8 @@ def _named_errors(known: pd.DataFrame) -> str:
         part = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
         if part >= 0.0005:  # a smaller part is not worth a word
             found.append(f"{words} (up to {100 * part:.1f} %)")
-    told = "; ".join(found)
-    return f", and hold the errors, relative to alpha_z at (0, 90 deg), {told}" if told else ""
+    errors = "; ".join(found)
+    return f", and hold the errors, relative to alpha_z at (0, 90 deg), {errors}" if errors else ""
 
 
 def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:
@@ -343,12 +343,12 @@ def _trial(results: Results) -> str:
         )
         sizes.setdefault(size, []).append(labels.name_of(name))
     which = f"model legs ({'; '.join(f'{listed(own)}: {size}' for size, own in sizes.items())})"
-    told = []
+    sentences = []
     if len(measured):
         done = "The force in air at the same angle was subtracted"
         nothing = "No force in air was recorded, so none was subtracted"
         tare = _tare(results, "leg", measured, done, nothing)
-        told.append(
+        sentences.append(
             f"Forces on {which}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_came(results)} in "
             f"{_media(results, measured['medium'])}. {tare}"
         )
@@ -356,15 +356,15 @@ def _trial(results: Results) -> str:
     by = labels.predicted_by(results)
     sources = {name: _media(results, by[name]) for name in labels.PROFILES if name in by}
     if sources:
-        told.append(
+        sentences.append(
             f"Forces on {which} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
             f"are below the surface, with {listed(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
         )
         if predicted["force_z_lo_N"].notna().any():
-            told.append(
+            sentences.append(
                 "Intervals hold the errors of alpha, of the height of the axle and of the arc of the legs."
             )
-        told += [_peaks(results, name) for name in ("table", "map")]
+        sentences += [_peaks(results, name) for name in ("table", "map")]
         varied = results.table("leg_sensitivity.csv")
         if varied["peak_z_N"].notna().any():
             arcs = (
@@ -372,12 +372,12 @@ def _trial(results: Results) -> str:
                 if varied["arc_step_deg"].any()
                 else ""
             )
-            told.append(
+            sentences.append(
                 f"Peaks were predicted again with other shapes of the legs: {arcs}hips 2 mm higher and lower, faces half the "
                 "thickness ahead of the middle line."
             )
-        told.append(_limits(results, legs))
-    return " ".join(filter(None, told))
+        sentences.append(_limits(results, legs))
+    return " ".join(filter(None, sentences))
 
 
 def _media(results: Results, names: Iterable[str]) -> str:
@@ -406,7 +406,7 @@ def _robot(results: Results) -> str:
     if speed.empty:
         return ""
     runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
-    told = (
+    text = (
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
         f"combinations of leg curvature and stride frequency, with {listed(_SOURCES[name] for name in speed['profile'].unique())}."
     )
@@ -417,16 +417,16 @@ def _robot(results: Results) -> str:
             source = "from marker tracks"
             if results.campaign.reenacted:
                 source += " that were re-enacted from published speeds"
-        told += f" The speeds that it is compared with, in {len(known)} conditions, are {source}."
+        text += f" The speeds that it is compared with, in {len(known)} conditions, are {source}."
     if fitted := int((known["calibrated"] == "yes").sum()):
-        told += f" Its unknown lengths were found from {fitted} of them."
-    return told
+        text += f" Its unknown lengths were found from {fitted} of them."
+    return text
 
 
 def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
     """Say where predicted forces on legs leave what was measured, in any medium."""
     speed = results.config.arm.leg_speed_rad_per_s
-    told = []
+    limits_of = []
     for medium in results:
         profile = medium.profile("table", draws=False)
         found = {}
@@ -436,8 +436,8 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
                 found[labels.name_of(name)] = limits
         if found:
             first, limits = next(iter(found.items()))
-            told.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
-    return f"Beyond what was measured: {'; '.join(told)}." if told else ""
+            limits_of.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
+    return f"Beyond what was measured: {'; '.join(limits_of)}." if limits_of else ""
 
 
 def _peaks(results: Results, profile: str) -> str:

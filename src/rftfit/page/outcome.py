@@ -139,7 +139,7 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
         return NOTHING, "no run gave a slope"
     used = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
     bare = int(flagged_with(used, "no-tare").sum())
-    if 2 * bare >= len(used):
+    if bare and 2 * bare >= len(used):
         return DOUBTFUL, f"in {bare} of {len(used)} runs " * (bare < len(used)) + str(
             remark("no-tare")
         )

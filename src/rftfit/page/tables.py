@@ -56,9 +56,9 @@ def summary(results: Results, outcome: Outcome) -> Table:
 
     def title(row: Row) -> Cell:
         used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
-        told = [f"{used} run{'s' * (used != 1)}"]
-        told = ["natural sand"] * (row["medium"] in results.sands) + told
-        note = ", ".join([*told, f"{lost} dropped"] if lost else told)
+        words = [f"{used} run{'s' * (used != 1)}"]
+        words = ["natural sand"] * (row["medium"] in results.sands) + words
+        note = ", ".join([*words, f"{lost} dropped"] if lost else words)
         return Cell(results.campaign.titles[row["medium"]], (note,))
 
     def data(row: Row) -> Cell:
@@ -316,11 +316,11 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
     met, possible = (sum(row["evidence"] != TEXT for row in part) for part in (rows, every))
     rows = [] if 2 * met < possible else rows
     of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
-    told = {
+    sums = {
         evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]
         for evidence in EVIDENCE
     }
-    counts = {evidence: ", ".join(words) for evidence, words in told.items() if words}
+    counts = {evidence: ", ".join(words) for evidence, words in sums.items() if words}
     others = [row for row in rows if row["verdict"] != SAME]
     different = Table("Items that are not the same", columns, others, tall=True)
     return counts, different, Table("All items", columns, rows, tall=True)
