@@ -131,6 +131,9 @@ def coefficients(results: Results, method: str) -> Table:
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     found = {(row["medium"], row["coefficient"]): row for row in rows}
+    reasons: dict[str, set[str]] = {}
+    for row in rows:
+        reasons.setdefault(row["medium"], set()).add(row["reason"])
 
     def of(medium: str) -> Column:
         def cell(row: Row) -> Cell:
@@ -139,7 +142,11 @@ def coefficients(results: Results, method: str) -> Table:
                 return Cell(number(one.get("misfit_rms_N_per_cm3"), 4))
             one = found.get((medium, row["term"]), {})
             text = number(one.get("value_N_per_cm3"), 4)
-            notes = (span(one.get("lo"), one.get("hi"), 4), one.get("reason", ""))
+            # a reason of the whole medium stands once
+            why = (
+                one.get("reason", "") if len(reasons[medium]) > 1 or row["term"] == TERMS[0] else ""
+            )
+            notes = (span(one.get("lo"), one.get("hi"), 4), why)
             if one.get("kept", True):
                 return Cell(text, notes)
             return Cell(f"[{text}]", notes, "faint")
