@@ -12,9 +12,8 @@ from rftfit.campaign.problems import Place
 from rftfit.cli.simulate import sweep
 from rftfit.errors import InputError, RftfitError
 from rftfit.robot import tracks
-from rftfit.robot.speeds import speed_errors
+from rftfit.robot.speeds import speed_errors, trial_row
 from rftfit.robot.tracks import read_trials
-from rftfit.workflow import robot as stage
 
 
 def test_a_column_that_stands_twice(tmp_path):
@@ -51,7 +50,7 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     with pytest.raises(
         RftfitError, match=r"the rows of a.csv do not add up: 9 counted, 10 in the file"
     ):
-        stage._measure(trial, tmp_path, 2)
+        trial_row(trial, tmp_path, 2)
 
 
 def test_a_sweep_on_a_medium_without_runs(tmp_path):

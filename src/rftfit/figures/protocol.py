@@ -309,7 +309,7 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
     section="Measurement",
     caption=(
         "The force on the rod and the mount alone along the deepest slanted path in {medium}; outside the shaded "
-        "depths the tare refuses. Good: small beside the forces on plates, and valid over the whole stroke."
+        "depths it is not used as a tare. Good: small beside the forces on plates, and valid over the whole stroke."
     ),
     shown=lambda results, medium: len(_known(results, medium)),
 )

@@ -4,14 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of, remark
+from rftfit.errors import RftfitError
+from rftfit.measure.flags import (
+    FLAGS,
+    REASON,
+    Remark,
+    about,
+    flag_columns,
+    reason_cells,
+    reason_columns,
+    reason_of,
+    remark,
+)
+from rftfit.measure.ledger import DROPPED, USED
 from rftfit.reference import load
+from rftfit.robot import tracks
 from rftfit.robot.intervals import SPEED, half_widths
+
+TRIALS = [
+    "run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_from",
+    "speed_cm_per_s", "stride_sd_cm_per_s", "strides", "rows", "rows_used", "status", *FLAGS,
+    *REASON,
+]  # fmt: skip
+"""Columns of the table of trials."""
 
 MEASURED = [
     "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_sd_Hz",
@@ -32,6 +53,37 @@ SIGNIFICANT = 6
 """Digits that a condition keeps in every table, so that its measured and simulated rows meet."""
 
 _NEAR_HZ = 0.05
+
+
+def trial_row(
+    trial: tracks.Trial, folder: Path, tripods: int
+) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float]]:
+    """Row of the table of trials, where the rows of its file went, and its mean stride, cm/s."""
+    names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
+    row = {name: getattr(trial, name) for name in names}
+    counts: dict[tuple[str, Remark], int] = {}
+    rows = 0
+    try:
+        track = tracks.read_track(folder / trial.track)
+        rows = track.rows
+        counts = {(DROPPED, why): count for why, count in track.dropped.items()}
+        found = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
+    except tracks.TrackError as error:
+        rows = rows or error.rows
+        counts[DROPPED, error.reason] = rows - sum(counts.values())
+        row |= {"strides": 0, "rows": rows, "rows_used": 0, "status": "refused"}
+        return row | flag_columns([]) | reason_columns([error.reason]), counts, []
+    used = len(track.time_s)
+    counts[USED, remark("mean-speed")] = used
+    if sum(counts.values()) != rows:
+        raise RftfitError(
+            f"the rows of {trial.track} do not add up: {sum(counts.values())} counted, {rows} in "
+            "the file: this is a fault of the program, please report it"
+        )
+    names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
+    row |= {name: getattr(found, name) for name in names}
+    row |= {"rows": rows, "rows_used": used, "status": "used"} | flag_columns(found.flags)
+    return row, counts, found.velocity_cm_per_s.tolist()
 
 
 def measured_speeds(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pandas as pd
 
@@ -11,18 +10,9 @@ from rftfit.campaign.config import RobotRuns
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.compare.robot import optima
-from rftfit.errors import InputError, RftfitError
-from rftfit.measure.flags import (
-    FLAGS,
-    REASON,
-    Remark,
-    flag_columns,
-    reason_cells,
-    reason_columns,
-    remark,
-)
+from rftfit.errors import InputError
+from rftfit.measure.flags import reason_cells
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
-from rftfit.measure.ledger import DROPPED, USED
 from rftfit.model.profiles import Profile
 from rftfit.results import Results
 from rftfit.robot import PROFILES, sweep, tracks
@@ -30,17 +20,9 @@ from rftfit.robot.config import Robot, paper_robot, read_robot
 from rftfit.robot.intervals import WIDTH_COLUMNS, widths
 from rftfit.robot.motion import SAMPLES, frames_of, stance_of, tail_of
 from rftfit.robot.run import simulate
-from rftfit.robot.speeds import measured_speeds, published_speeds, speed_errors
+from rftfit.robot.speeds import TRIALS, measured_speeds, published_speeds, speed_errors, trial_row
 
 # --- The robot: measured speeds from marker tracks, and how those of the sweep compare.
-
-
-TRIALS = [
-    "run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_from",
-    "speed_cm_per_s", "stride_sd_cm_per_s", "strides", "rows", "rows_used", "status", *FLAGS,
-    *REASON,
-]  # fmt: skip
-"""Columns of the table of trials."""
 
 
 def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
@@ -84,10 +66,10 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     folder = (campaign.raw / (section.runs or "")).parent
     rows, book, strides = [], [], list[tuple[object, ...]]()
     for trial in sorted(listed, key=lambda one: one.run_id):
-        row, counts, velocity = _measure(trial, folder, tripods)
+        row, counts, velocity = trial_row(trial, folder, tripods)
         rows.append(row)
-        head = (trial.run_id, trial.curvature_times_R, row["frequency_Hz"])
-        if not campaign.reenacted:
+        head = trial.run_id, trial.curvature_times_R, row["frequency_Hz"]
+        if velocity and not campaign.reenacted and sweep.is_of_motion(*head[1:]):
             strides += [
                 (*head, at / tracks.STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)
             ]
@@ -108,38 +90,6 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         speeds = speeds if published == "poppy_LP" and alike else speeds.iloc[:0]
     book_of = pd.DataFrame(book, columns=LEDGER_COLUMNS)
     return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of
-
-
-def _measure(
-    trial: tracks.Trial, folder: Path, tripods: int
-) -> tuple[dict[str, object], dict[tuple[str, Remark], int], list[float]]:
-    """Row of the table of trials, where the rows of its file went, and its mean stride if in `MOTION`."""
-    names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
-    row = {name: getattr(trial, name) for name in names}
-    counts: dict[tuple[str, Remark], int] = {}
-    rows = 0
-    try:
-        track = tracks.read_track(folder / trial.track)
-        rows = track.rows
-        counts = {(DROPPED, why): count for why, count in track.dropped.items()}
-        found = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
-    except tracks.TrackError as error:
-        rows = rows or error.rows
-        counts[DROPPED, error.reason] = rows - sum(counts.values())
-        row |= {"strides": 0, "rows": rows, "rows_used": 0, "status": "refused"}
-        return row | flag_columns([]) | reason_columns([error.reason]), counts, []
-    used = len(track.time_s)
-    counts[USED, remark("mean-speed")] = used
-    if sum(counts.values()) != rows:
-        raise RftfitError(
-            f"the rows of {trial.track} do not add up: {sum(counts.values())} counted, {rows} in "
-            "the file: this is a fault of the program, please report it"
-        )
-    shown = sweep.is_of_motion(trial.curvature_times_R, found.frequency_Hz)
-    names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
-    row |= {name: getattr(found, name) for name in names}
-    row |= {"rows": rows, "rows_used": used, "status": "used"} | flag_columns(found.flags)
-    return row, counts, found.velocity_cm_per_s.tolist() if shown else []
 
 
 def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
