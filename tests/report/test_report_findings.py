@@ -164,6 +164,11 @@ def test_what_nine_terms_miss(tmp_path):
         one.text for one in findings(Results(made.campaign)) if one.text.startswith("Nine terms")
     )
     assert numbers(text) == pytest.approx([2 / largest[0], 9 / largest[1]], abs=0.5)
+    # nine directions are met whatever the medium is
+    for medium in ("poppy_LP", "poppy_CP"):
+        write(made, f"alpha/{medium}.csv", made.table(f"alpha/{medium}.csv").iloc[:9])
+    left = findings(Results(made.campaign))
+    assert not any(one.text.startswith("Nine terms") for one in left)
 
 
 def test_a_robot_without_a_measured_speed_tells_how_fast_it_runs(tmp_path):

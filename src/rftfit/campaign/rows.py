@@ -682,9 +682,9 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
         return sum(_column_of(cell, names)[0] is not None for cell in cells)
 
-    # at a draw, that of the file's name
+    # at a draw the commonest one, then that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-    table = _Table(delimiter=max(order, key=known))
+    table = _Table(delimiter=max(order, key=lambda one: (known(one), head.count(one))))
     _take(table, text, schema, schema.most_rows)
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))

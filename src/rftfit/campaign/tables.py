@@ -254,7 +254,7 @@ def _other_unit(ours: str, theirs: str, table: Table, place: Place, area: str) -
     stated, scale = _units(table)[ours] if said else ("", 0.0)
     if said is None or _SCALES[key][said] == scale:
         return []
-    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {said}, or give the column another name"
+    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {said}, or convert the column and rename it"
     return [Problem(f"{area}.other-unit", place, theirs, allowed)]
 
 
