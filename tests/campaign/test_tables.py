@@ -93,6 +93,13 @@ def test_a_unit_in_the_head_of_a_block(tmp_path, unit, wrong):
     assert all("set alpha_unit: kPa/m" in one for one in problems)
 
 
+def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):
+    path = written(tmp_path / "s.csv", "Neigung;Richtung;Tiefe;Druck", "0;90;1;0.3")
+    problems = read_pushes(path, "s.csv", Table(holds="stress"), ("sand",), "s.csv")[1]
+    unread = [one.place.column for one in problems if one.code.endswith("unknown-column")]
+    assert unread == ["Neigung", "Richtung", "Tiefe", "Druck"]
+
+
 def test_everything_that_is_wrong_is_told(tmp_path):
     path = written(
         tmp_path / "a.csv", f"{HEAD},medium,n",
