@@ -787,7 +787,7 @@ def test_drift(trend, verdict, which, axis):
     assert [one.run_id for one in found.runs] == [f"r{n + 2}" for n in which]
 
 
-def channels_against(seen, explained=False, turn=0.0):
+def channels_against(seen, explained=False, turn=0.0, columns=()):
     """Channels of twelve pushes of alpha 0.3 and 0.09 N/cm^3, but for what `seen` says of z and x and of noise."""
     sheet = sheet_of("p" * 12)
     for run in sheet.values():
@@ -811,7 +811,7 @@ def channels_against(seen, explained=False, turn=0.0):
         table[name] *= np.array(factor)
     config = SimpleNamespace(
         transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
-        force_log=SimpleNamespace(columns={}), table=None,
+        force_log=SimpleNamespace(columns=dict(columns)), table=None,
     )  # fmt: skip
     one = measured(sheet, config, runs=facts, fits=fits, peers=peers)
     return [flag for _, flags in against_known(one, set(), explained) for flag in flags]
@@ -845,6 +845,12 @@ def test_channels_against_what_every_medium_feels(seen, code, count):
     # what other axes or a drift of all runs explain is not told twice
     if code != "channel-gain":
         assert not channels_against(seen, explained=True)
+
+
+def test_a_channel_that_is_not_measured_hides_no_other():
+    seen = {X: math.nan, Z: [0.0] * 4 + [1.0] * 8}
+    found = channels_against(seen, turn=4.0, columns={"F1": SimpleNamespace(constant=0.0)})
+    assert [(one.code, one.values["channel"]) for one in found] == [("channel-silent", "F3")] * 4
 
 
 def strokes(start_cm, late_s=0.0, count=8, **columns):

@@ -424,3 +424,21 @@ def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
         problems = [str(one) for one in check_campaign(room.write())[1]]
         assert sum("medium poppy_LP" in one and "natural_sand" in one for one in problems) == told
         room.add(RUN)
+
+
+def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
+    """It was 0: alpha_x of a slanted plate, and the thrust of a leg."""
+    room = Room(tmp_path).add(RUN, "poppy_LP_c_leg")
+    config = yaml.safe_load(room.config)
+    config["force_log"] = {"columns": {"F2": {"constant": 0, "unit": "N"}}}
+    config["transducer"]["turn_deg"] = 0
+    room.config = yaml.safe_dump(config)
+    found = room.chain()
+    fit, cell = found.fit(RUN), found.cell(30, 45)
+    for row in (fit, cell):
+        assert row["alpha_z_N_per_cm3"] == pytest.approx(rig.fit(RUN)["alpha_z_N_per_cm3"], rel=0.1)
+        assert row.filter(regex="^alpha_x_(N|se|lo|hi)").isna().all()
+        assert row["flag_codes"] == "no-force-x"
+    assert found.curves["force_z_N"].max() > 5
+    assert found.curves["force_x_N"].isna().all()
+    assert set(found.curves["flag_codes"]) == {"no-force-x"}

@@ -98,8 +98,10 @@ _UNIT_OF = {
 }
 """Key of `table` that states the unit of a column."""
 
-_SAME = {"\N{DEGREE SIGN}": "deg", "degrees": "deg", "radians": "rad", "inch": "in", "inches": "in", "n/m2": "Pa", "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi",
-         "kn/m3": "kPa/m", "mn/m3": "MPa/m"}  # fmt: skip
+_SAME = {
+    "\N{DEGREE SIGN}": "deg", "degrees": "deg", "radians": "rad", "inch": "in", "inches": "in", "n/m2": "Pa",
+    "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi", "kn/m3": "kPa/m", "mn/m3": "MPa/m",
+}  # fmt: skip
 """Other spellings of units, as `_plain` makes them."""
 
 SAME_DEPTH_CM = 0.1

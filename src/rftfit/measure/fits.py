@@ -212,7 +212,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if of_table:
         slope, exact = _of_table(slope, depth, fitted, run)
         flags += exact
-    flags += _flag_negative_work(slope, gamma_deg)
+    if not _lacks_force_x(config, run):
+        flags += _flag_negative_work(slope, gamma_deg)
     ends = float(depth.min()), float(depth.max())
     found = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
     if few:
