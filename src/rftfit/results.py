@@ -554,6 +554,7 @@ class Medium:
         name = f"generic ({own.method}) times zeta = {own.zeta:.4f} of {self.name}"
         if own.reason or not others:
             why = own.reason or "no medium that passes its checks has nine terms"
+            name = f"generic ({own.method}) of {self.name}"
             return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
         spread = None
         if draws:

@@ -139,9 +139,15 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path):
     )  # fmt: skip
     pushes, problems = read(path)
     told = "\n".join(problems)
-    assert "row 3, column gamma_deg: found '95'; allowed: -90 to 90 deg" in told
+    assert (
+        "row 3, column gamma_deg: found '95'; allowed: -90 to 90 deg; seen from behind, (beta, gamma) is"
+        in told
+    )
     assert "row 4, column alpha_z_N_per_cm3: found 'x'" in told
-    assert "column alpha_x_N_per_cm3: both components of b30_g45" in told
+    assert (
+        "column alpha_x_N_per_cm3: a number at beta 30, gamma 45, where the block of the other"
+        in told
+    )
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
 
 

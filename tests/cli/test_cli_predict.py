@@ -197,8 +197,9 @@ def test_missing_cells_are_said(rftfit, here, results):
     words = ("predict", "--leg", "c_leg", "--results", results, "--medium", "sand")
     said = rftfit(*words)
     assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in said.err
-    assert "--profile map and generic need the cell (0, 90) only" in said.err
-    assert "with a number only" in said.out
+    assert "--profile map needs one push in any direction only" in said.err
+    assert "Not of the whole motion, but of the" in said.out
+    assert "no force in these poses" in said.out
     found = read_forces(here / "forces.csv")
     unknown = np.isnan(found["force_z_N"])
     assert 0 < unknown.sum() < unknown.size

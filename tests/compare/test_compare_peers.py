@@ -125,6 +125,28 @@ def test_one_of_three_repeats(values, which):
     }
 
 
+@pytest.mark.parametrize(("x", "of_x"), [(0.1, 0.0), (math.nan, math.nan)])
+def test_a_component_that_nobody_measured_hides_no_outlier(x, of_x):
+    found = compare_runs(fits([(30.0, 90.0, value, x) for value in (0.30, 0.61, 0.31)]), "m")
+    assert found.loc[found["apart"], "run_id"].tolist() == ["r1"]
+    assert (found["times_spread"] > 0).all()
+    np.testing.assert_allclose(found["off_x_ratio"], of_x)
+    assert np.isfinite(found["seen_from_ratio"]).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "which"),
+    [
+        ((0.4, 0.1, 0.11, 0.41, 0.4), ["r1", "r2"]),
+        # of four at most one
+        ((0.4, 0.1, 0.41, 0.4), ["r1"]),
+    ],
+)
+def test_several_outliers_of_one_direction(values, which):
+    found = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
+    assert found.loc[found["apart"], "run_id"].tolist() == which
+
+
 @pytest.mark.parametrize("factor", [0.6, 1.4])
 def test_one_of_60_runs_is_off_by_two_fifths(factor):
     """Beds differ by 5 %, of both components alike; by a tenth they may differ too."""

@@ -20,6 +20,7 @@ from rftfit.measure.checks_channels import against_known, check_channels
 from rftfit.measure.checks_runs import (
     check_drift,
     check_logs,
+    check_repeats,
     check_rods,
     check_size,
     check_steadiness,
@@ -179,6 +180,35 @@ def test_one_cell_alone_may_not_give_energy_back():
         (away, "passed"),
     ):
         assert axes(few_cells(cells))["work"].verdict == verdict
+
+
+def test_a_pair_that_contradicts_its_mirror_image_is_no_symmetry():
+    """A plate filed with the wrong sign of beta; one turn of the mount cannot explain it."""
+    sound = [(0, 90, 0.35, 0, 0.01, 0.01), (60, 90, 0.15, -0.12, 0.01, 0.01), (-60, 90, 0.15, 0.12, 0.01, 0.01),
+             (30, 90, 0.3, -0.08, 0.01, 0.01), (-30, 90, 0.3, 0.08, 0.01, 0.01)]  # fmt: skip
+    assert axes(few_cells(sound))["symmetry"].verdict == "passed"
+    sound[1] = (60, 90, 0.15, 0.12, 0.01, 0.01)
+    found = axes(few_cells(sound))["symmetry"]
+    assert found.verdict == "failed"
+    assert "(\N{PLUS-MINUS SIGN}60, 90) deg are off from that" in found.found
+    assert "sign of beta_deg" in found.sentence
+
+
+@pytest.mark.parametrize(("least", "verdict"), [(0.3, "passed"), (0.5, "not checked")])
+def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
+    runs = [f"r{n}" for n in range(2, 8)]
+    peers = pd.DataFrame(
+        {
+            "run_id": runs,
+            "times_spread": 1.0,
+            "apart": False,
+            "seen_from_ratio": least,
+            "beside": "map",
+        }
+    )
+    found = check_repeats(measured(sheet_of("p" * 6), peers=peers))
+    assert found.verdict == verdict
+    assert ("50%" in found.found) == (verdict == "not checked")
 
 
 def test_a_force_that_nobody_measured_is_no_symmetry(paper_config):

@@ -10,12 +10,15 @@ import pandas as pd
 import pytest
 from paper_grid import BETA, GAMMA, by_hand
 
+import rftfit
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model import fourier
-from rftfit.model.draws import alpha_draws, draws_of, interval
+from rftfit.model.draws import alpha_draws, draws_of, interval, measured_profile
+from rftfit.model.outlines import model_leg
+from rftfit.model.prediction import find_peaks
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
@@ -399,3 +402,21 @@ def test_a_scaled_medium_keeps_its_test_at_another_level():
     for level in (0.5, 1.0):
         with pytest.raises(ValueError, match="level"):
             scale(0.9, confidence=level)
+
+
+def test_errors_of_a_part_of_the_directions(paper_config, tmp_path):
+    """A peak where alpha has no error has none; of an image with and one without, the mean has none."""
+    table = published("poppy_LP")
+    of_error = [column(c, end) for c in "zx" for end in ("_se", "_lo", "_hi")]
+    table.loc[table["beta_deg"] <= 0, of_error] = math.nan
+    partly, bare = (measured_profile(table, paper_config, draws=draws) for draws in (True, False))
+    leg = model_leg("c_leg")
+    for found, wanted in zip(find_peaks(partly, leg), find_peaks(bare, leg), strict=True):
+        assert (found.name, found.value, found.at) == (wanted.name, wanted.value, wanted.at)
+    assert math.isnan(find_peaks(partly, leg)[0].lo)
+    rftfit.write_profile(tmp_path / "partly.json", partly)
+    same = rftfit.read_profile(tmp_path / "partly.json")
+    assert find_peaks(same, leg)[0].value == pytest.approx(find_peaks(bare, leg)[0].value, rel=1e-4)
+    # between scattered directions draws of some would be another table
+    table["gamma_deg"] += table["beta_deg"] / 10
+    assert measured_profile(table, paper_config).spread is None

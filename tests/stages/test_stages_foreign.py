@@ -432,6 +432,7 @@ def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
     config = yaml.safe_load(room.config)
     config["force_log"] = {"columns": {"F2": {"constant": 0, "unit": "N"}}}
     config["transducer"]["turn_deg"] = 0
+    config["errors"] = {"turn_deg": 1.0}
     room.config = yaml.safe_dump(config)
     found = room.chain()
     fit, cell = found.fit(RUN), found.cell(30, 45)
@@ -439,6 +440,7 @@ def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
         assert row["alpha_z_N_per_cm3"] == pytest.approx(rig.fit(RUN)["alpha_z_N_per_cm3"], rel=0.1)
         assert row.filter(regex="^alpha_x_(N|se|lo|hi)").isna().all()
         assert row["flag_codes"] == "no-force-x"
+        assert row["alpha_z_lo_N_per_cm3"] < row["alpha_z_N_per_cm3"] < row["alpha_z_hi_N_per_cm3"]
     assert found.curves["force_z_N"].max() > 5
     assert found.curves["force_x_N"].isna().all()
     assert set(found.curves["flag_codes"]) == {"no-force-x"}

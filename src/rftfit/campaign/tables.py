@@ -302,6 +302,8 @@ class _Checked:
             elif name in ("beta_deg", "gamma_deg"):
                 upright = np.abs(np.abs(values) - 90 / scale) <= tolerance / scale + 1e-6
                 allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
+                if name == "gamma_deg":
+                    allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"
                 beyond = (np.abs(values) > 90 / scale) & ~upright
                 self.note(beyond, name, "out-of-range", "{:g}", allowed)
                 values = np.where(upright, np.copysign(90 / scale, values), values)
@@ -523,7 +525,8 @@ def _blocks(
     for draft in found.values():
         for name in sorted(both - {*draft.number} - draft.bad):
             if both & {*draft.number}:  # a direction without either was not measured
-                allowed = f"both components of {draft.text['run_id']}"
+                beta, gamma = (draft.number[f"{angle}_deg"] for angle in ("beta", "gamma"))
+                allowed = f"a number at beta {beta:g}, gamma {gamma:g}, where the block of the other component has one"
                 draft.note(name, "one-component", None, allowed)
     return [one for one in found.values() if both & {*one.number} or one.bad]
 

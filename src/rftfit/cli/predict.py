@@ -24,6 +24,12 @@ MARK = "# forces written by rftfit predict"
 """How the first line of such a file begins: only these are overwritten unasked."""
 
 _DRAWN = "drawn by rftfit predict"
+_LEFT_OUT = {
+    "table": "how alpha runs between the directions of the table",
+    "fourier": "what nine terms miss of alpha",
+}
+"""What the errors of alpha do not say of a force, by profile."""
+
 _LONGEST_REASON = 300
 _TRIANGLE_S = 5e-8
 
@@ -121,8 +127,12 @@ def predict(
         say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
         if unknown:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
-            say(f"Of the {count(len(forces) - unknown, 'pose')} with a number only:\n")
+            say(
+                f"Not of the whole motion, but of the {count(len(forces) - unknown, 'pose')} with a number:\n"
+            )
         say(_peaks_as_text(peaks, key, level))
+        if level and known.medium and (left_out := _LEFT_OUT.get(known.profile or "table")):
+            say(f"Not in the intervals: {left_out}.")
         if mesh is not None:
             say(f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
                 "(closure_N), if it errs alike on all faces.")  # fmt: skip
@@ -131,7 +141,7 @@ def predict(
         warn(
             f"warning: no number in {unknown} of {len(forces)} poses, which are left out of the "
             f"peaks: {_shortened(reason)}"
-            + ("; --profile map and generic need the cell (0, 90) only" if needs_less else "")
+            + ("; --profile map needs one push in any direction only" if needs_less else "")
         )
     _warn_of(forces, quantities, unknown)
     config = rftfit.open(results).config if results else None
@@ -205,7 +215,7 @@ def _peaks_as_text(peaks: list[Peak], key: str, level: str) -> str:
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
         rows.append([(_IN_WORDS | _IN_SPACE)[peak.name], *numbers, unit, f"{peak.at:g}"])
     if not rows:
-        return "  no force"
+        return "  no force in these poses"
     said = f"lo, hi: {level}, pose by pose." if level else "No intervals: the errors of this profile are not known."  # fmt: skip
     return f"{table(header, rows)}\n\n{said}"
 

@@ -99,6 +99,8 @@ def leg_prediction(
     for c, force in best.items():
         at = extreme(force, c)
         own = drawn["lift" if c == "z" else "thrust" if force[at] > 0 else "drag"]
+        if not np.isfinite(own).all():
+            continue
         value = float(own.mean())
         below, above = _wider(value, *interval(own, level), shape[c][at])
         peaks[c] = value, float(below), float(above)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
@@ -109,25 +110,40 @@ def _compare_with_repeats(
     alpha: FloatArray, groups: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
-    others = np.full(alpha.shape, math.nan)
+    # a component that nobody measured makes no difference
+    felt = alpha.copy()
+    felt[1] = np.where(np.isfinite(alpha[0]) & np.isnan(alpha[1]), 0.0, alpha[1])
+    weakest = _LEAST_REPEATS * np.nanmax(np.abs(felt))
+
+    def beside(here: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Median of the others, and the difference from it relative to its size."""
+        said = np.stack([np.median(felt[:, here[here != one]], axis=1) for one in here], axis=1)
+        # beds differ by so many percent of both components; the weakest directions by more
+        level = np.hypot(np.hypot(*said), weakest)
+        return said, np.hypot(*(felt[:, here] - said)) / level
+
+    others, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
     each = (np.flatnonzero(groups == own) for own in np.unique(groups))
     members = [here for here in each if here.size > 2]
     for here in members:
-        for one in here:
-            others[:, one] = np.median(alpha[:, here[here != one]], axis=1)
-    # beds differ by so many percent of both components; the weakest directions by more
-    level = np.hypot(np.hypot(*others), _LEAST_REPEATS * np.nanmax(np.abs(alpha)))
-    off = np.hypot(*(alpha - others)) / level
+        others[:, here], off[here] = beside(here)
+        level[here] = np.hypot(np.hypot(*others[:, here]), weakest)
     known = off[np.isfinite(off)]
     unit = max(float(np.median(known)), 0.01) if known.size >= _FEW_RUNS else _ORDINARY
-    times = np.nan_to_num(off / unit)
     far = np.zeros(groups.size, dtype=bool)
     for here in members:
-        # where one run is wrong, the others differ from their median too: the farthest goes first
-        at = here[times[here].argmax()]
-        far[at] = any(times[at] > clear and off[at] > least for clear, least in _REPEATS_APART)
+        # where runs are wrong, the others differ from their median too: the farthest goes first
+        rest = here
+        while 2 * (here.size - rest.size + 1) < here.size:
+            own = beside(rest)[1]
+            at = int(own.argmax())
+            if not any(own[at] > max(clear * unit, least) for clear, least in _REPEATS_APART):
+                break
+            far[rest[at]] = True
+            rest = np.delete(rest, at)
     seen = level * min(max(clear * unit, least) for clear, least in _REPEATS_APART)
-    return others, times, far, seen
+    others[np.isnan(alpha)] = math.nan
+    return others, np.nan_to_num(off / unit), far, seen
 
 
 def _compare_with_map(

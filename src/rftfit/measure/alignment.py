@@ -116,8 +116,7 @@ class LagProfile:
     def ends(self) -> list[float]:
         """First and last lag, s, about as good as the best: a weak force leaves them far apart."""
         good = self.lag[self.unexplained <= _AS_GOOD * self.unexplained[self.best]]
-        best = float(self.lag[self.best])
-        return [end for end in (float(good[0]), float(good[-1])) if abs(end - best) > _APART_S]
+        return [float(good[0]), float(good[-1])]
 
     def rivals(self) -> list[float]:
         """Find up to three other lags, s, about as good as the best, with worse ones in between."""
@@ -194,7 +193,6 @@ _MIN_READINGS = 40
 _MOST_READINGS = 600
 _RISE_TO_NOISE, _RISE_TO_SLOW_NOISE = 12.0, 18.0
 _EXPLAINED = 0.9
-_APART_S = 0.2
 _STEP_S, _STEP_CM = 0.04, 0.02
 _AS_GOOD = 1.2
 _BUILD_UP_S = 0.02
@@ -280,7 +278,7 @@ def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in tried]
     best = tried[int(np.argmin(misfit))]
     for fit, size in zip(tried, misfit, strict=True):
-        apart = abs(fit.offset - best.offset) > max(_APART_S, 4 * math.sqrt(best.offset_variance))
+        apart = abs(fit.offset - best.offset) > max(0.2, 4 * math.sqrt(best.offset_variance))
         if apart and size < _AS_GOOD * min(misfit):
             first, second = sorted((fit.offset, best.offset))
             raise Refused("two-offsets", first=first, second=second)

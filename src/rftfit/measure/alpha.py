@@ -265,7 +265,9 @@ def _errors(
         if not cell.runs:
             continue
         side = float(cell.share @ np.where(cell.of("mirrored"), -1.0, 1.0) / cell.share.sum())
-        turned = {"z": -side * alpha["x"][i], "x": side * alpha["z"][i]}
+        # where x was not measured, it is taken to be as large as z
+        across = alpha["z"][i] if math.isnan(alpha["x"][i]) else alpha["x"][i]
+        turned = {"z": -side * across, "x": side * alpha["z"][i]}
         for c in COMPONENTS:
             found = _of_runs(cell, c, surface, spread[c])
             # the mean of independent errors is smaller than each of them

@@ -19,8 +19,9 @@ _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
 """Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
 _CELLS = 3
-_TURN, _ALIKE = 0.04, 0.05
-"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg."""
+_TURN, _ALIKE, _UNLIKE = 0.04, 0.05, 3.0
+"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg, and
+their pairs are off from one turn by up to 0.9 times their error; wrong signs of beta make that 3.3 to 4.3."""
 
 
 def check_work(measured: Measured) -> Check:
@@ -68,10 +69,16 @@ def check_symmetry(measured: Measured) -> Check:
     ends = f" ({lo:+.1f} to {hi:+.1f})" if se else ""
     found = f"the mount looks turned by {degrees:+.1f} deg{ends} beyond what is stated"
     allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
-    sentence = (
-        f"On plates pushed straight down a horizontal force acts to one side ({found}): look at transducer.turn_deg and "
-        "transducer.axes, and for a bent plate or a slanted bed."
-    )
+    misfit, worst = cells.mirror_misfit
+    look = "at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed"
+    if misfit > _UNLIKE:
+        alpha = measured.tables["alpha"]
+        place = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
+        beta, gamma = (alpha[f"{name}_deg"].iloc[place] for name in ("beta", "gamma"))
+        found += f"; (\N{PLUS-MINUS SIGN}{abs(beta):g}, {gamma:g}) deg are off from that by {misfit:.1f} times their error"
+        look = f"at the sign of beta_deg in the runs at ({beta:g}, {gamma:g}) and ({-beta:g}, {gamma:g}) deg"
+    sentence = f"On plates pushed straight down a horizontal force acts to one side ({found}): look {look}."
+    allowed += f", and pairs at most {_UNLIKE:g} times their error off from one turn"
     return Check.judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)
 
 
@@ -163,16 +170,22 @@ class Cells:
         return min(_CELLS, self.gamma.size)
 
     @property
-    def turn_rad(self) -> tuple[float, float]:
-        """How far the mount is turned beyond what is stated, and its standard error; NaN if not measured.
-
-        Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
-        """
+    def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
+        """Of each pair of mirror images: its first cell, the sums of z and x, and the variance of that of x."""
         one, other = self.pairs
         z, x = ((part[one] + part[other]) for part in (self.force[0] * self.side, self.force[1]))
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
         # a cell that is its own image is there twice
         error = np.where(one == other, 4 * variance[one], variance[one] + variance[other])
+        return one, z, x, error
+
+    @property
+    def turn_rad(self) -> tuple[float, float]:
+        """How far the mount is turned beyond what is stated, and its standard error; NaN if not measured.
+
+        Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
+        """
+        _, z, x, error = self._mirror_sums
         weight = z / np.maximum(error + (_ALIKE * np.abs(z).max(initial=0)) ** 2, 1e-12)
         size = float(weight @ z)
         if not size > 0:
@@ -183,7 +196,17 @@ class Cells:
     def mirror_images_agree(self) -> bool:
         """Whether mirror images straight down feel opposite horizontal forces."""
         turn, se = self.turn_rad
-        return not abs(turn) > _TURN + _SIGMAS * se
+        return not (abs(turn) > _TURN + _SIGMAS * se or self.mirror_misfit[0] > _UNLIKE)
+
+    @property
+    def mirror_misfit(self) -> tuple[float, int]:
+        """How far the worst pair is from what one turn of the mount makes of all, in errors, and its first cell."""
+        one, z, x, error = self._mirror_sums
+        if not one.size or math.isnan(turn := self.turn_rad[0]):
+            return 0.0, 0
+        alike = _ALIKE * np.abs(z).max()
+        off = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + alike**2, 1e-12))
+        return float(off.max()), int(one[off.argmax()])
 
     @property
     def push_exceeds_pull(self) -> bool:

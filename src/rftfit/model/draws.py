@@ -15,6 +15,7 @@ from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
 from rftfit.measure.fits import COMPONENTS
 from rftfit.model.profiles import TableProfile
+from rftfit.model.symmetry import torus
 
 _MANY = 1e6
 
@@ -132,11 +133,20 @@ def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArra
 def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
-    """Interpolate an alpha table; its spread are draws within its errors."""
-    spread = None
-    if draws and (table[[column(c, "_hi") for c in COMPONENTS]].notna()).any(axis=None):
-        spread = TableProfile(*draws_of(table, config), *directions(table))
-    return TableProfile.from_table(table, name, spread)
+    """Interpolate an alpha table; its spread are draws within its errors, NaN where a cell has alpha and no error."""
+    profile = TableProfile.from_table(table, name)
+    errors = table[[column(c, "_hi") for c in COMPONENTS]].notna().to_numpy()
+    # scattered directions are interpolated between all that have a number: draws of some are another table
+    if not draws or not errors.any() or (profile.scattered and not errors_known(table)):
+        return profile
+    alpha = np.stack(draws_of(table, config))
+    lacking = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
+    # a direction and its mirror image are one: its mean has an error only where both have
+    cells = torus(*directions(table)).cell
+    of_lacking = cells[(lacking[cells] & (cells >= 0)).any(axis=1)]
+    alpha[..., of_lacking[of_lacking >= 0]] = np.nan
+    profile.spread = TableProfile(alpha[0], alpha[1], *directions(table))
+    return profile
 
 
 def errors_known(table: pd.DataFrame) -> bool:

@@ -274,8 +274,9 @@ def find_peaks(
     motion = rotation() if motion is None else motion
     table = predict(profile, outline, motion, confidence)
     own: dict[str, FloatArray] = {}
-    if isinstance(profile.spread, Profile):
-        own = peaks_of_draws(profile.spread, outline, motion.poses)
+    known = table["force_z_N"].notna().to_numpy()
+    if isinstance(profile.spread, Profile) and known.any():
+        own = peaks_of_draws(profile.spread, outline, motion.poses[known])
     found = []
     at = table.iloc[:, 0].to_numpy(float)
     for name, quantity, sign in PEAKS:
@@ -283,7 +284,8 @@ def find_peaks(
         if np.isnan(values).all() or not np.nanmax(sign * values) > 0:
             continue
         row = int(np.nanargmax(sign * values))
-        if name in own:
+        # where alpha has no error, neither has the peak
+        if name in own and np.isfinite(own[name]).all():
             lo, hi = map(float, interval(own[name], confidence))
             value = float(own[name].mean())
         else:
@@ -308,11 +310,10 @@ def largest_in_space(table: pd.DataFrame, key: str) -> list[Peak]:
 
 
 def peaks_of_draws(draws: Profile, outline: Outline, poses: FloatArray) -> dict[str, FloatArray]:
-    """Greatest value of each of `PEAKS` in every draw, shape (draws,)."""
+    """Greatest value of each of `PEAKS` in every draw, shape (draws,); NaN in a draw that lacks a pose."""
     parts: dict[str, list[FloatArray]] = {name: [] for name, *_ in PEAKS}
     for many in _at_once(draws, outline, poses):
         for name, quantity, sign in PEAKS:
-            known = sign * getattr(many, quantity)
-            parts[name].append(np.where(np.isnan(known), -np.inf, known).max(axis=1))
+            parts[name].append((sign * getattr(many, quantity)).max(axis=1))
     signs = {name: sign for name, _, sign in PEAKS}
     return {name: signs[name] * np.max(part, axis=0) for name, part in parts.items()}

@@ -22,6 +22,7 @@ from rftfit.measure.verdicts import (
     as_sentence,
     faults_of,
 )
+from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
 
@@ -124,6 +125,17 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
         return "", 0
     gravest = min((flags for _, flags in doubts), key=_rank)
     return say(gravest), len({who for who, _ in doubts})
+
+
+def unlike_known(results: Results, medium: str) -> str:
+    """Say where the pushes of a medium hardly fit the shape that known media share."""
+    chance = results.table(f"maps/{medium}.csv")["chance_if_it_belongs"].min()
+    if not chance < NOT_ALIKE:
+        return ""
+    return (
+        f"only one in {1 / max(chance, 1e-9):.3g} media of the known kind lies so far from their shape: the medium is "
+        "of another kind, or a sign or an angle of the run sheet is wrong"
+    )
 
 
 def verdict_of(results: Results, medium: str) -> tuple[str, str]:

@@ -25,7 +25,13 @@ from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, listed
 from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
-from rftfit.page.outcome import Outcome, most_serious_flag, outcome_of_runs, summary_of_checks
+from rftfit.page.outcome import (
+    Outcome,
+    most_serious_flag,
+    outcome_of_runs,
+    summary_of_checks,
+    unlike_known,
+)
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
 from rftfit.store.environment import versions
@@ -130,7 +136,8 @@ def context(results: Results) -> dict[str, Any]:
             for one in results
             for flag, count in [most_serious_flag(results, one.name)]
             if flag
-        ],
+        ]
+        + [(one.title, doubt) for one in results if (doubt := unlike_known(results, one.name))],
         "of_all": [
             (one.title, ". ".join(words))
             for one in results
