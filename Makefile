@@ -47,12 +47,11 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 	@$(BIN)/rftfit reenact --if-missing
 	@$(BIN)/rftfit sweep $(ARGS)
 
-# three workers, since one often waits for a program that it has started
 test: env ## run the tests
-	@$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
 
 pages: env ## follow every page of the documentation, command by command
-	@$(BIN)/python -m pytest -n 3 -m page $(ARGS)
+	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
 
 lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff check

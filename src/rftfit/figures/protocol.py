@@ -308,8 +308,8 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "The force on the rod and the mount alone along the deepest slanted path in {medium}; outside the shaded "
-        "depths it is not used as a tare. Good: small beside the forces on plates, and valid over the whole stroke."
+        "The force on the rod and the mount along the deepest slanted path in {medium}, used as a tare within the "
+        "shaded depths. Good: small beside the forces on plates, and valid over the whole stroke."
     ),
     shown=lambda results, medium: len(_known(results, medium)),
 )

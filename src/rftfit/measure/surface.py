@@ -48,6 +48,8 @@ class Surface:
 
 _NEAR_SURFACE_CM = 0.3
 _FLAT_DEG = 3.0
+_MOVING = 0.1
+"""Of the largest speed near the surface: what is slower is a pause."""
 
 
 def place_surface(
@@ -76,7 +78,9 @@ def place_surface(
     surface = find_surface(depth, lift, window, noise, 0.0, toe)
     if clock_se_s > 0:
         near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
-        speed = float(np.abs(np.gradient(depth, time))[near].mean())
+        speeds = np.abs(np.gradient(depth, time))[near]
+        # a pause at the surface is no slow motion
+        speed = float(speeds[speeds >= _MOVING * speeds.max(initial=0)].mean())
         surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
         raise Refused("surface-uncertain", se=surface.se_cm, most=config.surface.max_se_cm)
