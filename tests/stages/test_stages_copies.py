@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
+from rftfit.measure.tables import fit_alpha_table
 from rftfit.results import Results
 from rftfit.workflow.measure import check_logs, ingest, slopes, tare
 
@@ -76,3 +78,24 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
         zip(*(book[name] for name in ("run_id", "fate", "reason_code", "rows")), strict=True)
     )
     assert {("a", "used", "slope", 8), ("rep2", "dropped", "same-readings", 8)} <= fates
+
+
+def test_a_table_without_a_force_along_x(tmp_path):
+    """Of a machine with one axis: alpha_x is blank but where symmetry makes it 0, and nothing is silent or symmetric."""
+    rows = ["0,90,0.35,", "30,90,0.28,", "-30,45,0.1,", "60,45,0.16,"]
+    for table in (
+        ["beta_deg,gamma_deg,alpha_z,alpha_x", *rows],
+        [row.rpartition(",")[0] for row in ["beta_deg,gamma_deg,alpha_z,", *rows]],
+    ):
+        (tmp_path / "table.csv").write_text("\n".join(table))
+        folder = tmp_path / str(len(table[0]))
+        assert main(["init", str(folder), "--alpha-table", str(tmp_path / "table.csv")]) == 0
+        campaign = load_campaign(folder / "config" / "config.yaml")
+        found = check_logs(campaign).set_index("check")["verdict"]
+        assert "failed" not in set(found)
+        assert found["symmetry"] == "not checked"
+        fits = fit_alpha_table(
+            campaign, campaign.media_with_runs[0], pd.DataFrame(columns=["run_id", "why"])
+        )[0]
+        assert fits.loc[fits["alpha_x_N_per_cm3"].notna(), "beta_deg"].tolist() == [0]
+        assert set(fits["flag_codes"]) == {"no-force-x"}

@@ -55,7 +55,8 @@ _OF_RUN = (
 def _alpha(component: str) -> tuple[Column, Column]:
     name, error = f"alpha_{component}", f"se_{component}"
     return (
-        Column(f"{name}_N_per_cm3", "number", "stress per depth", unit="N/cm^3", also=(name,)),
+        Column(f"{name}_N_per_cm3", "number", "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
+               needed=component == "z", unit="N/cm^3", also=(name,)),
         Column(error, "number", f"standard error of {name}", needed=False, low=0, unit="N/cm^3",
                also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3")),
     )  # fmt: skip
@@ -198,11 +199,7 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
     """
-    columns = [
-        replace(column, needed=False) if column.name.startswith("alpha_x") else column
-        for column in ALPHA.columns
-    ]
-    schema = replace(ALPHA, columns=tuple(columns), file=str(path))
+    schema = replace(ALPHA, file=str(path))
     rows, _, problems = read_columns(path, schema, str(path))
     checked = _Checked(rows, schema, problems)
     checked.measures(Table(holds="alpha"), Grid().angle_tolerance_deg)

@@ -132,9 +132,11 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         table[f"alpha_{c}_N_per_cm3"].to_numpy(float) + table[f"alpha_{c}_rod_N_per_cm3"].fillna(0)
         for c in "zx"
     ])  # fmt: skip
-    # a channel that nobody measured adds nothing to the others
-    force[1] = np.where(np.isnan(force[1]) & ~np.isnan(force[0]), 0.0, force[1])
+    # a channel that nobody measured adds nothing to the others, and misses nothing
+    unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
+    force[1, unmeasured] = 0.0
     known = sides * table[known_z_x].to_numpy(float).T
+    known[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
     strong = np.abs(known) >= _CLEAR

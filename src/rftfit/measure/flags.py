@@ -41,7 +41,7 @@ SENTENCES = {
     "no-tare": "no tare subtracted: force on rod and mount is in it",
     "no-scatter": "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
     "rows-other-sense": f"{{count}} rows are left out: {OTHER_SENSE}",
-    "no-force-x": "the force along x was not measured: the config states a constant for its channel",
+    "no-force-x": "the force along x was not measured",
     "several-plates": "{plate}, one of {count} plates in this medium",
     "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
     "gives-back": "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",

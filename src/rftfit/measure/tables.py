@@ -9,7 +9,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.fits import FIT_COLUMNS, filed_under, is_symmetric
 from rftfit.measure.flags import flag_columns, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import readings_digest
@@ -76,6 +76,10 @@ def fit_alpha_table(
         rows.append(row)
         if excluded:
             continue
+        if math.isnan(numbers["alpha_x_N_per_cm3"]):
+            row |= flag_columns([remark("no-force-x")])
+            if is_symmetric(run):
+                numbers["alpha_x_N_per_cm3"] = 0.0
         runs = int(np.nan_to_num(numbers["n"]))
         dof = runs - 1.0 if runs > 1 else GIVEN_DOF
         for c in "zx":

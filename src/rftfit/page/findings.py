@@ -52,7 +52,9 @@ def _measured(results: Results) -> Iterable[Finding]:
     made = results.checks.loc[results.checks["verdict"] == PASSED, "check"].nunique()
     parts = [f"Measured well: {'no' if not sound else 'in part' if alike else 'yes'}"]
     if not alike:
-        parts = [f"{parts[0]}, none of the {made} checks that its runs allow finds a fault"]
+        which = {0: "no check could be made", 1: "the one check that its runs allow finds no fault"}
+        several = f"none of the {made} checks that its runs allow finds a fault"
+        parts = [f"{parts[0]}, {which.get(made, several)}"]
     for (word, why), names in alike.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
         parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
