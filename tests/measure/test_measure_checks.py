@@ -113,6 +113,7 @@ def test_no_published_table_fails(medium, grid):
     verdicts = {name: one.verdict for name, one in axes(table).items()}
     assert "failed" not in verdicts.values()
     assert verdicts["work"] == "passed"
+    assert Cells.of(table).mirror_misfit[0] < 1
     # what needs a push straight down is not said to have passed without one
     has_push = ((table["beta_deg"] == 0) & (table["gamma_deg"] == 90)).any()
     assert verdicts["symmetry"] == ("passed" if has_push else "not checked")

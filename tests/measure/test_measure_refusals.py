@@ -149,6 +149,21 @@ def test_a_surface_that_cannot_be_found(paper_config):
         assert caught.value.remark.code == code
 
 
+def test_a_pause_at_the_surface_does_not_hide_the_error_of_the_clocks(paper_config):
+    """The arm goes at 1 cm/s and rests at the surface: clocks 0.1 s apart move the surface by 1 mm."""
+    config = paper_config.model_copy(
+        update={
+            "surface": paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1.0})
+        }
+    )
+    name = next(name for name, one in paper_config.intruders.items() if one.shape == "plate")
+    run, push = replace(PUSH, intruder=name, beta_deg=0.0), make_push(2, by_hand=False)
+    motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
+    found = place_surface(config, run, motion, push.force_time, push.force, 0.1)[1]
+    assert found is not None
+    assert found.se_cm > 0.09
+
+
 def test_x_is_counted_from_the_middle_of_the_container():
     arm = Arm(middle_x_mm=400.0)
     values = {"time": [0.0, 1.0], "x": [410.0, 380.0], "z": [0.0, -10.0], "angle": [0.0, 0.0]}

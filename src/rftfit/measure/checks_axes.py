@@ -22,7 +22,7 @@ _SIGMAS_PUSH = 2.0
 _CELLS = 3
 _TURN, _ALIKE, _UNLIKE = 0.04, 0.05, 3.0
 """Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg, and
-their pairs are off from one turn by up to 0.9 times their error; wrong signs of beta make that 3.3 to 4.3."""
+their pairs are off from one turn by less than their error."""
 
 
 def check_work(measured: Measured) -> Check:

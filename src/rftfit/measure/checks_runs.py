@@ -129,7 +129,7 @@ def _percent(ratio: float) -> str:
 
 
 _BLIND = 0.4
-"""Of the largest alpha: the least difference that would be seen is 0.13 to 0.38 in sound media of 18 runs or more."""
+"""Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
 def check_repeats(measured: Measured) -> Check:
