@@ -6,20 +6,21 @@ PYTHON ?= python3
 BIN := .venv/bin
 LOCK := requirements/lock.txt
 STAMP := .venv/.made-in
-# intervals.py takes an hour and a half, scale.py is `make scale`
-SPEEDS := workflow measure logs bags kernel robot space
+SPEEDS := workflow measure sheets logs bags kernel robot space
 
 # An environment knows the folder it was made in: it is made again where the folder was moved.
 MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" ] || echo yes)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep docs test pages lint gallery fuzz accessible mutants killed fulldisk samebytes matrix strokes curved reliability mutations reallogs cluster scale disturbed benchmark lock clean FORCE
+.PHONY: help env run sweep test pages lint docs gallery lock clean mutants matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved strokes mutations reallogs labs benchmark scale FORCE
 
+#@ Every day
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^#@ / { printf "\n%s\n", substr($$0, 4) } /^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 	@echo
-	@echo "  PYTHON=python3.12 chooses another Python for .venv; ARGS=... goes to run, test and lock."
+	@echo "PYTHON=python3.12 chooses another Python for .venv; ARGS=... goes to the program of the step."
+	@echo "Times are those of two cores."
 
 env: $(STAMP) ## make the environment in .venv from the hash-locked requirements
 	@$(BIN)/python -m compileall -q src
@@ -62,67 +63,16 @@ lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/snakemake --lint
 	$(BIN)/sp-repo-review .
 
-fuzz: env ## feed random and damaged bytes to every reader of text, ten minutes each
-	@$(BIN)/python tests/fuzz_logs.py $(ARGS)
-
-mutants: env ## change the physics in small ways and see whether a test notices, forty minutes
-	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes --target .mutants/tool -r requirements/mutation.txt && touch .mutants/tool/made; }
-	@PYTHONPATH=.mutants/tool $(BIN)/python tests/mutants/run.py $(ARGS)
-
-killed: env ## kill the workflow at twenty random moments and go on, half an hour
-	@$(BIN)/python tests/slow/killed.py $(ARGS)
-
-fulldisk: env ## run the workflow on disks that are too small or read-only and go on, ten minutes
-	@$(BIN)/python tests/slow/full_disk.py $(ARGS)
-
-samebytes: env ## run one campaign under different circumstances and compare its results, five minutes
-	@$(BIN)/python tests/slow/same_bytes.py $(ARGS)
-
-matrix: env ## run campaigns of other grids and protocols and compare them with the truth, half an hour
-	@$(BIN)/python tests/slow/matrix.py $(ARGS)
-
-reliability: env ## measure false alarms and power of the checks, coverage, and the map, by campaigns that are not kept yet, an hour
-	@$(BIN)/python tests/slow/reliability.py $(ARGS)
-	$(if $(ARGS),,@$(BIN)/python studies/grade_map.py --rows results/grade_map.csv --report results/grade_map.csv)
-
-mutations: env ## compare check and run on campaigns with mistakes in sheet, config and logs, ten minutes
-	@$(BIN)/python tests/slow/mutations.py $(ARGS)
-
-reallogs: env ## run a campaign around each log of ../shared/data/logs, eight minutes
-	@$(BIN)/python tests/slow/real_logs.py $(ARGS)
-
-strokes: env ## find the strokes in 500 motions of machines and arms, a minute
-	@$(BIN)/python tests/slow/strokes.py $(ARGS)
-
-curved: env ## measure intervals of the force at stated depths where stress is curved, ten minutes
-	@$(BIN)/python tests/slow/curved.py $(ARGS)
-
-accessible: env ## look for what keeps readers of the page out, with axe-core, two minutes
-	@[ -f .mutants/axe/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes --target .mutants/axe -r requirements/axe.txt && touch .mutants/axe/made; }
-	@$(BIN)/python tests/slow/accessible.py $(ARGS)
-
-cluster: env ## run a campaign on a Slurm cluster of this machine that loses a node (root; Debian), ten minutes
-	@[ "$$(id -u)" = 0 ] || { echo "make cluster needs root: Slurm's daemons start jobs." >&2; exit 1; }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r requirements/cluster.txt
-	@$(BIN)/python tests/slow/cluster.py $(ARGS)
-
-scale: env ## measure campaigns of 1,000 to 20,000 logs, a quarter of an hour and 7 GB
-	@$(BIN)/python benchmarks/scale.py $(ARGS)
-
-disturbed: env ## measure how often intervals hold under the disturbances of a real lab, five minutes (ARGS=500: campaigns, half an hour)
-	@$(BIN)/python benchmarks/disturbed.py $(ARGS)
-
-benchmark: env ## measure the speeds that docs/performance.md states
-	@for name in $(SPEEDS); do $(BIN)/python "benchmarks/$$name.py" || exit 1; done
-
-docs: env ## build the documentation site in docs/_build
+docs: env ## build the documentation site in docs/_build, a minute
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-gallery: env ## make the pictures, the live report and the output of commands that docs/ shows, five minutes (ARGS=FOLDER: logs of the sand example)
+clean: ## delete all results and caches; raw logs and .venv stay
+	rm -rf results .snakemake .mutants .versions .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
+	find src tests benchmarks studies -name __pycache__ -type d -prune -exec rm -rf {} +
+
+#@ Documents and packages
+gallery: env ## make the pictures, the live report and the output of commands that docs/ shows, 5 min (ARGS=FOLDER: logs of the sand example)
 	@$(BIN)/python docs/_ext/gallery.py $(ARGS)
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)
@@ -130,6 +80,76 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \
 	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
 
-clean: ## delete all results and caches; raw logs and .venv stay
-	rm -rf results .snakemake .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage dist build
-	find src tests benchmarks studies -name __pycache__ -type d -prune -exec rm -rf {} +
+#@ Slow: do the tests prove enough, on every version?
+mutants: env ## change the physics in small ways and see whether a test notices, forty minutes
+	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --target .mutants/tool -r requirements/mutation.txt && touch .mutants/tool/made; }
+	@PYTHONPATH=.mutants/tool $(BIN)/python tests/mutants/run.py $(ARGS)
+
+matrix: env ## the tests pass with the oldest and the newest version of every package, 20 min (ARGS="-m 'not slow'": 8 min)
+	@$(BIN)/python studies/versions.py $(ARGS)
+
+wheel: env ## the built wheel works without a clone, make and git: README's commands on a small campaign, 2 min
+	@$(BIN)/python studies/built_wheel.py $(ARGS)
+
+coverage: env ## lines and branches that the tests run, room by room, 10 min
+	@[ -f .mutants/coverage/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --target .mutants/coverage -r requirements/coverage.txt && touch .mutants/coverage/made; }
+	@PYTHONPATH=.mutants/coverage $(BIN)/python studies/covered.py $(ARGS)
+
+#@ Slow: does the program stand damage?
+fuzz: env ## no random or damaged bytes crash a reader of text or add a row, 10 min for each of seven readers
+	@$(BIN)/python studies/fuzz_logs.py $(ARGS)
+
+killed: env ## a run that is killed at twenty random moments goes on to the same bytes, half an hour
+	@$(BIN)/python studies/killed.py $(ARGS)
+
+fulldisk: env ## a disk that is too small or read-only gives a clear error, and the run goes on to the same bytes, 10 min
+	@$(BIN)/python studies/full_disk.py $(ARGS)
+
+samebytes: env ## cores, locale, time zone and folder change no byte of the results, 5 min
+	@$(BIN)/python studies/same_bytes.py $(ARGS)
+
+cluster: env ## a Slurm cluster of this machine that loses a node gives the same bytes, 10 min (root; Debian)
+	@[ "$$(id -u)" = 0 ] || { echo "make cluster needs root: Slurm's daemons start jobs." >&2; exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/cluster.txt
+	@$(BIN)/python studies/cluster.py $(ARGS)
+
+accessible: env ## nothing on the page keeps readers out, by axe-core, 2 min
+	@[ -f .mutants/axe/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --target .mutants/axe -r requirements/axe.txt && touch .mutants/axe/made; }
+	@$(BIN)/python studies/accessible.py $(ARGS)
+
+#@ Slow: are the numbers right?
+reliability: env ## false alarms and power of the checks, coverage, and the map, by campaigns that are not kept yet, an hour
+	@$(BIN)/python studies/reliability.py $(ARGS)
+	$(if $(ARGS),,@$(BIN)/python studies/grade_map.py --rows results/grade_map.csv --report results/grade_map.csv)
+
+disturbed: env ## intervals hold under the disturbances of a real lab, 5 min (ARGS=500: campaigns, half an hour)
+	@$(BIN)/python benchmarks/disturbed.py $(ARGS)
+
+intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and a half
+	@$(BIN)/python benchmarks/intervals.py $(or $(ARGS),2000)
+
+curved: env ## intervals of the force at stated depths hold where stress is curved, 10 min
+	@$(BIN)/python studies/curved.py $(ARGS)
+
+strokes: env ## the strokes in 500 motions of machines and arms are found, a minute
+	@$(BIN)/python studies/strokes.py $(ARGS)
+
+mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
+	@$(BIN)/python studies/mistaken.py $(ARGS)
+
+reallogs: env ## a campaign around each log of ../shared/data/logs runs, 8 min
+	@$(BIN)/python studies/around_logs.py $(ARGS)
+
+labs: env ## campaigns of other grids and protocols give the truth that was put into them, half an hour
+	@$(BIN)/python studies/labs.py $(ARGS)
+
+#@ Slow: how fast is it?
+benchmark: env ## the speeds that docs/performance.md states, 10 min
+	@for name in $(SPEEDS); do $(BIN)/python "benchmarks/$$name.py" || exit 1; done
+
+scale: env ## time and memory of campaigns of 1,000 to 20,000 logs, a quarter of an hour and 7 GB
+	@$(BIN)/python benchmarks/scale.py $(ARGS)

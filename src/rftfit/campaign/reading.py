@@ -20,6 +20,9 @@ from rftfit.store.tables import NUMBER
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 16
 MAX_NODES = 20_000
+_TOO_LARGE = f"more than {MAX_DEPTH} levels and {MAX_NODES} entries"
+_NESTING = "maximum nesting depth"
+"""Words of PyYAML's own limit, since 6.0.4: its scanner reads ahead of the parser below."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
@@ -113,6 +116,9 @@ def parse_yaml(text: str, file: ModelFile[Any]) -> None:
             place = Place(file.name, line=text.count("\n", 0, error.position) + 1)
         parts = (getattr(error, name, None) for name in ("context", "problem", "reason"))
         why = " ".join(filter(None, parts)) or str(error)
+        if _NESTING in why:
+            file.problems.append(Problem("config.too-large", place, None, _TOO_LARGE))
+            return
         allowed = f"this is not YAML: {why}; look here and in the line before"
         file.problems.append(Problem("config.not-yaml", place, None, allowed))
 
@@ -143,8 +149,7 @@ class _Parser:
         if event.tag is not None:
             raise self.refusal(event, "tag", "plain values; tags (!) are not", str(event.tag))
         if len(path) > MAX_DEPTH or self.nodes > MAX_NODES:
-            text = f"more than {MAX_DEPTH} levels and {MAX_NODES} entries"
-            raise self.refusal(event, "too-large", text)
+            raise self.refusal(event, "too-large", _TOO_LARGE)
         if isinstance(event, yaml.MappingStartEvent):
             return self.mapping(path)
         if isinstance(event, yaml.SequenceStartEvent):

@@ -11,8 +11,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve()
-sys.path[:0] = [str(HERE.parents[1] / "helpers"), str(HERE.parents[2] / "studies")]
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 import chromium
 from live_rig import LiveRig
 from page_inputs import page_results
@@ -21,7 +21,7 @@ import rftfit.bench
 from rftfit.bench.page import page_of
 from rftfit.page.page import page
 
-AXE = HERE.parents[2] / ".mutants" / "axe" / "axe_playwright_python" / "axe.min.js"
+AXE = ROOT / ".mutants" / "axe" / "axe_playwright_python" / "axe.min.js"
 ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.stringify(told.violations
   .map((one) => [one.id, one.impact, one.help, one.nodes.map((node) => node.html.slice(0, 120))])))"""
 

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "helpers"), str(HERE.parents[1] / "benchmarks")]
+sys.path[:0] = [str(HERE.parent / folder) for folder in ("tests/helpers", "benchmarks")]
 
 from collections.abc import Callable
 

@@ -1,7 +1,7 @@
 """Campaigns of other labs, through `rftfit run`: grids x protocols, with and without tares and legs.
 
-    make matrix                        all of them, a table of what came out
-    make matrix ARGS="--only one-file" those whose name holds the word
+    make labs                        all of them, a table of what came out
+    make labs ARGS="--only one-file" those whose name holds the word
 
 Each must end with exit status 0 and a page. With tares at least 90 % of all numbers hold the truth in
 their 95 % intervals; without, every run is flagged, and alpha is off by the rod's force.
@@ -19,8 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "helpers"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 from other_labs import CASES, judge, make
 
 CELLS_WITHIN = 0.9
@@ -48,7 +47,7 @@ def main():
     words = parser.parse_args()
     bad, held = 0, list[bool]()
     for case in [one for one in CASES if words.only in str(one)]:
-        folder = Path(tempfile.mkdtemp(prefix="rftfit_matrix_"))
+        folder = Path(tempfile.mkdtemp(prefix="rftfit_labs_"))
         try:
             told, wrong = run(case, folder / "campaign", held)
         finally:

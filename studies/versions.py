@@ -1,0 +1,171 @@
+"""The tests with the oldest and the newest version of every package that `pyproject.toml` allows: ``make matrix``.
+
+    make matrix                            the whole suite in both environments
+    make matrix ARGS="-m 'not slow'"       words for pytest: a part of the suite
+    make matrix ARGS="--only oldest"       one environment
+
+Each lower bound is installed as it is stated, so it must be a version that was published; packages that
+others need are chosen by pip. The environments are kept in `.versions`. The newest Python on the PATH
+runs the newest versions, the oldest one that is allowed the oldest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parents[1]
+PLACE = ROOT / ".versions"
+OLDEST, NEWEST = "oldest", "newest"
+GROUPS = ("build", "test")
+"""Dependency groups without which the tests do not run."""
+PYTHONS = ("3.11", "3.12", "3.13")
+# an old package that uses what a new one deprecates says nothing of this program
+DEPRECATED = ("-W", "ignore::DeprecationWarning", "-W", "ignore::PendingDeprecationWarning")
+
+
+def read_requirements() -> list[Requirement]:
+    """Read what the program, its extras and its tests need, by name; the higher of two lower bounds."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    settings = tomllib.loads(text)
+    extras = settings["project"]["optional-dependencies"]
+    lines = [*settings["project"]["dependencies"], *(line for extra in extras.values() for line in extra)]
+    lines += [line for group in GROUPS for line in settings["dependency-groups"][group]]
+    found: dict[str, Requirement] = {}
+    for requirement in map(Requirement, lines):
+        found.setdefault(canonicalize_name(requirement.name), requirement)
+    return [found[name] for name in sorted(found)]
+
+
+def lower_bound(requirement: Requirement) -> str:
+    """Return the lowest version that a requirement allows."""
+    bounds = [part.version for part in requirement.specifier if part.operator == ">="]
+    if len(bounds) != 1:
+        sys.exit(f"{requirement}: one lower bound is needed, such as {requirement.name}>=1.2")
+    return bounds[0]
+
+
+@dataclass(frozen=True)
+class Environment:
+    """A virtual environment with one choice of versions."""
+
+    name: str
+    python: str
+
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
+        return PLACE / self.name
+
+    @property
+    def program(self) -> Path:
+        """Its Python."""
+        return self.folder / ("Scripts" if sys.platform == "win32" else "bin") / "python"
+
+    def words(self, requirements: list[Requirement]) -> list[str]:
+        """Return what pip is asked for."""
+        if self.name == OLDEST:
+            return [f"{one.name}=={lower_bound(one)}" for one in requirements]
+        return ["--upgrade", "--upgrade-strategy=eager", *map(str, requirements)]
+
+    def make(self, requirements: list[Requirement]) -> None:
+        """Install the packages and the project; what is there with the same words is kept, but brought up to date."""
+        words = self.words(requirements)
+        stamp, wanted = self.folder / "made-from", "\n".join([self.python, *words])
+        made = stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted
+        if made and self.name == OLDEST:
+            return
+        if not made:
+            subprocess.run([self.python, "-m", "venv", "--clear", str(self.folder)], check=True)
+        print(f"{self.name}: installing {len(requirements)} packages and what they need ...", flush=True)
+        self.pip(*words)
+        self.pip("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+        stamp.write_text(wanted, encoding="utf-8")
+
+    def pip(self, *words: str) -> None:
+        """Install."""
+        command = [str(self.program), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        if subprocess.run([*command, *words], check=False).returncode:
+            sys.exit(f"{self.name}: pip cannot install what pyproject.toml allows; see above")
+
+    def installed(self) -> dict[str, str]:
+        """Return the version of every package."""
+        command = [str(self.program), "-m", "pip", "list", "--format=freeze", "--disable-pip-version-check"]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        pairs = (line.split("==") for line in done.stdout.splitlines() if "==" in line)
+        return {canonicalize_name(name): version for name, version in pairs}
+
+    def test(self, words: list[str]) -> tuple[int, str]:
+        """Run the tests; exit status and pytest's last line. Their output is kept beside the environment."""
+        log = PLACE / f"{self.name}.txt"
+        command = [str(self.program), "-m", "pytest", "-q", "--dist", "loadfile", "--no-loadscope-reorder"]
+        command += DEPRECATED if self.name == OLDEST else ()
+        with log.open("wb") as out:
+            code = subprocess.run(
+                [*command, *words], cwd=ROOT, stdout=out, stderr=subprocess.STDOUT, check=False
+            ).returncode
+        lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+        for line in lines:
+            if re.match(r"(FAILED|ERROR) ", line):
+                print(f"{self.name}: {line}")
+        return code, lines[-1].strip("= ") if lines else "no output"
+
+
+def find_pythons() -> list[str]:
+    """Find Pythons that the project allows, older first; this one at least."""
+    found = []
+    for version in PYTHONS:
+        program = shutil.which(f"python{version}")
+        if program and not subprocess.run([program, "-c", ""], check=False, capture_output=True).returncode:
+            found.append(program)
+    return found or [sys.executable]
+
+
+def main() -> None:
+    """Make the environments, run the tests in each, print two tables; exit status 1 if a test fails."""
+    pythons = find_pythons()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--only", choices=(OLDEST, NEWEST))
+    parser.add_argument("--oldest-python", default=pythons[0], help="default: %(default)s")
+    parser.add_argument("--newest-python", default=pythons[-1], help="default: %(default)s")
+    parser.add_argument("--workers", default="2", help="processes that run tests")
+    chosen, words = parser.parse_known_args()
+    requirements = read_requirements()
+    environments = [Environment(OLDEST, chosen.oldest_python), Environment(NEWEST, chosen.newest_python)]
+    environments = [one for one in environments if chosen.only in (None, one.name)]
+    PLACE.mkdir(exist_ok=True)
+    for environment in environments:
+        environment.make(requirements)
+    installed = [environment.installed() for environment in environments]
+    names = [environment.name for environment in environments]
+    print(f"| package | allowed | {' | '.join(names)} |\n|---|---|{'---|' * len(names)}")
+    for requirement in requirements:
+        name = canonicalize_name(requirement.name)
+        versions = " | ".join(found.get(name, "-") for found in installed)
+        print(f"| {name} | {requirement.specifier} | {versions} |", flush=True)
+    # what the command line says comes last, so that it wins
+    asked = ["-n", chosen.workers, "-m", "not page", *words]
+    print("\n| versions | Python | tests |\n|---|---|---|", flush=True)
+    failed = False
+    for environment in environments:
+        version = subprocess.run(
+            [str(environment.program), "-c", "import platform; print(platform.python_version())"],
+            check=True, capture_output=True, text=True,
+        ).stdout.strip()  # fmt: skip
+        code, told = environment.test(asked)
+        failed |= code != 0
+        print(f"| {environment.name} | {version} | {told} |", flush=True)
+    sys.exit(int(failed))
+
+
+if __name__ == "__main__":
+    main()
