@@ -95,7 +95,7 @@ wheel: env ## the built wheel works without a clone, make and git: README's comm
 coverage: env ## lines and branches that the tests run, room by room, 10 min
 	@[ -f .mutants/coverage/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	  --no-deps --require-hashes --target .mutants/coverage -r requirements/coverage.txt && touch .mutants/coverage/made; }
-	@PYTHONPATH=.mutants/coverage $(BIN)/python studies/covered.py $(ARGS)
+	@$(BIN)/python studies/covered.py $(ARGS)
 
 #@ Slow: does the program stand damage?
 fuzz: env ## no random or damaged bytes crash a reader of text or add a row, 10 min for each of seven readers

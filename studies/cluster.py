@@ -1,4 +1,4 @@
-"""One campaign on this machine, on a Slurm cluster, and on one that loses a node: the same bytes?
+"""Compare one campaign on this machine, on a Slurm cluster, and on one that loses a node: the same bytes.
 
 ``make cluster``: needs root, and Debian's packages slurm-wlm and munge, which it installs where they
 are missing. Controller and two nodes of one core run on this machine, in a temporary folder, and are
@@ -85,6 +85,7 @@ def differences(one, other):
 
 
 def main():
+    """Run the comparison; exit status 1 where bytes differ."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sweep", action="store_true", help="the robot's full sweep too")
     parser.add_argument("--keep", type=Path, help="work in this new folder and keep it")

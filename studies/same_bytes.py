@@ -71,6 +71,7 @@ def make_locale(place, name):
 
 
 def missing(one, locales):
+    """Tell why a circumstance cannot be had here, or nothing."""
     name = one.environment.get("LC_ALL", "C")
     return "" if name == "C" or make_locale(locales, name) else f"skipped: no locale {name} here"
 

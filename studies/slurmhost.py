@@ -22,7 +22,7 @@ _PR_SET_CHILD_SUBREAPER = 36
 
 
 class CannotRun(Exception):
-    """This machine cannot be a cluster; the message says why."""
+    """A cluster cannot be made of this machine; the message says why."""
 
 
 def prepare(say=print):
@@ -96,6 +96,7 @@ class SlurmHost:
 
     @property
     def socket(self):
+        """Socket of munge."""
         return self.folder / "munge.socket"
 
     def _conf(self):

@@ -38,7 +38,10 @@ def read_requirements() -> list[Requirement]:
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     settings = tomllib.loads(text)
     extras = settings["project"]["optional-dependencies"]
-    lines = [*settings["project"]["dependencies"], *(line for extra in extras.values() for line in extra)]
+    lines = [
+        *settings["project"]["dependencies"],
+        *(line for extra in extras.values() for line in extra),
+    ]
     lines += [line for group in GROUPS for line in settings["dependency-groups"][group]]
     found: dict[str, Requirement] = {}
     for requirement in map(Requirement, lines):
@@ -86,20 +89,37 @@ class Environment:
             return
         if not made:
             subprocess.run([self.python, "-m", "venv", "--clear", str(self.folder)], check=True)
-        print(f"{self.name}: installing {len(requirements)} packages and what they need ...", flush=True)
+        print(
+            f"{self.name}: installing {len(requirements)} packages and what they need ...",
+            flush=True,
+        )
         self.pip(*words)
         self.pip("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
         stamp.write_text(wanted, encoding="utf-8")
 
     def pip(self, *words: str) -> None:
         """Install."""
-        command = [str(self.program), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        command = [
+            str(self.program),
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+        ]
         if subprocess.run([*command, *words], check=False).returncode:
             sys.exit(f"{self.name}: pip cannot install what pyproject.toml allows; see above")
 
     def installed(self) -> dict[str, str]:
         """Return the version of every package."""
-        command = [str(self.program), "-m", "pip", "list", "--format=freeze", "--disable-pip-version-check"]
+        command = [
+            str(self.program),
+            "-m",
+            "pip",
+            "list",
+            "--format=freeze",
+            "--disable-pip-version-check",
+        ]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         pairs = (line.split("==") for line in done.stdout.splitlines() if "==" in line)
         return {canonicalize_name(name): version for name, version in pairs}
@@ -107,7 +127,15 @@ class Environment:
     def test(self, words: list[str]) -> tuple[int, str]:
         """Run the tests; exit status and pytest's last line. Their output is kept beside the environment."""
         log = PLACE / f"{self.name}.txt"
-        command = [str(self.program), "-m", "pytest", "-q", "--dist", "loadfile", "--no-loadscope-reorder"]
+        command = [
+            str(self.program),
+            "-m",
+            "pytest",
+            "-q",
+            "--dist",
+            "loadfile",
+            "--no-loadscope-reorder",
+        ]
         command += DEPRECATED if self.name == OLDEST else ()
         with log.open("wb") as out:
             code = subprocess.run(
@@ -117,7 +145,8 @@ class Environment:
         for line in lines:
             if re.match(r"(FAILED|ERROR) ", line):
                 print(f"{self.name}: {line}")
-        return code, lines[-1].strip("= ") if lines else "no output"
+        last = next((line for line in reversed(lines) if line), "no output")
+        return code, last.strip("= ")
 
 
 def find_pythons() -> list[str]:
@@ -125,7 +154,10 @@ def find_pythons() -> list[str]:
     found = []
     for version in PYTHONS:
         program = shutil.which(f"python{version}")
-        if program and not subprocess.run([program, "-c", ""], check=False, capture_output=True).returncode:
+        if (
+            program
+            and not subprocess.run([program, "-c", ""], check=False, capture_output=True).returncode
+        ):
             found.append(program)
     return found or [sys.executable]
 
@@ -133,14 +165,19 @@ def find_pythons() -> list[str]:
 def main() -> None:
     """Make the environments, run the tests in each, print two tables; exit status 1 if a test fails."""
     pythons = find_pythons()
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("--only", choices=(OLDEST, NEWEST))
     parser.add_argument("--oldest-python", default=pythons[0], help="default: %(default)s")
     parser.add_argument("--newest-python", default=pythons[-1], help="default: %(default)s")
     parser.add_argument("--workers", default="2", help="processes that run tests")
     chosen, words = parser.parse_known_args()
     requirements = read_requirements()
-    environments = [Environment(OLDEST, chosen.oldest_python), Environment(NEWEST, chosen.newest_python)]
+    environments = [
+        Environment(OLDEST, chosen.oldest_python),
+        Environment(NEWEST, chosen.newest_python),
+    ]
     environments = [one for one in environments if chosen.only in (None, one.name)]
     PLACE.mkdir(exist_ok=True)
     for environment in environments:

@@ -128,16 +128,19 @@ def check_values(block, base):
 
 
 class Reader:
-    """Somebody who follows a page from top to bottom, in a folder of their own."""
+    """Somebody who follows a page from top to bottom, in a folder of their own.
 
-    def __init__(self, folder):
+    `scripts`: folder of the commands of Python packages. `programs`: PATH of all others.
+    """
+
+    def __init__(self, folder, scripts=None, programs=None):
         self.top = self.here = folder / "work"
         self.here.mkdir()
         self._state = folder / "here"
-        scripts = Path(sys.executable).parent
+        scripts = scripts or Path(sys.executable).parent
         (self.here / ".venv").mkdir()
         (self.here / ".venv" / "bin").symlink_to(scripts, target_is_directory=True)
-        path = f"{scripts}{os.pathsep}{os.environ['PATH']}"
+        path = f"{scripts}{os.pathsep}{programs or os.environ['PATH']}"
         self._env = {**os.environ, "PATH": path, "MPLBACKEND": "Agg"}
         self.said = self.printed = ""
 

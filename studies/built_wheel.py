@@ -1,0 +1,132 @@
+"""The built wheel, in an environment and a folder of its own, without clone, make and git: ``make wheel``.
+
+Builds the wheel, installs it with the locked versions of what it needs, follows README's commands and runs a
+small campaign, whose results must be those of the clone, byte for byte.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "helpers"))
+
+from campaigns import FEW, Folder, make_campaign
+from doc_blocks import Reader, blocks_of, fate
+
+ABSENT = {"git", "make"}
+SHIPPED = (
+    "Snakefile",
+    "workflow",
+    "profiles/slurm/config.yaml",
+    "examples/cmu-sand",
+    "config/robot.yaml",
+)
+"""What a clone has at its top and the wheel inside the package."""
+ASK = "import sys; from rftfit.store.environment import shipped; print(*map(shipped, sys.argv[1:]), sep='\\n')"
+
+
+def build(place: Path) -> Path:
+    """Build the wheel."""
+    command = [
+        sys.executable,
+        "-m",
+        "hatchling",
+        "build",
+        "--target",
+        "wheel",
+        "--directory",
+        str(place),
+    ]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    (wheel,) = place.glob("*.whl")
+    return wheel
+
+
+def install(wheel: Path, place: Path, python: str) -> Path:
+    """Install it with the locked versions into a new environment; the folder of its commands."""
+    lock = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
+    constraints = place / "constraints.txt"
+    entries = re.findall(r"^([\w.-]+==[^\\\n]+?) *\\?$", lock, flags=re.MULTILINE)
+    constraints.write_text("\n".join(entries) + "\n", encoding="utf-8")
+    subprocess.run([python, "-m", "venv", str(place / "environment")], check=True)
+    scripts = place / "environment" / "bin"
+    command = [
+        str(scripts / "python"),
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ]
+    subprocess.run([*command, "--constraint", str(constraints), str(wheel)], check=True)
+    return scripts
+
+
+def programs_without(absent: set[str], place: Path) -> Path:
+    """Make a folder with links to all programs of this machine but a few."""
+    place.mkdir()
+    for folder in os.environ["PATH"].split(os.pathsep):
+        for program in Path(folder).glob("*") if folder else ():
+            link = place / program.name
+            if program.name not in absent and not link.is_symlink():
+                link.symlink_to(program)
+    return place
+
+
+def main() -> None:
+    """Build, install, run; a line for each step, exit status 1 where one fails."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--python", default=getattr(sys, "_base_executable", sys.executable))
+    chosen = parser.parse_args()
+    if os.name != "posix":
+        sys.exit("make wheel needs Linux or macOS.")
+    began = time.monotonic()
+
+    def tell(words: str) -> None:
+        print(f"{time.monotonic() - began:4.0f} s  {words}", flush=True)
+
+    with tempfile.TemporaryDirectory(prefix="rftfit_wheel_") as folder:
+        place = Path(folder).resolve()
+        wheel = build(place)
+        tell(f"built {wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
+        scripts = install(wheel, place, chosen.python)
+        command = [str(scripts / "python"), "-P", "-c", ASK, *SHIPPED]
+        done = subprocess.run(command, cwd=place, check=True, capture_output=True, text=True)
+        strangers = [line for line in done.stdout.splitlines() if str(scripts.parent) not in line]
+        if strangers:
+            sys.exit(f"not from the wheel: {strangers}")
+        tell("installed; Snakefile, rules, profiles, examples and robot are those of the wheel")
+        reader = Reader(place, scripts, str(programs_without(ABSENT, place / "programs")))
+        campaign = make_campaign(place / "clone", ("poppy_LP", "yuma"), directions=FEW)
+        same = make_campaign(reader.top / "campaign", ("poppy_LP", "yuma"), directions=FEW)
+        for block in blocks_of("README.md"):
+            if fate(block) not in ("run", "run by"):
+                continue
+            if fate(block) == "run by":  # in a campaign that can be run, in place of the empty one
+                reader.here = same.root
+            reader.follow(block)
+            commands = [line.partition("#")[0].strip() for line in block.text.splitlines()]
+            tell(f"README, line {block.line}: {'; '.join(commands)}")
+        verify = [str(scripts / "rftfit"), "verify"]
+        if subprocess.run(verify, cwd=same.root, check=False).returncode:
+            sys.exit("rftfit verify finds a difference")
+        done = Folder(campaign.root).rftfit("run")
+        if done.returncode:
+            sys.exit(done.stdout + done.stderr)
+        own, other = campaign.digests(), same.digests()
+        differ = sorted(name for name in own | other if own.get(name) != other.get(name))
+        if differ:
+            sys.exit(f"other bytes than those of the clone: {', '.join(differ)}")
+        tell(f"{len(own)} files of the campaign: the same bytes as those of the clone")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""Lines and branches of the program that the tests run, room by room: ``make coverage``.
+
+    make coverage                          all tests but the pages of the documentation
+    make coverage ARGS="-m 'not slow'"     words for pytest: a part of the tests
+
+Processes that tests start are counted, compiled kernels are not. What is never run is a place without
+a test; what is run is not thereby tested: `make mutants` says more.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PLACE = ROOT / ".mutants" / "covered"
+CONFIG = """\
+[run]
+branch = true
+parallel = true
+source_pkgs = rftfit
+data_file = {place}/data
+"""
+STARTUP = "import coverage\n\ncoverage.process_startup()\n"
+"""Begins every Python that a test starts."""
+COUNTS = ("num_statements", "covered_lines", "num_branches", "covered_branches")
+
+
+def percent(part: int, whole: int) -> str:
+    """Format a share."""
+    return f"{100 * part / whole:.0f} %" if whole else "-"
+
+
+def table(files: dict[str, dict[str, dict[str, int]]]) -> list[str]:
+    """Sum what was run over the modules of each room."""
+    rooms: dict[str, list[int]] = defaultdict(lambda: [0] * len(COUNTS))
+    for name, found in files.items():
+        parts = Path(name).parts
+        inside = parts[parts.index("rftfit") + 1 :]
+        room = inside[0] if len(inside) > 1 else "rftfit"
+        for among in (room, "all"):
+            rooms[among] = [
+                a + found["summary"][b] for a, b in zip(rooms[among], COUNTS, strict=True)
+            ]
+    rows = sorted((room, numbers) for room, numbers in rooms.items() if room != "all")
+    lines = ["| room | lines | run | branches | taken |", "|---|---|---|---|---|"]
+    for room, (statements, run, branches, taken) in [*rows, ("all", rooms["all"])]:
+        shares = percent(run, statements), percent(taken, branches)
+        lines.append(f"| {room} | {statements} | {shares[0]} | {branches} | {shares[1]} |")
+    return lines
+
+
+def main() -> None:
+    """Run the tests, print a table; the exit status is that of the tests."""
+    PLACE.mkdir(parents=True, exist_ok=True)
+    for old in PLACE.glob("data*"):
+        old.unlink()
+    config = PLACE / "config"
+    config.write_text(CONFIG.format(place=PLACE.as_posix()), encoding="utf-8")
+    (PLACE / "sitecustomize.py").write_text(STARTUP, encoding="utf-8")
+    found = os.pathsep.join(map(str, (PLACE, ROOT / ".mutants" / "coverage")))
+    environment = {**os.environ, "PYTHONPATH": found, "COVERAGE_PROCESS_START": str(config)}
+
+    def python(*words: str) -> int:
+        command = [sys.executable, *words]
+        return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+
+    pytest = ["-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder"]
+    code = python(*pytest, "-m", "not page", "-p", "no:cacheprovider", *sys.argv[1:])
+    report = PLACE / "report.json"
+    about = ("--quiet", f"--rcfile={config}")
+    if python("-m", "coverage", "combine", *about):
+        sys.exit("no process was measured")
+    python("-m", "coverage", "json", *about, "-o", str(report))
+    print("\n".join(table(json.loads(report.read_text(encoding="utf-8"))["files"])))
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()
