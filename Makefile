@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs gallery lock clean mutants matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved strokes mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved strokes mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -81,10 +81,13 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
 
 #@ Slow: do the tests prove enough, on every version?
-mutants: env ## change the physics in small ways and see whether a test notices, forty minutes
-	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes --target .mutants/tool -r requirements/mutation.txt && touch .mutants/tool/made; }
-	@PYTHONPATH=.mutants/tool $(BIN)/python tests/mutants/run.py $(ARGS)
+mutants: env ## a test notices when the program is changed in a small way: 400 changes in all rooms, 45 min
+	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	  --require-hashes --target .mutants/tool -r requirements/mutation.txt -r requirements/coverage.txt && touch .mutants/tool/made; }
+	@$(BIN)/python studies/mutants.py $(ARGS)
+
+statistics: env ## tests of statistics hold with all their seeds and examples (make test takes some of them), 4 min
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m statistics --all-seeds $(ARGS)
 
 matrix: env ## the tests pass with the oldest and the newest version of every package, 20 min (ARGS="-m 'not slow'": 8 min)
 	@$(BIN)/python studies/versions.py $(ARGS)

@@ -12,6 +12,7 @@ gc.set_threshold(50_000, 20, 50)
 
 import paper
 import pytest
+import seeds
 from campaigns import FEW, Folder, make_campaign
 
 LONGEST = (
@@ -21,6 +22,16 @@ LONGEST = (
     "test_validate_legs.py",
 )
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
+
+
+def pytest_addoption(parser):
+    """Tests of statistics make a few random campaigns, or all of them."""
+    parser.addoption("--all-seeds", action="store_true", help="all seeds of tests of statistics")
+
+
+def pytest_configure(config):
+    """Tell it before the tests are read, also in a process of pytest-xdist."""
+    seeds.ALL = config.getoption("--all-seeds")
 
 
 def pytest_collection_modifyitems(items):

@@ -47,15 +47,16 @@ class Folder:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def run_here(self, last="provenance", made=None, *, checked=None):
+    def run_here(self, last="provenance", drawn=(), made=None):
         """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
-        All figures are put together. With `made`, each is drawn as svg, and its other files are those
-        of `made`; else its svg holds its words alone and the others nothing. Of the names `checked`,
-        or of all, the places of words are checked. What a whole campaign says must rest on its records.
+        Only the figures of the names in `drawn` (None: all) are put together, and their words are looked at;
+        the files of the others have no content. Of a figure that is put together the svg holds its words, and
+        the other files nothing; with `made`, the svg is drawn, and the other files are those of `made`. What
+        a whole campaign says must rest on its records.
         """
-        with patch.object(style, "save", partial(_sketch, self, made, checked)):
-            run_rules(self.config, last=last)
+        with patch.object(style, "save", partial(_sketch, self, made)):
+            run_rules(self.config, last=last, drawn=drawn)
         if last == "provenance":
             told = untrue(open_results(self.root))
             assert not told, "\n".join(told)
@@ -107,8 +108,8 @@ class Folder:
         }
 
 
-def _sketch(folder, made, checked, figure, base, about):
-    if checked is None or base.name in checked:
+def _sketch(folder, made, figure, base, about):
+    if made is None:
         assert text_faults(figure) == [], base.name
     with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
         # without the numbers of ticks, which are made when they are asked for

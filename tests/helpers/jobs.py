@@ -16,10 +16,12 @@ from snakemake.settings.types import (
 )
 
 from rftfit.campaign.load import root_of
+from rftfit.store import write_bytes
+from rftfit.store.digests import digests_of_files
 from rftfit.workflow.job import do_job
-from rftfit.workflow.records import record_holds
-from rftfit.workflow.stages import RULES
-from rftfit.workflow.state import read_states
+from rftfit.workflow.records import Record, record_holds, split
+from rftfit.workflow.stages import FIGURE_RULES, RULES
+from rftfit.workflow.state import job_of, read_states
 
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 
@@ -88,8 +90,11 @@ def _plan(config, targets):
     ]
 
 
-def run_rules(config, *rules, last=""):
-    """Do the jobs of some rules (default: of all up to one) that are out of date; how many were done."""
+def run_rules(config, *rules, last="", drawn=None):
+    """Do the jobs of some rules (default: of all up to one) that are out of date; how many were done.
+
+    `drawn`: names of the figures that are drawn, the others are files without content; default: all.
+    """
     jobs, done = planned_jobs(config), 0
     if last:
         jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
@@ -97,7 +102,24 @@ def run_rules(config, *rules, last=""):
     # a process that was forked digests the code once more after its job; no test of jobs in here edits code
     with patch("rftfit.workflow.job.source_digests"):
         for job in jobs:
-            if (not rules or job.rule in rules) and not record_holds(root, job.reads, job.writes):
+            if (rules and job.rule not in rules) or record_holds(root, job.reads, job.writes):
+                continue
+            if job.rule in FIGURE_RULES and drawn is not None and _name(job) not in drawn:
+                _leave_blank(root, states, job)
+            else:
                 do_job(states, job.reads, job.writes)
-                done += 1
+            done += 1
     return done
+
+
+def _name(job):
+    return Path(job.writes[0]).stem
+
+
+def _leave_blank(root, states, job):
+    """Write the files of a figure without content, and their record."""
+    planned, inputs = split(job.reads)
+    for path in job.writes:
+        write_bytes(root / path, b"")
+    digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)
+    Record(*job_of(planned), states.of(*job_of(planned)), *digests).save(root)

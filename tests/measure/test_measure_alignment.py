@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pushes import estimate, make_push
 from scipy.signal import lfilter
+from seeds import seeds
 
 from rftfit.measure.alignment import LagProfile, contact_basis, estimate_clocks, smooth_basis
 from rftfit.measure.flags import Refused
@@ -44,17 +45,18 @@ def test_whole_hours_and_the_rest(settings, hours):
     [{}, {"bend": 6.0}, {"rate_Hz": 12.3}, {"by_hand": False}],
     ids=["by hand", "bent", "slow transducer", "steady with a pause"],
 )
+@pytest.mark.statistics
 def test_intervals_cover_the_truth(settings):
     random = np.random.default_rng(7)
     misses, wide = 0, []
-    for seed in range(8):
+    for seed in range(seeds(8, 3)):
         offset = 3600 * int(random.integers(-3, 4)) + float(random.uniform(-0.5, 0.5))
         push = make_push(seed, offset_s=offset, drift=float(random.normal(0, 1e-3)), **settings)
         found = estimate(push)
         misses += not covered(push, found)
         wide.append(found.clock.offset_se(0.01))
-    # 95 % intervals of 8 runs: four misses or more have a probability of one in two thousand
-    assert misses < 4
+    # 95 % intervals: of 8 runs four misses or more have a probability of one in two thousand, of 3 all three
+    assert misses < seeds(4, 3)
     assert np.median(wide) < 0.04
 
 
@@ -67,9 +69,10 @@ def test_readings_that_a_slow_transducer_repeats_count_once():
     assert fresh.tolist() == [True, False, True, True]
 
 
+@pytest.mark.statistics
 def test_a_weak_force_gives_no_wrong_offset():
     """Slow noise of a tenth of the force, as a rod alone shows it, once gave 2.5 s with an error of 0.1 s."""
-    for seed in range(20):
+    for seed in range(seeds(20, 5)):
         random = np.random.default_rng(seed)
         motion = np.arange(-3.0, 22.0, 0.01)
         down = np.clip(motion, 0, 10) - np.clip(motion - 11, 0, 10)

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from seeds import seeds
 
 import rftfit
 from rftfit.model.planning import ZETA, peaks, prior_map
@@ -42,6 +43,7 @@ def test_half_widths_are_those_of_the_conditional_covariance():
     assert found.steps[3].half_width[0] == pytest.approx(wanted, rel=1e-4)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("target", ["map", "zeta", "leg"])
 def test_what_is_promised_is_found(target):
     """Simulated media: the half width after the planned pushes, beside what was promised."""
@@ -51,7 +53,7 @@ def test_what_is_promised_is_found(target):
     mean, covariance = published_shapes().moments(*NODES)
     root, random = root_of(covariance), np.random.default_rng(7)
     ratios: list[float] = []
-    while len(ratios) < 30:
+    while len(ratios) < seeds(30, 8):
         alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
         work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])
         if work.min() < -0.02 * np.abs(alpha).max():
@@ -61,7 +63,7 @@ def test_what_is_promised_is_found(target):
         found = estimate(Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places]))
         again = rftfit.plan(wanted, known=found, count=1)
         ratios.append(again.steps[0].typical / promised)
-    assert np.median(ratios) == pytest.approx(1, abs=0.15)
+    assert np.median(ratios) == pytest.approx(1, abs=seeds(0.15, 0.3))
     # a medium that departs more, or less, than most is told so by its own pushes
     assert np.quantile(np.abs(np.log(ratios)), 0.9) < np.log(1.6)
 

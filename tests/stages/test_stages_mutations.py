@@ -5,14 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from agreement import compare
 from campaigns import Folder
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
 from mutations import MEASURED, mutated
+from seeds import seeds
 
 
-@settings(max_examples=20, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=seeds(20, 6), deadline=None)
 @given(st.randoms(use_true_random=False))
 def test_the_stages_refuse_nothing_that_check_passed(luck):
     made = mutated(luck)

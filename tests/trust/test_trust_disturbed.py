@@ -11,6 +11,7 @@ from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
 from ensembles import paper_config, plan, rod_stress, simulate
 from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
+from seeds import seeds
 
 from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
@@ -19,7 +20,7 @@ from rftfit.lab.enact import reenact
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, 8
+MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 4)
 SOME = FEW[1::2]
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""

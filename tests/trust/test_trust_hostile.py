@@ -20,6 +20,7 @@ import pytest
 import yaml
 from campaign_room import Room
 from campaigns import FEW, make_campaign
+from children import run_commands
 from jobs import run_rules
 from memory import Memory, memory, run
 from page_inputs import NASTY, page_results
@@ -53,25 +54,27 @@ def rftfit(*words, cwd=None):
 # --- files that are none ----------------------------------------------------------------------------
 
 
-@needs_links
-@pytest.mark.parametrize("what", ["pipe", "device"])
-@pytest.mark.parametrize(
-    "words",
-    [
-        "check --config FILE",
-        "inspect FILE",
-        "predict --outline FILE --width 5 --path FILE --alpha 0.9",
-        "verify --config FILE",
-        "run --dry-run --config FILE",
-    ],
+READING = (
+    "check --config FILE",
+    "inspect FILE",
+    "predict --outline FILE --width 5 --path FILE --alpha 0.9",
+    "verify --config FILE",
+    "run --dry-run --config FILE",
 )
-def test_pipes_and_devices_are_never_read(tmp_path, words, what):
-    """A read would wait, or go on, for ever."""
+"""Commands that read a file that somebody names."""
+
+
+@needs_links
+def test_pipes_and_devices_are_never_read(tmp_path):
+    """A read would wait, or go on, for ever: then the child would be ended, which is an error."""
     os.mkfifo(tmp_path / "pipe")
-    file = "/dev/zero" if what == "device" else str(tmp_path / "pipe")
-    done = rftfit(*words.replace("FILE", file).split(), cwd=tmp_path)
-    assert done.returncode == 2
-    assert re.search("device|a file", done.stdout + done.stderr)
+    files = (tmp_path / "pipe", Path("/dev/zero"))
+    commands = [words.replace("FILE", str(file)).split() for file in files for words in READING]
+    for words, answer in zip(
+        commands, run_commands(commands, tmp_path, tmp_path / "bin"), strict=True
+    ):
+        assert answer.returncode == 2, words
+        assert re.search("device|a file", answer.stdout + answer.stderr), words
 
 
 @needs_links

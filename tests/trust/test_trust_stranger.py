@@ -4,9 +4,9 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from children import RFTFIT, run_commands
 from paper import PROJECT
 
 from rftfit.store.environment import child_environment
@@ -31,7 +31,6 @@ class Dialect:
     def detect(self, head): return head.startswith(b"OURS")
     def load(self, path): raise OSError
 """
-RFTFIT = Path(sys.executable).with_name("rftfit")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the program lies elsewhere on Windows")
 
 
@@ -87,30 +86,35 @@ def test_no_command_executes_what_lies_in_the_folder(small, hostile, tmp_path):
     (tmp_path / "home/snakemake/site").mkdir(parents=True)
     (tmp_path / "home/snakemake/site/config.yaml").write_text("cores: 2\n", encoding="utf-8")
     own = {"SNAKEMAKE_PROFILE": "site", "XDG_CONFIG_HOME": str(tmp_path / "home")}
-
-    def safe(*words, code=0, cwd=root, **environment):
-        done = call(cwd, *words, **own, **environment)
-        assert executed(marker) == [], words
-        assert done.returncode == code, (words, done.stdout + done.stderr)
-        return done.stdout
-
-    safe("reenact", "--media", "yuma")
-    shutil.rmtree(root / "raw")
     shutil.copytree(small.root / "raw", root / "raw")
-    safe("check")
     # an empty entry of PYTHONPATH is the current folder of each process: the campaign's, in jobs
     config = ("--config", str(root / "config/config.yaml"))
-    safe("run", *config, *TARGETS, cwd=tmp_path, PYTHONPATH=f"{os.pathsep}{PROJECT / 'src'}")
+    paths = f"{os.pathsep}{PROJECT / 'src'}"
+    done = call(tmp_path, "run", *config, *TARGETS, **own, PYTHONPATH=paths)
+    assert (executed(marker), done.returncode) == ([], 0), done.stdout + done.stderr
     # Snakemake started by hand, with nothing from `rftfit run`
     hand = ("--snakefile", str(PROJECT / "Snakefile"), "--directory", str(root), "--cores", "1")
     words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
     done = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False)
     assert (executed(marker), done.returncode) == ([], 0), done.stderr
-    assert "Nothing to do" in safe("run", "--dry-run", *TARGETS)
-    safe("scale", "--alpha", "0.9")
     leg = ("--leg", "c_leg", "--output", "forces.csv")
-    safe("predict", *leg, "--results", "results", "--medium", MEDIUM)
-    safe("verify", code=2)
+    other = tmp_path / "other"
+    shutil.copytree(root / "config", other / "config")
+    commands = {
+        "check": ["check"],
+        "dry run": ["run", "--dry-run", *TARGETS],
+        "scale": ["scale", "--alpha", "0.9"],
+        "predict": ["predict", *leg, "--results", "results", "--medium", MEDIUM],
+        "verify": ["verify"],
+        "reenact": ["reenact", "--media", "yuma", "--config", other / "config/config.yaml"],
+    }
+    env = {**os.environ, **own}
+    answers = run_commands(commands.values(), root, tmp_path / "bin", env)
+    assert executed(marker) == []
+    codes = [answer.returncode for answer in answers]
+    assert codes == [0, 0, 0, 0, 2, 0], [answer.stdout + answer.stderr for answer in answers]
+    assert "Nothing to do" in answers[1].stdout
+    assert (other / "raw").is_dir()
     for name in (f"alpha/{MEDIUM}.csv", f"quality/{MEDIUM}.png"):
         ours, wanted = (folder / "results" / name for folder in (root, small.root))
         assert ours.read_bytes() == wanted.read_bytes(), name
@@ -125,10 +129,11 @@ def test_packages_that_snakemake_would_import_are_refused(small, tmp_path):
     marker = tmp_path / "executed"
     text = CODE.format(marker=str(marker), name="plugin")
     (folder / "__init__.py").write_text(text, encoding="utf-8")
-    for words in (["-n"], ["--unlock"], []):
-        done = call(root, "run", *words)
-        assert (done.returncode, executed(marker)) == (2, [])
-        assert str(folder.parent) in done.stderr
+    commands = (["run", "-n"], ["run", "--unlock"], ["run"])
+    for answer in run_commands(commands, root, tmp_path / "bin"):
+        assert answer.returncode == 2
+        assert str(folder.parent) in answer.stderr
+    assert executed(marker) == []
     assert not (root / "results").exists()
 
 

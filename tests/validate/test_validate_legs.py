@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from ensembles import paper_config
 from light_campaign import SE, alpha_frame, one_cell, results_of
+from seeds import assert_share, seeds
 from turning import sweep
 
 from rftfit.compare.legs import (
@@ -68,22 +69,25 @@ def test_every_leg_and_profile_is_predicted(predicted):
         np.testing.assert_allclose(ours["force_x_N"], truth.force_x_N, atol=1e-4)
 
 
+@pytest.mark.statistics
 def test_intervals_cover_the_truth_at_their_rate(config):
     """Simulated campaigns: the force by true alpha lies in 93 to 97 % of the intervals."""
     random = np.random.default_rng(5)
     truth = {leg: sweep(TableProfile.published("poppy_LP"), model_leg(leg)) for leg in LEGS}
     exact = config.errors.model_copy(update={"hip_cm": 0, "arc_percent": 0})
     quick = paper_config(300).model_copy(update={"errors": exact})
-    inside = []
-    for _ in range(100):
+    shares = []
+    for _ in range(seeds(100, 12)):
         profile = measured_profile(alpha_of("poppy_LP", random), quick)
+        inside = []
         for name, true in truth.items():
             own = leg_prediction(profile, config.intruders[name], quick)[0]
             for c, force in (("z", true.force_z_N), ("x", true.force_x_N)):
                 low, high = (own[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
                 wide = high - low > 1e-6
                 inside.append(((low <= force) & (force <= high))[wide].mean())
-    assert 0.93 <= np.mean(inside) <= 0.97
+        shares.append(np.mean(inside))
+    assert_share(shares, 0.93, 0.97)
 
 
 def test_the_shape_of_a_leg_is_in_the_intervals(config):

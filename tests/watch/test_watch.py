@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from bench import MEDIUM, Bench
 from jobs import run_rules
+from seeds import seeds
 
 from rftfit.bench.medium import hold
 from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING
@@ -73,7 +74,8 @@ def change(bench, chance):
     bench.write_sheet()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.statistics
+@pytest.mark.parametrize("seed", range(seeds(4, 1)))
 def test_any_order_of_arrival_gives_what_a_run_gives(bench, seed):
     chance = random.Random(seed)
     watch = bench.watch()

@@ -17,7 +17,7 @@ def whole(tmp_path_factory):
     folder = make_campaign(tmp_path_factory.mktemp("whole") / "campaign", robot=False)
     before = folder.raw_digests()
     drawn = read_states(folder.config)[0].figures
-    checked = [path.rpartition("/")[2] for path, (_, medium) in drawn.items() if medium in LONGEST]
-    folder.run_here("workbooks", checked=checked)
+    longest = [path.rpartition("/")[2] for path, (_, medium) in drawn.items() if medium in LONGEST]
+    folder.run_here("workbooks", longest)
     assert folder.raw_digests() == before, "the workflow wrote into raw/"
     return folder

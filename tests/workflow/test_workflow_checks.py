@@ -35,7 +35,7 @@ def whole(tmp_path_factory):
     values["media"][TAKEN] |= {"expected_alpha": [2, 3], "accept": {"size": WHY}}
     values["media"][GOOD]["expected_alpha"] = [0.4, 0.8]
     folder.config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
-    folder.run_here(checked=("generic_profile", GOOD, BAD))
+    folder.run_here(drawn=("generic_profile", GOOD, BAD))
     return folder
 
 

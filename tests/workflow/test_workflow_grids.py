@@ -21,7 +21,7 @@ def scattered(tmp_path_factory):
     root = tmp_path_factory.mktemp("scattered") / "campaign"
     cells = directions_of("scattered:40", 2013)
     folder = make_campaign(root, ("poppy_LP",), plates_only=True, directions=cells)
-    folder.run_here(checked=())
+    folder.run_here(drawn=("poppy_LP",))
     return folder
 
 

@@ -111,7 +111,7 @@ def again(small, tmp_path_factory):
             patch.setattr(States, "of", plain)
 
         patch.setattr("jobs.do_job", alone)
-        other.run_here(made=small, checked=())
+        other.run_here(drawn=None, made=small)
     return other, seen
 
 

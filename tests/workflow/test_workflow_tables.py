@@ -48,7 +48,7 @@ def alpha(tmp_path_factory):
         source = root.parent / "table s5.csv"
         load("table_s5").to_csv(source, index=False)
     folder = started(root, source, "alpha")
-    folder.run_here(checked=())
+    folder.run_here(drawn=("alpha_maps", "fit_maps", "generic_profile"))
     return folder
 
 
@@ -118,7 +118,7 @@ def test_stress_on_another_grid(tmp_path):
     assert sand in text
     text = text.replace(sand, f"{sand}, linear_to_cm: 4")
     folder.config.write_text(text, encoding="utf-8")
-    folder.run_here(checked=())
+    folder.run_here(drawn=("linearity",))
     table = folder.table("alpha/sand.csv")
     assert len(table) == len(truth) == 42
     assert [*zip(table["beta_deg"], table["gamma_deg"], strict=True)] == [*truth]
@@ -130,7 +130,7 @@ def test_stress_on_another_grid(tmp_path):
     assert rows_of_lsq[["value_N_per_cm3"]].notna().all(axis=None)
     flags = folder.table("fits/sand.csv")["flags"].astype(str)
     assert not flags.str.contains("tare").any()
-    assert (folder.root / "results" / "figures" / "linearity.png").is_file()
+    assert (folder.root / "results" / "figures" / "linearity.svg").read_text(encoding="utf-8")
     test = folder.table("sands.csv").set_index("window").loc["stated"]
     assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
     assert test["alpha_z_lo_N_per_cm3"] < test["alpha_z_N_per_cm3"] < test["alpha_z_hi_N_per_cm3"]
@@ -148,7 +148,7 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
         encoding="utf-8",
     )
     folder = started(tmp_path / "lab", table)
-    folder.run_here(checked=())
+    folder.run_here()
     cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
     one, two, none, exact = (cells.loc[c] for c in ((0, 90), (30, 90), (0, 45), (60, 90)))
     assert one["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)

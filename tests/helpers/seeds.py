@@ -1,0 +1,26 @@
+"""How many random campaigns, media or pushes a test of statistics makes.
+
+A few in `make test`, with limits as wide as so few allow; all of them in `make statistics`.
+"""
+
+import math
+
+import numpy as np
+
+ALL = False
+"""Whether every seed is asked for: `--all-seeds`, which `tests/conftest.py` reads."""
+
+
+def seeds(every, few):
+    """`every` where all seeds are asked for, else `few`."""
+    return every if ALL else few
+
+
+def assert_share(inside, least, most, scatter=0.0):
+    """The mean of shares lies between two limits; of few seeds give or take three standard errors.
+
+    `scatter`: least standard deviation of one share, where so few shares may be alike by chance.
+    """
+    shares = np.asarray(inside, dtype=float)
+    error = 0.0 if ALL else 3 * max(float(shares.std()), scatter) / math.sqrt(shares.size)
+    assert least - error <= shares.mean() <= most + error
