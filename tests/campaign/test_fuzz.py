@@ -7,9 +7,11 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+import pytest
 from campaign_room import CONFIG, Room
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import example_count
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
@@ -24,7 +26,7 @@ BYTES = st.binary(max_size=300) | st.lists(PIECES, max_size=40).map(b"".join)
 
 
 @cache
-def examples():
+def sound_files():
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         return room.text().encode(), book_of(room)
@@ -48,28 +50,32 @@ def with_hole(data, whole, filling):
     return whole[:at] + data.draw(filling) + whole[end:]
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(BYTES)
 def test_any_config(data):
     run(data, None, "runs.csv")
 
 
-@settings(max_examples=100, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(100), deadline=None)
 @given(st.data())
 def test_a_config_with_a_hole(data):
     run(with_hole(data, CONFIG.encode(), BYTES), None, "runs.csv")
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(BYTES, st.sampled_from(["runs.csv", "runs.tsv", "runs.xlsx"]))
 def test_any_sheet(data, name):
     run(None, data, name)
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(st.data())
 def test_a_sheet_with_a_hole(data):
-    sheet = examples()[data.draw(st.integers(0, 1))]
+    sheet = sound_files()[data.draw(st.integers(0, 1))]
     run(None, with_hole(data, sheet, st.binary(max_size=20)), "runs.csv")
 
 
@@ -91,10 +97,11 @@ WORDS = [
 CELLS = st.text(max_size=12) | st.sampled_from(WORDS) | st.floats().map(str)
 
 
-NAMES = st.sampled_from(examples()[0].decode().split("\n")[0].split(","))
+NAMES = st.sampled_from(sound_files()[0].decode().split("\n")[0].split(","))
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(st.lists(st.dictionaries(NAMES, CELLS), max_size=6))
 def test_any_cells(rows):
     with tempfile.TemporaryDirectory() as folder:

@@ -16,6 +16,11 @@ def seeds(every, few):
     return every if ALL else few
 
 
+def example_count(every):
+    """Examples of a Hypothesis test: all of them, or a quarter."""
+    return seeds(every, every // 4)
+
+
 def assert_share(inside, least, most, scatter=0.0):
     """The mean of shares lies between two limits; of few seeds give or take three standard errors.
 

@@ -10,6 +10,7 @@ from foreign_logs import TEXTS, lvm, netft
 from fuzzing import check_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import example_count
 
 from rftfit.logs.base import FINITE, Log, LogError
 from rftfit.logs.registry import DIALECTS, dialect
@@ -77,7 +78,8 @@ def test_cut_anywhere(name, place):
         check_cut(made, full, stop, place)
 
 
-@settings(max_examples=60, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(60), deadline=None)
 @given(name=st.sampled_from(NAMES), rows=st.integers(1, 400), share=st.floats(0, 1))
 def test_cut_long(name, rows, share, tmp_path_factory):
     place = tmp_path_factory.getbasetemp() / "long.txt"
@@ -113,7 +115,8 @@ def _worse(made, word):
     return made.lines[5][: last.start()] + word + made.lines[5][last.end() :]
 
 
-@settings(max_examples=80, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(80), deadline=None)
 @given(
     name=st.sampled_from(NAMES),
     spots=st.lists(st.tuples(st.floats(0, 0.9999), st.binary(max_size=3)), min_size=1, max_size=4),

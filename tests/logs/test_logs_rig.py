@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import example_count
 
 from rftfit.errors import InputError
 from rftfit.logs.base import FINITE, Log, LogError
@@ -203,7 +204,8 @@ def test_registry(tmp_path):
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(
     rows=st.lists(st.lists(numbers, min_size=4, max_size=4), min_size=1, max_size=6),
     end=st.sampled_from(["\n", "\r\n", "\r"]),

@@ -94,8 +94,9 @@ def test_leg_that_stops_turning_early(room, run):
         ] > 500  # fmt: skip
 
 
-@pytest.mark.parametrize("run", [LEG, AIR])
-@pytest.mark.parametrize("kinds", [("force",), ("motion",), ("force", "motion")])
+@pytest.mark.parametrize(
+    ("run", "kinds"), [(LEG, ("force",)), (LEG, ("motion",)), (AIR, ("force", "motion"))]
+)
 def test_leg_log_that_breaks_off(room, run, kinds):
     """No end of the stroke, so the clocks cannot be matched: no curve, and the ledger says why."""
     for kind in kinds:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import example_count
 
 from rftfit import reference
 from rftfit.conventions import direction, tangent
@@ -76,7 +77,8 @@ def one(profile, z, beta=0, gamma=90, half=1e-9, area=1.0, fast=1.0):
 
 
 @each_profile
-@settings(max_examples=150, deadline=None)
+@pytest.mark.statistics
+@settings(max_examples=example_count(150), deadline=None)
 @given(st.lists(element, min_size=1, max_size=30))
 def test_compiled_and_plain_agree(profile, rows):
     elements = elements_of(rows)
