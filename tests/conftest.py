@@ -1,7 +1,9 @@
 """What several rooms' tests share."""
 
 import gc
+import importlib
 import os
+import pkgutil
 import shutil
 import time
 
@@ -14,6 +16,8 @@ import paper
 import pytest
 import seeds
 from campaigns import FEW, Folder, make_campaign
+
+import rftfit
 
 LONGEST = (
     "test_trust_stranger.py",
@@ -46,7 +50,10 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Look for garbage no more among what lives to the end."""
+    """Import the whole program, so that code edited during the tests changes none of them; keep it from the collector."""
+    for module in pkgutil.walk_packages(rftfit.__path__, "rftfit."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
     gc.freeze()
 
 
