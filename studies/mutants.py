@@ -411,6 +411,13 @@ class Bench:
         return child
 
 
+def scratch_of(tree: Path) -> Path:
+    """Folder for what tests write: in memory where the system has such a place, since a disk may delete slowly."""
+    memory = Path("/dev/shm")
+    is_usable = memory.is_dir() and os.access(memory, os.W_OK)
+    return memory / f"rftfit-mutants-{tree.name}" if is_usable else tree / "scratch"
+
+
 def run_tests(tree: Path, tests: list[str], nominal_s: float) -> int:
     """In the child: run tests of a copy; leave the name of the first that fails in a file."""
     os.setsid()
@@ -420,7 +427,7 @@ def run_tests(tree: Path, tests: list[str], nominal_s: float) -> int:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(int(90 + 16 * nominal_s))
     os.chdir(tree)
-    scratch = tree / "scratch"
+    scratch = scratch_of(tree)
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir()
     paths = [str(tree / "src"), str(tree / "studies")]
@@ -539,6 +546,8 @@ class Judge:
             bench.put(trial.mutant.module, trial.source)
             free.append(bench)
             yield trial.mutant
+        for bench in self.benches:
+            shutil.rmtree(scratch_of(bench.tree), ignore_errors=True)
 
     def _next_round(self, trial: Trial, bench: Bench) -> None:
         tests, seconds = trial.rounds.pop(0)
