@@ -19,6 +19,8 @@ def test_the_written_files_are_in_step_with_the_models(pytestconfig, tmp_path):
     for name in ("config.schema.json", "README.md"):
         stored = (pytestconfig.rootpath / "config" / name).read_text(encoding="utf-8")
         made = (tmp_path / name).read_text(encoding="utf-8")
+        if name.endswith(".json"):  # as values: older versions of pydantic write 0.0 for 0
+            stored, made = json.loads(stored), json.loads(made)
         assert stored == made, "run python -m rftfit.campaign.schema and commit the result"
 
 
