@@ -1,4 +1,4 @@
-"""Four campaigns of other labs, through every stage; `make matrix` runs all of them by `rftfit run`."""
+"""Four campaigns of other labs, through every stage; `make labs` runs all of them by `rftfit run`."""
 
 from __future__ import annotations
 
