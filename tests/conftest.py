@@ -5,7 +5,6 @@ import importlib
 import os
 import pkgutil
 import shutil
-import time
 
 # two workers share two processors: threads of linear algebra would wait for one another
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -16,6 +15,7 @@ import paper
 import pytest
 import seeds
 from campaigns import FEW, Folder, make_campaign
+from waiting import wait_for
 
 import rftfit
 
@@ -76,10 +76,7 @@ def small_made(tmp_path_factory):
     try:
         (base / "small begun").mkdir()
     except FileExistsError:
-        deadline = time.monotonic() + 600
-        while not done.exists():
-            assert time.monotonic() < deadline, "another worker did not make the small campaign"
-            time.sleep(0.2)
+        wait_for(done.exists)
     else:
         make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
         before = folder.raw_digests()

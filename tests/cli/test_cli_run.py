@@ -4,10 +4,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit.cli.run import ledger_line
 from rftfit.errors import InputError
@@ -38,10 +38,10 @@ rule ledger:
         ") 2> {log}"
 """
 HEAD = "run_id,kind,fate,reason_code,rows\n"
-SLOW = """
+SLOW = f"""
 rule all:
     output: "results/slow.txt"
-    shell: "touch results/began; python -c 'import time; time.sleep(60)'; touch {output}"
+    shell: "touch results/began; sleep {ASLEEP_S}; touch {{output}}"
 """
 
 
@@ -151,17 +151,15 @@ def test_stopping_stops_the_children(campaign, number):
     # as of a shell's script in the background, whose children are deaf to SIGINT
     deaf = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
     before = signal.signal(signal.SIGINT, deaf)
-    child = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    signal.signal(signal.SIGINT, before)
-    deadline = time.monotonic() + 60
-    while not (campaign / "results/began").exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    root = campaign.resolve()
-    assert len(working_in(root)) == 1
-    child.send_signal(number)
-    out, err = child.communicate(timeout=15)
+    ) as child:
+        signal.signal(signal.SIGINT, before)
+        wait_for((campaign / "results/began").exists)
+        root = campaign.resolve()
+        assert len(working_in(root)) == 1
+        child.send_signal(number)
+        out, err = child.communicate(timeout=LONGEST_S)
     assert (child.returncode, out) == (130, "")
     assert (
         err

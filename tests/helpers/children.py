@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+from waiting import LONGEST_S
+
 RFTFIT = Path(sys.executable).with_name("rftfit")
 """The program as it is installed."""
 
@@ -33,7 +35,7 @@ def run_commands(commands, cwd, script_folder, env=None):
     done = subprocess.run(
         [sys.executable, str(script), json.dumps([[str(word) for word in words] for words in commands])],
         cwd=cwd, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL,
-        timeout=300,
+        timeout=LONGEST_S,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stdout

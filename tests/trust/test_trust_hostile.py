@@ -26,6 +26,7 @@ from memory import Memory, memory, run
 from page_inputs import NASTY, page_results
 from paper import write_yaml
 from result_tables import read_result
+from waiting import LONGEST_S
 
 from rftfit.campaign import rows
 from rftfit.campaign.load import check_campaign
@@ -45,7 +46,7 @@ def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
     done = subprocess.run(
         [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
-        cwd=cwd, capture_output=True, text=True, check=False, timeout=30, stdin=subprocess.DEVNULL,
+        cwd=cwd, capture_output=True, text=True, check=False, timeout=LONGEST_S, stdin=subprocess.DEVNULL,
     )  # fmt: skip
     assert "Traceback" not in done.stdout + done.stderr
     return done
@@ -187,7 +188,7 @@ def test_the_largest_workbook_that_is_read_takes_seconds(room, monkeypatch):
     sheet = book(f"<worksheet {NS}><sheetData>{cells * count}</sheetData></worksheet>")
     start = time.process_time()
     assert "sheet.missing-column" in {one.code for one in room.check(sheet)}
-    assert time.process_time() - start < 8
+    assert time.process_time() - start < 20
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,12 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from typing import Any
 
 import pytest
 from campaigns import make_campaign
 from paper import PROJECT
+from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit.store import atomic_path, write_text
 from rftfit.store.files import _cleared, is_temporary, remove_temporary
@@ -38,12 +38,12 @@ hold_lock(pathlib.Path(sys.argv[1]))
 print("holds", flush=True)
 sys.stdin.read()
 """
-CHILD = """
+CHILD = f"""
 import sys, time
 from rftfit.workflow.processes import end_with_parent
 assert end_with_parent()
 print("watching", flush=True)
-time.sleep(60)
+time.sleep({ASLEEP_S})
 """
 PARENT = f"""
 import os, subprocess, sys
@@ -67,14 +67,14 @@ rule second:
     output: "results/second.txt"
     shell: "python stage.py {output}"
 """
-STAGE = """
+STAGE = f"""
 import os, sys, time
 from rftfit.store import write_text
 from rftfit.workflow.processes import end_with_parent
 assert end_with_parent()
 if not os.path.exists("go") and sys.argv[1].endswith("second.txt"):
     write_text("began", "")
-    time.sleep(60)
+    time.sleep({ASLEEP_S})
     write_text("results/orphan.txt", "")
 write_text(sys.argv[1], "done")
 """
@@ -87,13 +87,6 @@ def killed_midway(target):
 
 def rests(folder):
     return [path.name for path in folder.iterdir() if is_temporary(path.name)]
-
-
-def wait_for(what, seconds=20):
-    began = time.monotonic()
-    while not what():
-        assert time.monotonic() - began < seconds
-        time.sleep(0.02)
 
 
 def test_killed_while_it_writes(tmp_path):
@@ -138,8 +131,8 @@ def test_an_orphan_ends_itself():
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"watching\n"
         parent.kill()
-        # the orphan, which would sleep for a minute, holds the pipes: they end with it
-        assert b"ended, since the workflow" in parent.communicate(timeout=20)[1]
+        # the orphan, which would sleep for long, holds the pipes: they end with it
+        assert b"ended, since the workflow" in parent.communicate(timeout=LONGEST_S)[1]
 
 
 def test_whose_parent_ended_before_it_looked(monkeypatch):
@@ -243,8 +236,8 @@ def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake):
     assert len(working(fake)) == 3
     now.run.kill()
     now.snakemake.kill()
-    wait_for(lambda: not working(fake), 15)
-    child.communicate(timeout=20)
+    wait_for(lambda: not working(fake))
+    child.communicate(timeout=LONGEST_S)
     assert not (fake / "results/orphan.txt").exists()
     assert not (fake / "results/second.txt").exists()
     assert list((fake / ".snakemake/locks").glob("*"))

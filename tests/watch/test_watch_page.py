@@ -10,6 +10,7 @@ import time
 import pytest
 from bench import MEDIUM
 from chromium import Chromium, find
+from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
 from rftfit.bench.server import HOST, Page
@@ -32,7 +33,7 @@ def page(tmp_path):
 
 def ask(page, path, method="GET", **headers):
     """Status and text of an answer."""
-    connection = http.client.HTTPConnection(HOST, page.port, timeout=10)
+    connection = http.client.HTTPConnection(HOST, page.port, timeout=LONGEST_S)
     connection.request(method, path, headers=headers)
     answer = connection.getresponse()
     text = answer.read().decode()
@@ -149,7 +150,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
     page = Page(tmp_path)
 
     def until(browser, words):
-        for _ in range(200):
+        for _ in range(LONGEST_S * 20):
             page.show(lambda query: page_of(watch, query), changed=False)
             if words in browser.evaluate("document.body?.innerText ?? ''"):
                 return
