@@ -34,7 +34,7 @@ DEPRECATED = ("-W", "ignore::DeprecationWarning", "-W", "ignore::PendingDeprecat
 
 
 def read_requirements() -> list[Requirement]:
-    """Read what the program, its extras and its tests need, by name; the higher of two lower bounds."""
+    """Read what the program, its extras and its tests need, by name; of two entries the first."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     settings = tomllib.loads(text)
     extras = settings["project"]["optional-dependencies"]
