@@ -150,6 +150,11 @@ class Recording:
             ordered.append((test, total))
         return ordered
 
+    def keep(self, tests: set[str]) -> None:
+        """Leave out tests that are no more."""
+        self.seconds = {test: s for test, s in self.seconds.items() if test in tests}
+        self.fixtures = {test: f for test, f in self.fixtures.items() if test in tests}
+
     def _cost(self, test: str, paid: set[str]) -> float:
         unpaid = (name for name in self.fixtures[test] if name not in paid)
         return self.seconds[test] + sum(self.fixture_seconds.get(name, 0.0) for name in unpaid)
@@ -165,11 +170,16 @@ def digest_of_sources() -> str:
     return digest.hexdigest()
 
 
-def record_lines() -> Recording:
-    """Run the suite once with its lines recorded, unless the recording is of these sources."""
+def record_lines(*, is_older_enough: bool = False) -> Recording:
+    """Run the suite once with its lines recorded, unless the recording is of these sources, or an older one is enough."""
     stamp = LINES / "of-sources"
     digest = digest_of_sources()
-    if not stamp.exists() or stamp.read_text(encoding="utf-8") != digest:
+    is_current = stamp.exists() and stamp.read_text(encoding="utf-8") == digest
+    if is_older_enough and stamp.exists() and not is_current:
+        recording = read_recording(LINES)
+        recording.keep(collected_tests())
+        return recording
+    if not is_current:
         print("recording which test runs which line: the whole suite once ...", flush=True)
         shutil.rmtree(LINES, ignore_errors=True)
         words = ["-p", "line_recorder", "--record-lines", str(LINES), "-q", "-m", "not page", "-n", str(os.cpu_count()),
@@ -181,6 +191,19 @@ def record_lines() -> Recording:
         )  # fmt: skip
         stamp.write_text(digest, encoding="utf-8")
     return read_recording(LINES)
+
+
+def collected_tests() -> set[str]:
+    """Tests that the suite has now."""
+    words = ["--collect-only", "-q", "-n", "0", "-p", "no:cacheprovider"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return {line for line in done.stdout.splitlines() if "::" in line}
 
 
 def read_recording(folder: Path) -> Recording:
@@ -421,7 +444,7 @@ def scratch_of(tree: Path) -> Path:
 def run_tests(tree: Path, tests: list[str], nominal_s: float) -> int:
     """In the child: run tests of a copy; leave the name of the first that fails in a file."""
     os.setsid()
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_PROF, 20 + 8 * nominal_s)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
@@ -641,6 +664,11 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--noticed", action="store_true", help="only those that a test noticed before"
     )
+    parser.add_argument(
+        "--older-lines",
+        action="store_true",
+        help="use a recording of older sources: quicker, nearly as good",
+    )
     parser.add_argument("--keep", action="store_true", help=f"keep the verdicts in {KEPT_CSV.name}")
     parser.add_argument(
         "--anew", action="store_true", help="forget what an earlier, stopped run has judged"
@@ -670,7 +698,7 @@ def main() -> int:
     shared = WORK / "shared"
     if not shared.exists() and (ROOT.parent / "shared").exists():
         shared.symlink_to(ROOT.parent / "shared")
-    recording = record_lines()
+    recording = record_lines(is_older_enough=options.older_lines)
     if options.draw:
         kept = draw(recording, options.number, options.seed)
         write_mutants(kept, KEPT_CSV)
