@@ -223,7 +223,7 @@ def read_recording(folder: Path) -> Recording:
         data = coverage.CoverageData(basename=str(path))
         data.read()
         for file in data.measured_files():
-            module = Path(file).resolve().relative_to(PACKAGE).as_posix()
+            module = Path(file).as_posix().rpartition("/src/rftfit/")[2]
             contexts_of_lines = recording.contexts.setdefault(module, {})
             for line, contexts in data.contexts_by_lineno(file).items():
                 contexts_of_lines.setdefault(line, set()).update(filter(None, contexts))
