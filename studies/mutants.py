@@ -438,7 +438,8 @@ def scratch_of(tree: Path) -> Path:
     """Folder for what tests write: in memory where the system has such a place, since a disk may delete slowly."""
     memory = Path("/dev/shm")
     is_usable = memory.is_dir() and os.access(memory, os.W_OK)
-    return memory / f"rftfit-mutants-{tree.name}" if is_usable else tree / "scratch"
+    name = hashlib.sha256(str(tree).encode()).hexdigest()[:12]
+    return memory / f"rftfit-mutants-{name}" if is_usable else tree / "scratch"
 
 
 def run_tests(tree: Path, tests: list[str], nominal_s: float) -> int:
