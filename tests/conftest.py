@@ -59,10 +59,11 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Import the whole program, so that code edited during the tests changes none of them; keep it from the collector."""
-    for module in pkgutil.walk_packages(rftfit.__path__, "rftfit."):
-        if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
+    """Import what the whole suite needs, so that code edited meanwhile changes no test; keep it from the collector."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        for module in pkgutil.walk_packages(rftfit.__path__, "rftfit."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
     gc.freeze()
 
 
