@@ -93,9 +93,10 @@ def alpha_of_table(table: TableProfile, beta: FloatArray, gamma: FloatArray) -> 
 def exact_laws(materials: dict[str, tuple[str, ...]]) -> dict[str, Law]:
     """Media by name; `materials`: published media of the material of each."""
     laws = {}
+    # with a friction of 1 a medium lies farther from the known ones than their frictions allow
     families: dict[str, tuple[Callable[..., FloatArray], tuple[float, ...]]] = {
         "3D-RFT": (stress_of_3drft, (0.3, 0.6)),
-        "frictional": (stress_with_friction, (0.3, 0.6)),
+        "frictional": (stress_with_friction, (0.3, 0.6, 1.0)),
     }
     for family, (function, frictions) in families.items():
         for friction in frictions:

@@ -56,6 +56,7 @@ from space_coverage import bodies
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.model import shapes as shapes_of_map
 from rftfit.model.draws import end_names, interval
 from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.fourier import evaluate, fit_lsq
@@ -1040,7 +1041,10 @@ def main() -> None:
     parser.add_argument("--against", type=Path, metavar="FOLDER")
     parser.add_argument("--quick", action="store_true", help="fewer draws and sets")
     parser.add_argument("--models", nargs="+", default=MODELS, choices=MODELS, help="of the legs")
+    parser.add_argument("--tilt", type=float, metavar="SHARE", help="share of the map's full tilt")
     options = parser.parse_args()
+    if options.tilt is not None:
+        shapes_of_map.TILT_SHARE = options.tilt
     every = parts(options.models)
     for name in every if "all" in options.parts else options.parts:
         part = every[name]

@@ -163,7 +163,8 @@ def peaks_of(found: Map, leg: str) -> dict[str, float]:
     result: dict[str, float] = {}
     for peak, component in PEAKS.items():
         at_poses = weights(leg)[component]
-        curve, many = found.alpha[component] @ at_poses, found.draws[:, component] @ at_poses
+        curve = found.alpha[component, : _SAME.size] @ at_poses
+        many = found.draws[:, component, : _SAME.size] @ at_poses
         at, tops = int(curve.argmax()), many.max(axis=1)
         ways = {"a": (curve[at], many[:, at]), "b": (tops.mean(), tops)}
         for way, (value, draws) in ways.items():
@@ -176,7 +177,8 @@ def graded(found: Map, alpha: FloatArray, places: list[int]) -> dict[str, float]
     """Alpha where it was not pushed and has freedom, and the peaks of the legs."""
     free = _FREE & ~np.isin(_SAME + 1000 * GAMMA_DEG, (_SAME + 1000 * GAMMA_DEG)[places])
     largest = np.abs(alpha).max() / 100
-    own, mean, draws = alpha[free], found.alpha[free], found.draws[:, free]
+    mean, draws = found.alpha[:, : _SAME.size][free], found.draws[..., : _SAME.size][:, free]
+    own = alpha[free]
     lo, hi = interval(draws, 0.95)
     miss = np.maximum(lo - own, 0) + np.maximum(own - hi, 0)
     result = {
@@ -214,7 +216,7 @@ def rows_of(every: bool, part: str, name: str, number: int) -> list[dict[str, ob
             row["belongs"] = found.belongs
             if part == "planned":
                 fitted = np.stack(evaluate(fit_lsq(*NODES, *seen), *NODES))
-                for column, one in (("rms", found.alpha), ("nine", fitted)):
+                for column, one in (("rms", found.alpha[:, : _SAME.size]), ("nine", fitted)):
                     row[column] = 100 * np.sqrt(np.mean((one - alpha) ** 2)) / np.abs(alpha).max()
             elif part != "foreign":
                 row["not_passive"] = 100 * found.not_passive  # makes the draws

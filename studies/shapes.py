@@ -22,12 +22,13 @@ import numpy as np
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.model.draws import interval
 from rftfit.model.planning import prior_map
 from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import Reference
 from rftfit.model.scaling import published as published_reference
-from rftfit.model.shapes import Pushes, Shapes, Variation, estimate, grid, published_shapes
+from rftfit.model.shapes import Nodes, Pushes, Shapes, Variation, estimate, grid, published_shapes
 from rftfit.reference import LEGS, MEDIA, SANDS, load
 
 if TYPE_CHECKING:
@@ -74,14 +75,14 @@ def chosen(shapes: Shapes, count: int) -> list[int]:
 
 
 def score(found: Map, alpha: FloatArray) -> tuple[float, float]:
-    """Error (rms) and mean interval score of alpha, % of the largest."""
-    table = found.table()
-    lo, hi = (table[[f"alpha_{c}_{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("lo", "hi"))
+    """Error (rms) and mean interval score of alpha on the published grid, % of the largest."""
+    lines = slice(BETA_DEG.size)
+    lo, hi = interval(found.draws[..., lines], found.confidence)
     free = hi - lo > 1e-9
     miss = np.maximum(lo - alpha, 0) + np.maximum(alpha - hi, 0)
     largest = np.abs(alpha).max() / 100
     return (
-        float(np.sqrt(np.mean((found.alpha - alpha) ** 2)) / largest),
+        float(np.sqrt(np.mean((found.alpha[:, lines] - alpha) ** 2)) / largest),
         float((hi - lo + 40 * miss)[free].mean() / largest),
     )
 
@@ -237,7 +238,7 @@ def picture(path: Path) -> None:
     known = np.stack([mean, np.sqrt(np.diag(covariance))]).reshape(2, 2, -1) * size
     rows = {"no push, size known": (known[0], known[1])}
     for name, own in (("one push", [down]), ("six pushes", places)):
-        found = estimate(pushed(alpha, own), shapes)
+        found = estimate(pushed(alpha, own), shapes, Nodes(*NODES, BETA_DEG.size))
         rows[name] = (found.alpha, found.draws.std(axis=0))
     rows["measured"] = (alpha, np.full_like(alpha, np.nan))
     fine = np.meshgrid(

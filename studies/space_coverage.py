@@ -18,7 +18,7 @@ from rftfit.model.draws import interval
 from rftfit.model.mesh import Mesh, Motion3D
 from rftfit.model.mesh_prediction import IN_SPACE, mesh_draws
 from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import Pushes, estimate, published_shapes, usual_error
+from rftfit.model.shapes import Nodes, Pushes, estimate, published_shapes, usual_error
 
 TRIALS, PUSHES = 400, 6
 
@@ -39,7 +39,7 @@ def bodies() -> dict[str, tuple[Mesh, Motion3D]]:
 def weights(mesh: Mesh, motion: Motion3D) -> FloatArray:
     """Force and moment for an alpha of 1 at each node, z and x: shape (2 n, 6); the measured law is linear in alpha."""
     unit, count = np.eye(2 * BETA_DEG.size), BETA_DEG.size
-    return mesh_draws(TableProfile(unit[:, :count], unit[:, count:], *NODES), mesh, motion, "measured", None)[:, 0]  # fmt: skip
+    return mesh_draws(TableProfile(unit[:, :count], unit[:, count:], *NODES), mesh, motion, "measured", None)[:, 0, :6]  # fmt: skip
 
 
 def coverage(trials: int = TRIALS) -> None:
@@ -53,7 +53,7 @@ def coverage(trials: int = TRIALS) -> None:
         seen = truth + error * random.standard_normal(truth.shape)
         places = random.permutation(BETA_DEG.size)[:PUSHES]
         pushes = Pushes.of(BETA_DEG[places], GAMMA_DEG[places], seen[:, places], error[:, places])
-        found = estimate(pushes, shapes)
+        found = estimate(pushes, shapes, Nodes(*NODES, BETA_DEG.size))
         draws = found.draws.reshape(len(found.draws), -1)
         for name, body in bodies().items():
             lo, hi = interval(draws @ linear[name], 0.95)

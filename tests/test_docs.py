@@ -31,6 +31,7 @@ NOT_RUN = {
     "docs/example-cmu-sand.md": ["network"],
     "docs/howto/cluster.md": ["needs root", "needs root"],
     "docs/install.md": ["takes minutes"],
+    "docs/theory/comparison.md": ["takes minutes"],
 }
 """Pages with blocks that no test runs, and why: not more than these."""
 
@@ -165,7 +166,7 @@ SAYS = {
     "docs/howto/wrong.md": {"check": "speed_cm_per_s"},
     "docs/howto/field.md": {
         "scale": "0.8001",
-        "python": "0.590 0.238 N/cm^3",
+        "python": "0.514 0.255 N/cm^3",
         "check": "no tare in any of 3 runs",
         "run": "Of 3 runs, 3 used and 0 dropped",
     },

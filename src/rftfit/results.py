@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Self
@@ -17,14 +19,17 @@ from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.measure.alpha import QUANTITIES, cell_at, column, window_of
+from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.flags import Remark, remark, with_reasons
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
+from rftfit.model.model_error import larger_model_error
 from rftfit.model.profiles import (
+    EPS,
     KINDS,
+    USUAL_BED_SPREAD,
     DepthOnlyProfile,
     FourierProfile,
     Profile,
@@ -32,11 +37,12 @@ from rftfit.model.profiles import (
     scaled_generic,
 )
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
-from rftfit.outputs.dictionary import column_of, describe
+from rftfit.outputs.dictionary import Output, column_of, describe
 from rftfit.store import csv_bytes, read_csv, read_parquet
 
 FOLDER = "results"
 _CONFIGS = ("config/config.yaml", "config.yaml")
+LEG_ERRORS = "leg_errors.csv"
 _KEPT_SAMPLES = 4
 """Tables of samples are large: only the last few are kept."""
 
@@ -114,13 +120,22 @@ class Tables:
             raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
         return path
 
-    def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
-        path, output = self.folder / name, describe(f"{FOLDER}/{name}")
+    def as_written(self, name: str) -> pd.DataFrame:
+        """Read a table that another version of the program may have written: its columns are what they are."""
+        return self._read(name, self._there(name))[0]
+
+    def _read(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
+        output = describe(f"{FOLDER}/{name}")
         if output is None or not output.columns:
-            raise InputError(f"{path}: not a table of this program")
+            raise InputError(f"{self.folder / name}: not a table of this program")
         table = read_csv(
             source, lambda column: one.kind if (one := column_of(output, column)) else ""
         )
+        return table, output
+
+    def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
+        path = self.folder / name
+        table, output = self._read(name, source)
         always = (one.names for one in output.columns if not one.when and "<" not in one.name)
         if lacking := [name for names in always for name in names if name not in table]:
             raise InputError(
@@ -259,6 +274,21 @@ class Results(Tables):
             why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
+    @property
+    def error_of_legs(self) -> float:
+        """The model's own error as the measured legs of the campaign show it; NaN where none was measured."""
+        shown = self.table(LEG_ERRORS)["model_error_of_legs"].dropna()
+        return float(shown.iloc[0]) if len(shown) else math.nan
+
+    @property
+    def model_error(self) -> float:
+        """The model's own error in this campaign: that of its legs, where it is larger than the usual one.
+
+        The usual one where no leg was compared yet.
+        """
+        declared = self._allowed is None or f"{FOLDER}/{LEG_ERRORS}" in self._allowed
+        return larger_model_error(self.error_of_legs) if declared and self.has(LEG_ERRORS) else EPS
+
     def fits(self, method: str | None = None) -> dict[str, scaling.MediumFit]:
         """Nine-term fits of the laboratory media, made from their alpha tables.
 
@@ -327,7 +357,7 @@ class Results(Tables):
         Shapes
         """
         same = self.config.media[medium].published_as if medium else None
-        known = published_shapes([same or ""]).profiles
+        known = dict(published_shapes([same or ""]).profiles)
         if self.config.maps.own_media:
             for one in self.laboratory:
                 own = TableProfile.from_table(self.alpha_table(one), one)
@@ -478,12 +508,20 @@ class Medium:
         """
         table, config = self.alpha, self.results.config
         try:
-            return estimate(
-                pushes_of(table, config), self.results.shapes(self.name), nodes_of(table),
-                confidence=config.fit.confidence, name=self.name,
-            )  # fmt: skip
+            estimated = estimate(
+                pushes_of(table, config),
+                self.results.shapes(self.name),
+                nodes_of(table),
+                confidence=config.fit.confidence,
+                name=self.name,
+            )
         except ValueError as error:
             raise InputError(f"{self.name}: {error}") from error
+        return replace(
+            estimated,
+            bed_spread=bed_spread(table) or USUAL_BED_SPREAD,
+            model_error=self.results.model_error,
+        )
 
     def profile(
         self, kind: str = "table", method: str | None = None, *, draws: bool = True
@@ -534,6 +572,8 @@ class Medium:
             if kind == "depth_only":
                 found = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
         found.window = window_of(table)
+        found.bed_spread = bed_spread(table) or found.bed_spread
+        found.model_error = self.results.model_error
         return found
 
     def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from light_campaign import alpha_frame, one_cell
 
+from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe
 from rftfit.workflow.diff import compare
 from rftfit.workflow.provenance import FORMAT
@@ -142,3 +143,20 @@ def test_many_changes_of_one_sort_are_one_line(rftfit, tmp_path):
         "run rep3_* (20 of them): was there, is not there",
     ]
     assert rftfit("diff", *folders, "--all").out.count("run rep3_") == 20
+
+
+def test_results_of_a_version_with_other_columns(rftfit, tmp_path):
+    """Numbers that both have are compared; a column of one of them is named."""
+    older = TABLES[ERRORS].assign(peak_predicted_N=5.5).drop(columns=["model_error"])
+    write(tmp_path / "a", RUNS, {ERRORS: older})
+    write(tmp_path / "b", RUNS)
+    found = compare(tmp_path / "a", tmp_path / "b")
+    assert [(one.quantity, one.was, one.now) for one in found.numbers] == [
+        ("peak_predicted_N", 5.5, 5.0)
+    ]
+    assert found.alone == ["leg_errors.csv, column model_error"]
+    said = rftfit("diff", tmp_path / "a", tmp_path / "b").out
+    assert "Only in one of them: leg_errors.csv, column model_error" in said
+    write(tmp_path / "c", RUNS, {SCALING: pd.DataFrame({"zeta": [0.4]})})
+    with pytest.raises(InputError, match=r"penetration.csv: no column method, medium"):
+        compare(tmp_path / "c", tmp_path / "b")

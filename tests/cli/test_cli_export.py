@@ -139,6 +139,35 @@ def test_pushes_become_a_map(rftfit, here):
     assert lift["lo"] < lift["force_z_N"] < lift["hi"]
 
 
+def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, here):
+    (here / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+    for name, words in (("a", ("--alpha", "0.55")), ("b", ("--pushes", "one.csv"))):
+        rftfit("export", *words, "--output", f"{name}.json")
+        rftfit("predict", "--leg", "reversed_c_leg", *words, "--output", f"{name}.csv")
+        rftfit("scale", *words, "--output", f"{name}_scaled.csv")
+    for one, other in (("a.json", "b.json"),):
+        first, second = (content(here / name) for name in (one, other))
+        assert first["directions"] == second["directions"]
+        assert first["errors"] == second["errors"]
+    for one, other in (("a.csv", "b.csv"), ("a_scaled.csv", "b_scaled.csv")):
+        table, same = (pd.read_csv(here / name, comment="#") for name in (one, other))
+        pd.testing.assert_frame_equal(table, same)
+    rftfit("predict", "--leg", "reversed_c_leg", "--profile-file", "a.json", "--output", "c.csv")
+    table, same = (pd.read_csv(here / f"{name}.csv", comment="#") for name in "ac")
+    off = (table - same).abs().max() / table.abs().max().clip(lower=1e-9)
+    assert off.max() < 5e-6
+
+
+@pytest.mark.parametrize("words", [("--alpha", "0.55"), ("--pushes", "one.csv")])
+def test_a_flat_foot_pressed_straight_down_gives_its_own_push_back(words, rftfit, here):
+    (here / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+    (here / "foot.csv").write_text("x_cm,z_cm\n-4,0\n4,0\n")
+    (here / "press.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n5,0,-5,0\n")
+    foot = ("--outline", "foot.csv", "--width", "5", "--path", "press.csv", "--json")
+    facts = json.loads(rftfit("predict", *foot, *words).out)
+    assert facts["peaks"]["lift"]["force_z_N"] == pytest.approx(110, rel=0.01)
+
+
 def test_the_robot_walks_on_it(rftfit):
     rftfit("export", "--medium", "poppy_LP")
     walk = ("simulate", "--frequency", 2, "--curvature", 1, "--no-animation", "--json")
@@ -153,12 +182,15 @@ def test_the_robot_walks_on_it(rftfit):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "found neither of --medium and --pushes"),
-        (("--medium", "poppy_LP", "--pushes", "p.csv"), "found both of --medium and --pushes"),
+        ((), "found no medium; allowed: one of --medium NAME"),
+        (
+            ("--medium", "poppy_LP", "--pushes", "p.csv"),
+            "found --medium and --pushes; allowed: one of",
+        ),
         (("--medium", "popy_LP"), "did you mean 'poppy_LP'?"),
         (("--medium", "poppy_LP", "--profile", "fourier"), "allowed: table, map"),
-        (("--pushes", "p.csv", "--profile", "table"), "found --profile table with --pushes"),
-        (("--pushes", "p.csv", "--results", "r"), "found --results with --pushes"),
+        (("--pushes", "p.csv", "--profile", "table"), "--profile: found 'table'; allowed: map"),
+        (("--pushes", "p.csv", "--results", "r"), "r: no config/config.yaml there"),
         (("--pushes", "none.csv"), "none.csv: the file does not exist"),
         (("--pushes", "p.csv", "--output", "p.csv", "--force"), "p.csv: this file is read"),
         (("--medium", "poppy_LP", "--results", "none"), "no config/config.yaml there"),

@@ -86,7 +86,7 @@ def test_a_sand_scaled_with_the_published_media(rftfit, here):
     folder = make_campaign(here / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
     words = ("--medium", "sand", "--profile", "generic", "--output")
     rftfit(*LEG, "--results", folder, *words, "a.csv")
-    rftfit(*LEG, "--alpha", "0.7", "--se", "0.003", "--output", "b.csv")
+    rftfit(*LEG, "--alpha", "0.7", "--se", "0.003", "--profile", "generic", "--output", "b.csv")
     one, other = ((here / name).read_text().splitlines() for name in ("a.csv", "b.csv"))
     assert "published Table S5, method lsq" in one[3]
     assert one[4:] == other[4:]

@@ -15,7 +15,7 @@ from turning import sweep, sweep_draws
 
 from rftfit import reference
 from rftfit.measure.alpha import directions
-from rftfit.model.draws import alpha_draws, interval
+from rftfit.model.draws import alpha_draws, interval, model_end_names, next_end_names
 from rftfit.model.forces import forces_on
 from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
 from rftfit.model.motion import THETA_DEG, path
@@ -73,19 +73,27 @@ def test_equals_the_sweep(rftfit, here, kind, leg):
     more = () if kind == "table" else ("--profile", kind)
     assert rftfit("predict", "--leg", leg, "--medium", "glass0.3mm_CP", *more).err == ""
     found = read_forces(here / "forces.csv")
-    assert list(found) == ["theta_deg", *QUANTITIES]  # printed tables have no errors
+    # printed tables have no errors; the model has
+    ends = [[name, *model_end_names(name), *next_end_names(name)] for name in QUANTITIES]
+    assert list(found) == ["theta_deg", *(name for names in ends for name in names)]
     assert found["theta_deg"].tolist() == THETA_DEG.tolist()
     check(found, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
 
 
-def test_peaks(rftfit):
+def test_peaks(rftfit, here):
     words = ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--hip", "1.5")
     forces = sweep(TableProfile.published("poppy_LP"), model_leg("c_leg"), None, 1.5)
     result = json.loads(rftfit(*words, "--json").out)
     peaks = result["peaks"]
     at = int(forces.force_z_N.argmax())
     lift = {"force_z_N": pytest.approx(forces.force_z_N[at], abs=1e-9), "theta_deg": THETA_DEG[at]}
-    assert peaks["lift"] == lift | {"lo": None, "hi": None}
+    assert {name: peaks["lift"][name] for name in lift} == lift
+    assert peaks["lift"]["lo"] is peaks["lift"]["hi"] is None
+    assert 0 < peaks["lift"]["model_lo"] < forces.force_z_N[at] < peaks["lift"]["model_hi"]
+    bare = json.loads(rftfit(*words, "--json", "--model-error", "0").out)
+    assert (bare["model_error"], bare["peaks"]["lift"]["model_lo"]) == (0, None)
+    assert list(read_forces(here / "forces.csv")) == ["theta_deg", *QUANTITIES]
+    assert "--model-error: found -1" in rftfit(*words, "--model-error", "-1", code=2).err
     assert peaks["suction"]["force_z_N"] == pytest.approx(forces.force_z_N.min(), abs=1e-9)
     assert peaks["thrust"]["theta_deg"] == THETA_DEG[forces.force_x_N.argmax()]
     assert peaks["moment_negative"]["moment_N_cm"] == pytest.approx(forces.moment_N_cm.min())
@@ -96,7 +104,10 @@ def test_peaks(rftfit):
     assert result["peaks_complete"] is True
     text = rftfit(*words).out
     line = next(line for line in text.splitlines() if "peak lift (up)" in line)
-    assert line.split()[3:] == [f"{forces.force_z_N[at]:.4g}", "N", f"{THETA_DEG[at]:g}"]
+    assert line.split()[3] == f"{forces.force_z_N[at]:.4g}"
+    assert "next lo, next hi: 95 % interval of the next bed (5 % from bed to bed)" in text
+    assert line.split()[-2:] == ["N", f"{THETA_DEG[at]:g}"]
+    assert "with the model's own error (eps 0.28)" in text
     assert "peak drag" not in text
     assert text.endswith("Force and moment in 271 poses: forces.csv\n")
 
@@ -116,7 +127,9 @@ def test_outline_along_a_path(rftfit, here):
     )
     words = ("--outline", "scoop.csv", "--width", "5", "--path", "dig.csv", "--medium", "poppy_LP")
     said = rftfit("predict", *words, "--output", "dug.csv", "--json")
-    assert said.err == ""
+    assert said.err.startswith(
+        "warning: the model's own error (0.28) was never tested on a body of 4 cm"
+    )
     found = read_forces(here / "dug.csv")
     assert found["t_s"].tolist() == [0, 1, 2, 4]
     assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
@@ -128,7 +141,7 @@ def test_outline_along_a_path(rftfit, here):
 
 
 def test_one_penetration_test(rftfit, here):
-    words = ("--alpha", "0.9", "--se", "0.05", "--json")
+    words = ("--alpha", "0.9", "--se", "0.05", "--profile", "generic", "--json")
     scaled = json.loads(rftfit("scale", *words).out)["coefficients_N_per_cm3"]
     result = json.loads(rftfit("predict", "--leg", "flat_leg", *words).out)
     found = read_forces(here / "forces.csv")
@@ -194,11 +207,21 @@ def test_other_profiles_of_a_campaign(rftfit, here, results, kind):
 
 
 def test_missing_cells_are_said(rftfit, here, results):
-    words = ("predict", "--leg", "c_leg", "--results", results, "--medium", "sand")
+    words = (
+        "predict",
+        "--leg",
+        "c_leg",
+        "--results",
+        results,
+        "--medium",
+        "sand",
+        "--profile",
+        "table",
+    )
     said = rftfit(*words)
     assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in said.err
     assert "--profile map needs one push in any direction only" in said.err
-    assert "Not of the whole motion, but of the" in said.out
+    assert "Not stated, as it may lie in one of the" in said.out
     assert "no force in these poses" in said.out
     found = read_forces(here / "forces.csv")
     unknown = np.isnan(found["force_z_N"])
@@ -218,7 +241,7 @@ def test_a_sand_by_its_penetration_test(rftfit, here, results):
     words = ("--leg", "c_leg", "--results", results)
     assert rftfit("predict", *words, "--medium", "sand", "--profile", "generic").err == ""
     found = read_forces(here / "forces.csv")
-    rftfit("predict", *words, "--alpha", "0.7", "--se", SE)
+    rftfit("predict", *words, "--alpha", "0.7", "--se", SE, "--profile", "generic")
     same = read_forces(here / "forces.csv")
     assert found.keys() == same.keys()
     assert all((found[name] == same[name]).all() for name in found)
@@ -254,7 +277,7 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         ((*LEG, "--medium", "popy_LP"), "did you mean 'poppy_LP'? (published media;"),
         ((*LEG, "--medium", "yuma"), "--alpha for one penetration test"),
         ((*LEG, *POPPY, "--profile", "forier"), "did you mean 'fourier'?"),
-        ((*LEG, "--alpha", "0.9", "--profile", "table"), "allowed: generic (one penetration"),
+        ((*LEG, "--alpha", "0.9", "--profile", "table"), "allowed: map, generic (pushes give no other profile)"),
         ((*LEG, "--alpha", "-1"), "--alpha: found -1; allowed: a positive number"),
         ((*LEG, "--alpha", "0.9", "--se", "-1"), "--se: found -1;"),
         ((*LEG, "--alpha", "0.9", "--confidence", "95"), "--confidence: found 95;"),
@@ -380,7 +403,7 @@ def test_one_missing_cell(rftfit, here):
     steps = "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n3,-1,-4,0\n4,-2,-5,0\n5,-3,-5,0\n6,-4,-5,0\n"
     (here / "path.csv").write_text(PATH + steps)
     words = ("--outline", "plate.csv", "--width", "3", "--path", "path.csv",
-             "--results", folder, "--medium", "poppy_LP")  # fmt: skip
+             "--results", folder, "--medium", "poppy_LP", "--profile", "table")  # fmt: skip
     assert "no alpha at (beta, gamma) in degrees (0, 45): no run" in rftfit("predict", *words).err
     found = read_forces(here / "forces.csv")
     # velocities are differences: at 2 s and 4 s the plate turns from one direction to the other,
@@ -396,6 +419,12 @@ def test_one_missing_cell(rftfit, here):
     result = json.loads(rftfit("predict", *words, "--json").out)
     assert (result["rows_unknown"], result["peaks_complete"]) == (1, False)
     assert "(0, 45): no run" in result["reason"]
+    # unasked: the table where every direction of the body was pushed, else the map
+    said = rftfit("predict", *words[:-2])
+    assert said.out.count("Profile: map of poppy_LP") == 1
+    assert not np.isnan(read_forces(here / "forces.csv")["force_z_N"]).any()
+    (here / "path.csv").write_text(PATH + "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n")
+    assert "Profile: measured table" in rftfit("predict", *words[:-2]).out
 
 
 def test_what_is_read_is_never_overwritten(rftfit, here):

@@ -47,7 +47,9 @@ def test_published_source_is_as_printed():
 
 
 def test_numbers_by_hand(rftfit, here):
-    said = rftfit("scale", "--alpha", "0.9", "--method", "dft-index", "--json")
+    said = rftfit(
+        "scale", "--profile", "generic", "--alpha", "0.9", "--method", "dft-index", "--json"
+    )
     assert said.err == ""
     result = as_json(said)
     assert result["scaled_from"] == "published Tables S2 and S3, method dft-index as printed"
@@ -74,14 +76,22 @@ def test_numbers_by_hand(rftfit, here):
     straight_down = table[0, 90]
     assert straight_down["alpha_z_N_per_cm3"] == pytest.approx(zeta, abs=1e-6)
     assert straight_down["alpha_x_N_per_cm3"] == 0
-    # there the generic profile is 1 for every medium: only zeta's own error is left
-    assert straight_down["alpha_z_lo_N_per_cm3"] == pytest.approx(result["zeta"]["lo"], rel=1e-5)
-    assert straight_down["alpha_z_hi_N_per_cm3"] == pytest.approx(result["zeta"]["hi"], rel=1e-5)
+    # there the nine terms of every medium add up to zeta, and miss by chi what was measured: it is in the interval
+    chi = np.array(CHI)
+    missed = np.hypot(chi.std(ddof=1) * math.sqrt(1 + 1 / 5), chi.mean() - 1) * T_4 * zeta
+    ends = (result["zeta"][end] for end in ("lo", "hi"))
+    below, above = (math.hypot(end - zeta, missed) for end in ends)
+    assert straight_down["alpha_z_lo_N_per_cm3"] == pytest.approx(zeta - below, abs=0.03)
+    assert straight_down["alpha_z_hi_N_per_cm3"] == pytest.approx(zeta + above, abs=0.03)
+    assert straight_down["alpha_z_hi_N_per_cm3"] > 0.9
 
 
 def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
     """One zeta: the published media give the number that a campaign of them gives."""
-    found, whole = as_json(rftfit("scale", "--alpha", "0.9", "--json")), published("lsq")
+    found, whole = (
+        as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json")),
+        published("lsq"),
+    )
     assert found["scaled_from"] == "published Table S5, method lsq"
     tables = [flat(reference.alpha_grid(medium)) for medium in whole.media]
     # no term of alpha_z is dropped
@@ -111,7 +121,9 @@ def test_everything_scales_with_alpha():
 
 def test_intervals_grow_with_se_and_confidence(rftfit):
     def width(*more):
-        zeta = as_json(rftfit("scale", "--alpha", "0.9", "--json", *more))["zeta"]
+        zeta = as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json", *more))[
+            "zeta"
+        ]
         return float(zeta["hi"] - zeta["lo"])
 
     errors = [width("--se", se) for se in ("0", "0.01", "0.05", "0.1", "0.3")]
@@ -153,7 +165,9 @@ def test_intervals_hold_for_a_medium_left_out():
 
 
 def test_text(rftfit):
-    said = rftfit("scale", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv")
+    said = rftfit(
+        "scale", "--profile", "generic", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv"
+    )
     assert said.err == ""
     lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
     assert "  zeta   0.8001 " in said.out
@@ -204,7 +218,17 @@ def results(here):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_results_of_a_campaign(rftfit, results, method):
-    words = ("--alpha", "0.9", "--results", results, "--method", method, "--json")
+    words = (
+        "--profile",
+        "generic",
+        "--alpha",
+        "0.9",
+        "--results",
+        results,
+        "--method",
+        method,
+        "--json",
+    )
     said = rftfit("scale", *words)
     result = as_json(said)
     assert result["media"] == list(OWN)
@@ -230,7 +254,9 @@ def transform(method, alpha, keep):
 
 def test_damaged_results(rftfit, results):
     def why(*more):
-        said = rftfit("scale", "--alpha", "0.9", "--results", results, *more, code=2)
+        said = rftfit(
+            "scale", "--profile", "generic", "--alpha", "0.9", "--results", results, *more, code=2
+        )
         assert said.out == ""
         return said.err
 
@@ -253,6 +279,6 @@ def test_damaged_results(rftfit, results):
 def test_one_medium_of_its_own_is_not_enough(rftfit, here):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     folder = make_campaign(here / "one", {"a": LABORATORY, "sand": SAND}, alpha)
-    said = rftfit("scale", "--alpha", "0.9", "--results", folder, code=2)
+    said = rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--results", folder, code=2)
     assert "at least two laboratory media" in said.err
     assert not (here / "alpha.csv").exists()

@@ -11,9 +11,9 @@ from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
 from rftfit.campaign.config import Errors
-from rftfit.compare.legs import bed_spread, leg_errors, leg_prediction
+from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.lab.disturb import NOTHING, Sizes, beds, delayed, power_law, turned, unevenness
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import bed_spread, column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG
@@ -210,7 +210,7 @@ def peaks_inside(table, leg, config, measured, true, true_error_percent):
         wide = hi - lo > 1e-6
         parts.append((lo[wide], true[c][wide], hi[wide]))
         peak = true[c][np.abs(true[c]).argmax()]
-        peaks.append(tuple(np.array([one]) for one in (drawn[c][1], peak, drawn[c][2])))
+        peaks.append(tuple(np.array([one]) for one in (drawn[c][1][0], peak, drawn[c][1][1])))
     ours = curve.assign(medium=medium, leg=leg, profile="table")
     named = {(medium, leg, "table", c): own for c, own in drawn.items()}
     spread = {medium: bed_spread(table)}

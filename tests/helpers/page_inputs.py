@@ -30,7 +30,6 @@ from rftfit.compare.published import (
     stated,
 )
 from rftfit.compare.robot import optima
-from rftfit.compare.sensitivity import leg_sensitivity
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.flags import flag_columns, remark
 from rftfit.model.fourier import TERMS, fit_lsq
@@ -58,7 +57,7 @@ HOLED = "glass3mm_CP"
 """The medium with missing cells."""
 THETA_DEG = np.arange(-135, 136, 5)
 SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
-          "leg_sensitivity", "sands", "sand_correction")  # fmt: skip
+          "sands", "sand_correction")  # fmt: skip
 OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
@@ -115,11 +114,6 @@ def _page_results(nasty, robot):
     write(results, "maps/yuma.csv", maps(results, "yuma"))
     write(results, "reproduction.csv", _reproduction(reason))
     write(results, "ledger.csv", _ledger(reason))
-    shapes = leg_sensitivity(
-        [results[medium] for medium in ("poppy_LP", "poppy_CP")],
-        results.joined("legs/{medium}.csv"), results.table("leg_errors.csv"),
-    )  # fmt: skip
-    write(results, "leg_sensitivity.csv", shapes)
     if robot:
         write_robot(results)
     return results.campaign

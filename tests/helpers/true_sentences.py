@@ -62,7 +62,6 @@ class Records:
         ends = [results.joined("alpha/{medium}.csv")["alpha_z_lo_N_per_cm3"],
                 results.table("predicted.csv")["force_z_lo_N"]]  # fmt: skip
         self.intervals = any(one.notna().any() for one in ends)
-        self.varied = bool(results.table("leg_sensitivity.csv")["peak_z_N"].notna().any())
         speed = self.of_robot("speed")
         simulated = speed[speed["speed_cm_per_s"].notna()]["profile"] if len(speed) else ()
         self.profiles = {*predicted_by(results), *simulated}
@@ -120,7 +119,7 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
     r"natural sand|Natural sands": lambda a, _: a.sands,
     r"further medium was scaled|sands were scaled": lambda a, _: a.scaled,
     r"error of peak lift|peak lift predicted|Error of the pred": lambda a, _: a.errors,
-    r"shapes? of the legs": lambda a, _: a.varied or "table" in a.profiles,
+    r"shapes? of the legs": lambda a, _: "table" in a.profiles,
     r"follow from (those|the intervals) of": lambda a, _: a.of_alpha,
     r"\d % intervals": lambda a, _: a.intervals,
     r"were measured in": lambda a, _: a.recorded,
@@ -131,7 +130,6 @@ METHODS: dict[str, Callable[[Records], object]] = {
     r"A legged robot": lambda a: a.robot and "table" in a.profiles,
     r"The map is α": lambda a: "map" in a.profiles,
     r"known beforehand": lambda a: "map" in a.profiles,
-    r"other shapes of the legs": lambda a: a.varied,
     r"turned at": lambda a: a.legs,
     r"nine-term": lambda a: a.nine,
     r"without a plate, was": lambda a: a.tare and a.alpha,

@@ -22,7 +22,7 @@ def limits(path, window=(1, 9), **box):
         container=SimpleNamespace(**size), fit=SimpleNamespace(wall_clearance_cm=6.0)
     )
     found = rftfit.beyond_measured(profile, PLATE, motion, config if box else None)
-    return [one.partition(":")[0] for one in found]
+    return [one.partition(":")[0] for one in found if "own error" not in one]
 
 
 DOWN = [(0.0, -depth) for depth in (2.0, 4.0, 6.0)]
@@ -45,3 +45,32 @@ DOWN = [(0.0, -depth) for depth in (2.0, 4.0, 6.0)]
 )
 def test_each_limit_is_told(path, words, said):
     assert limits(path, **words) == said
+
+
+@pytest.mark.parametrize(
+    ("length_cm", "rate", "words"),
+    [
+        (7.62, 0.2, []),
+        (12.5, 0.2, []),
+        (4.1, 0.2, ["of 4.1 cm"]),
+        (25.0, 0.2, ["of 25 cm"]),
+        (7.62, 5.0, ["at 38.1 cm/s"]),
+        (4.1, 10.0, ["of 4.1 cm", "at 41 cm/s"]),
+    ],
+)
+def test_what_the_error_of_the_model_was_not_tested_on_is_told(length_cm, rate, words):
+    blade = rftfit.polyline([(0, 0), (0, -length_cm)], 2.54, elements=30)
+    motion = rftfit.rotation([0.0], 0.0, rate)
+    said = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), blade, motion)
+    tested = [text for text in said if "own error" in text]
+    assert len(tested) == len(words)
+    assert all(
+        word.split()[0] in text
+        and float(word.split()[1]) == pytest.approx(_number(text, word), rel=0.02)
+        for word, text in zip(words, tested, strict=True)
+    )
+
+
+def _number(text, word):
+    """The number in a sentence that follows the first word of another."""
+    return float(text.partition(f" {word.split()[0]} ")[2].removeprefix("a body of ").split()[0])

@@ -8,11 +8,12 @@ from seeds import seeds
 import rftfit
 from rftfit.model.planning import ZETA, peaks, prior_map
 from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import Pushes, estimate, grid, published_shapes, usual_error
+from rftfit.model.shapes import Nodes, Pushes, estimate, grid, published_shapes, usual_error
 from rftfit.reference import MEDIA
 
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
+ON_LINES = Nodes(*NODES, NODES[0].size)
 OWN = [(round(float(b), 3), round(float(g), 3)) for b, g in zip(BETA, GAMMA, strict=True)]
 
 
@@ -33,11 +34,11 @@ def test_half_widths_are_those_of_the_conditional_covariance():
     places = places_of(found, 3)
     rows = start.factor.reshape(len(start.factor), -1)
     covariance = rows.T @ rows
-    seen = np.concatenate([places, BETA.size + np.array(places)])
+    seen = np.concatenate([places, start.beta.size + np.array(places)])
     noise = usual_error(start.alpha.ravel())[seen] ** 2
     middle = covariance[np.ix_(seen, seen)] + np.diag(noise)
     left = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
-    draws = root_of(left).reshape(-1, 2, BETA.size)
+    draws = root_of(left).reshape(-1, 2, start.beta.size)
     moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
     wanted = 1.95996 * np.sqrt((moved**2).sum())
     assert found.steps[3].half_width[0] == pytest.approx(wanted, rel=1e-4)
@@ -60,7 +61,8 @@ def test_what_is_promised_is_found(target):
             continue
         noise = usual_error(alpha)
         seen = (alpha + noise * random.standard_normal(alpha.shape))[:, places]
-        found = estimate(Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places]))
+        own = Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places])
+        found = estimate(own, nodes=ON_LINES)
         again = rftfit.plan(wanted, known=found, count=1)
         ratios.append(again.steps[0].typical / promised)
     assert np.median(ratios) == pytest.approx(1, abs=seeds(0.15, 0.3))
@@ -75,7 +77,7 @@ def test_planned_pushes_are_better_than_random_ones(medium):
 
     def error(places):
         own = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
-        return float(np.sqrt(np.mean((estimate(own, shapes).alpha - alpha) ** 2)))
+        return float(np.sqrt(np.mean((estimate(own, shapes, ON_LINES).alpha - alpha) ** 2)))
 
     planned = error(places_of(rftfit.plan("map", prior_map(shapes), count=6), 6))
     random = np.random.default_rng(3)
@@ -126,5 +128,5 @@ def test_peaks_of_bodies_are_planned_for():
     assert plan.steps[2].half_width.shape == (4,)
     start = prior_map()
     forces = peaks(legs).numbers(start.alpha, start)
-    best = rftfit.predict(TableProfile(*start.alpha, *NODES), legs[0])
+    best = rftfit.predict(TableProfile(*start.alpha, start.beta, start.gamma), legs[0])
     assert forces[0] == pytest.approx(best["force_z_N"].max())

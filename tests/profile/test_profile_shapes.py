@@ -13,13 +13,18 @@ from rftfit.model import shapes as module
 from rftfit.model.forces import force_draws
 from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
+from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
+    FRICTIONS,
     NOT_ALIKE,
+    Nodes,
     Pushes,
     Shapes,
+    course_between_lines,
     estimate,
     grid,
+    map_nodes,
     published_shapes,
     usual_error,
 )
@@ -28,6 +33,7 @@ from rftfit.reference import MEDIA
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
 COUNT = BETA.size
+ON_LINES = Nodes(*NODES, COUNT)
 
 
 def truth(medium):
@@ -42,6 +48,7 @@ def pushed(medium, places, se=0.005):
     return Pushes.of(BETA[places], GAMMA[places], truth(medium)[:, places], se)
 
 
+LINES = pd.DataFrame({"beta_deg": BETA, "gamma_deg": GAMMA, "place": range(COUNT)})
 FEW = [node(0, 90), node(30, 56), node(-30, 72), node(60, 18), node(90, 45), node(0, 34)]
 
 
@@ -88,11 +95,12 @@ def _dense(mean, covariance, own, size):
 def test_draws_are_of_the_whole_posterior(monkeypatch):
     """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
     monkeypatch.setattr(module, "LEAST_WORK", np.inf)
+    monkeypatch.setattr(module, "TILT_SHARE", 0.0)
     monkeypatch.setattr(module, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
     for places, off, known in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
         own = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-        found = estimate(own, shapes, size=known)
+        found = estimate(own, shapes, ON_LINES, size=known)
         sizes = [known] if known else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
         places_of_all = zip(NODES, (own.beta, own.gamma), strict=True)
@@ -117,11 +125,14 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
 
 
 def test_media_take_energy_because_that_is_known_beforehand():
-    """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes."""
+    """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes.
+
+    And by the tilt towards media that take as little energy as the mean of the known ones.
+    """
     shapes, random = published_shapes(without=["poppy_LP"]), np.random.default_rng(5)
     places = [FEW[0], FEW[3]]
     own = Pushes.of(BETA[places], GAMMA[places], truth("poppy_LP")[:, places], 0.02)
-    found, prior, many = estimate(own, shapes), shapes.prior(*NODES), 400_000
+    found, prior, many = estimate(own, shapes, ON_LINES), shapes.prior(*NODES), 400_000
     by = shapes.variation
     values = []
     roots = [module.root(part) for part in (prior.smooth, prior.rough)]
@@ -140,6 +151,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
         off = (alpha[..., places] - own.alpha) / 0.02
         off[:, 1, 0] = 0  # straight down alpha_x is 0 in every medium
         chance = np.exp(-0.5 * (off**2).sum(axis=(1, 2)))
+        chance *= np.exp(-shapes.tilt * module.mean_effort(alpha, NODES))
         values.append((chance, alpha))
     weight = np.concatenate([one for one, _ in values])
     alpha = np.concatenate([one for _, one in values])
@@ -179,8 +191,11 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
             np.testing.assert_allclose(table[f"{name}{end}_N"], wanted, atol=1e-9)
     for peak in find_peaks(found.profile, leg)[:3]:
         own = getattr(many, peak.quantity)
-        own = own.min(axis=1) if peak.name in ("suction", "drag") else own.max(axis=1)
-        wanted = [own.mean(), *np.quantile(own, [0.025, 0.975])]
+        sign = -1 if peak.name in ("suction", "drag") else 1
+        top = (sign * own.mean(axis=0)).max()
+        tops = (sign * own).max(axis=1)
+        ends = np.maximum(np.quantile(tops + top - tops.mean(), [0.025, 0.975]), 0)
+        wanted = [sign * top, *sorted(sign * ends)]
         np.testing.assert_allclose([peak.value, peak.lo, peak.hi], wanted, atol=1e-9)
     assert found.draws[:, :, ~found.measured].std(axis=0)[0].min() > 0
 
@@ -196,12 +211,82 @@ def test_a_pushed_direction_keeps_its_number_and_its_error():
     assert found.measured[node(30, 90)] == found.measured[node(-30, 90)]
 
 
-def test_every_direction_pushed_is_the_table():
-    found = estimate(pushed("poppy_CP", list(range(COUNT))), published_shapes(without=["poppy_CP"]))
-    np.testing.assert_allclose(found.alpha, truth("poppy_CP"), atol=1e-12)
+def test_every_direction_pushed_is_the_table_on_its_lines():
+    own, shapes = pushed("poppy_CP", [*range(COUNT)]), published_shapes(without=["poppy_CP"])
+    found = estimate(own, shapes)
+    np.testing.assert_allclose(found.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
+    assert found.measured[:COUNT].all()
     at = np.random.default_rng(2).uniform(-3, 3, (2, 50)) * [[1], [4 / 3]]
-    wanted = TableProfile.published("poppy_CP").alpha(*at)
-    np.testing.assert_allclose(found.profile.alpha(*at), wanted, atol=1e-12)
+    table = TableProfile.published("poppy_CP").alpha(*at)
+    bilinear = estimate(own, shapes, ON_LINES).profile.alpha(*at)
+    np.testing.assert_allclose(bilinear, table, atol=1e-12)
+    # between the lines the map has a course, with an error there
+    assert np.abs(found.profile.alpha(*at)[0] - table[0]).max() > 0.02
+    assert found.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
+
+
+def test_nodes_between_the_lines():
+    beta, gamma = (np.degrees(angles) for angles in map_nodes()[:2])
+    np.testing.assert_allclose([beta[:COUNT], gamma[:COUNT]], [BETA, GAMMA])
+    assert {*np.unique(beta.round(6))} == {*range(-75, 91, 15)}
+    assert np.unique(gamma.round(6)).size == 25
+    assert beta.size == 12 * 25
+    # a line of 20 degrees in beta and one of 10 in gamma: first the lines of `grid`, then those between
+    lines, more = grid([20.0], [10.0]), map_nodes([20.0], [10.0])
+    assert lines[0].size == more.lines == 7 * 14
+    assert more.beta.size == 13 * 26
+    for own, whole in zip(lines, more[:2], strict=True):
+        np.testing.assert_allclose(whole[: 7 * 14], own)
+    # together with their mirror images they are a whole grid
+    assert TableProfile(*np.zeros((2, 300)), *map_nodes()[:2]).beta.size == 13
+
+
+def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
+    np.testing.assert_allclose(course_between_lines(*NODES), 0, atol=1e-12)
+    nodes = map_nodes()[:2]
+    for friction, course in zip(FRICTIONS, course_between_lines(*nodes), strict=True):
+        z, x = alpha_3drft(*NODES, friction)
+        lines = np.concatenate(TableProfile(z, x, *NODES).alpha(*nodes))
+        law = np.concatenate(alpha_3drft(*nodes, friction))
+        # a vertical plate that moves along itself has either face in front: no alpha_x on average
+        itself = np.concatenate([np.zeros(300), (nodes[0] > 1.57) & (np.abs(nodes[1]) > 1.57)])
+        np.testing.assert_allclose(lines + course, np.where(itself, 0.0, law), atol=1e-9)
+    # a mean medium has all of it, scaled with its push straight down
+    shapes = published_shapes()
+    bilinear = [np.concatenate(one.alpha(*nodes)) for one in shapes.profiles.values()]
+    sizes = [np.sqrt(np.mean(np.square(one.alpha(*NODES)))) for one in shapes.profiles.values()]
+    down = [one.alpha(0, np.pi / 2)[0] for one in shapes.profiles.values()]
+    course = course_between_lines(*nodes).mean(axis=0)
+    wanted = [(b + d * course) / s for b, d, s in zip(bilinear, down, sizes, strict=True)]
+    np.testing.assert_allclose(shapes.of_media(*nodes), wanted, atol=1e-12)
+    # and a further one has none of it, or twice: 0.6 of a standard deviation
+    rows = shapes.prior(*nodes).between
+    np.testing.assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
+
+
+def test_the_course_has_the_symmetry_of_alpha():
+    random = np.random.default_rng(1)
+    beta, gamma = random.uniform(-1.5, 1.5, 40), random.uniform(-3, 3, 40)
+    here, there = (course_between_lines(*at) for at in ((beta, gamma), mirror(beta, gamma)))
+    np.testing.assert_allclose(here[:, :40], there[:, :40], atol=1e-9)
+    np.testing.assert_allclose(here[:, 40:], -there[:, 40:], atol=1e-9)
+
+
+def test_all_of_3drft_pushed_gives_its_course():
+    """A law that is not on the lines: the map of its 91 directions is nearer to it than the table of them."""
+    random = np.random.default_rng(3)
+    beta, gamma = random.uniform(-1.5, 1.5, 400), random.uniform(-3, 3, 400)
+    z, x = alpha_3drft(*NODES, 0.4)
+    found = estimate(Pushes.of(BETA, GAMMA, 0.3 * np.array([z, x]), 0.003))
+    law = 0.3 * np.stack(alpha_3drft(beta, gamma, 0.4))
+    of_map = np.stack(found.profile.alpha(beta, gamma)) - law
+    of_table = np.stack(TableProfile(0.3 * z, 0.3 * x, *NODES).alpha(beta, gamma)) - law
+    assert np.sqrt(np.mean(of_map**2)) < 0.85 * np.sqrt(np.mean(of_table**2))
+    spread = found.profile.spread
+    assert isinstance(spread, TableProfile)
+    draws = np.stack(spread.alpha(beta, gamma))
+    lo, hi = np.quantile(draws, [0.025, 0.975], axis=1)
+    assert np.mean((lo <= law) & (law <= hi)) > 0.85
 
 
 @pytest.mark.parametrize("medium", MEDIA)
@@ -214,8 +299,10 @@ def test_media_that_were_left_out(medium, case):
     for count, most in ((1, 11), (6, 7), (COUNT, 0.1)):
         places = FEW[:count] if count <= 6 else list(range(COUNT))
         found = estimate(pushed(medium, places), shapes)
-        assert 100 * np.sqrt(np.mean((found.alpha - alpha) ** 2)) / np.abs(alpha).max() < most
-        table = found.table()
+        off = found.alpha[:, :COUNT] - alpha
+        assert 100 * np.sqrt(np.mean(off**2)) / np.abs(alpha).max() < most
+        table = found.table().merge(LINES, on=["beta_deg", "gamma_deg"]).sort_values("place")
+        assert len(table) == COUNT
         lo, hi = (
             table[[f"alpha_{c}_{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("lo", "hi")
         )
@@ -223,9 +310,16 @@ def test_media_that_were_left_out(medium, case):
         assert np.mean(((lo <= alpha) & (alpha <= hi))[free]) >= 0.85
         assert found.belongs > NOT_ALIKE or count == 1
         # the estimate takes energy in every direction, to rounding
-        assert found.work().min() > -0.01 * np.abs(alpha).max()
-        least = -0.021 * np.abs(found.draws).max(axis=(1, 2))
-        assert (found.work(found.draws)[:, ~found.measured] >= least[:, None]).all()
+        work = found.work() / np.abs(alpha).max()
+        assert work[:COUNT].min() > -0.01
+        # between pushes that take none (poppy_CP at (30, -45) degrees: -0.0002 of the largest alpha) the course
+        # would give back 0.025, and draws are let through down to 0.02: their mean may lie below 0 by as much
+        assert work[COUNT:].min() > -module.LEAST_WORK
+        least = -0.021 * np.abs(found.draws[..., :COUNT]).max(axis=(1, 2))
+        takes = found.work(found.draws) >= least[:, None]
+        assert takes[:, :COUNT][:, ~found.measured[:COUNT]].all()
+        # between the lines too, but beside pushes that give energy back
+        assert takes[:, COUNT:].mean() > 0.98
 
 
 def test_order_of_rows_names_and_ignorance_change_nothing():
@@ -248,8 +342,8 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
     alpha = np.array([[0.35, 9, 9], [0, 9, 9]])
     many = Pushes.of([0, 40, 50], [90, 20, -30], alpha, np.tile([0.01, 1e6, 1e6], (2, 1)))
     alone, together = (estimate(pushes, size=0.13) for pushes in (first, many))
-    most = 0.15 * alone.draws.std(axis=0).max()
-    np.testing.assert_allclose(together.alpha, alone.alpha, atol=most)
+    most = 0.2 * alone.draws.std(axis=0).max()
+    np.testing.assert_allclose(together.alpha[:, :COUNT], alone.alpha[:, :COUNT], atol=most)
 
 
 @pytest.mark.parametrize("medium", MEDIA)

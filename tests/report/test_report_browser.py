@@ -24,9 +24,9 @@ from rftfit.model.motion import THETA_DEG, rotation, rotation_poses
 from rftfit.model.outlines import leg_outline
 from rftfit.model.planning import plan
 from rftfit.model.prediction import find_peaks, predict
-from rftfit.model.profiles import FourierProfile, Profile
+from rftfit.model.profiles import FourierProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
-from rftfit.model.scaling import published, scale_new_medium
+from rftfit.model.scaling import ScaledMedium, published, scale_new_medium
 from rftfit.model.shapes import estimate_map, grid
 from rftfit.page.live import profiles, references
 from rftfit.page.page import page
@@ -135,9 +135,11 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
     reference = published() if which == "print" else references(results)[0]
     scaled = scale_new_medium(0.42, se, reference.chi, 0.95)
 
-    def scale(of):
-        each = np.stack([of(own) for own in reference.scaled])
-        return scaled.with_interval(of(reference.m0), each)
+    def scale(of, of_table=None):
+        fitted = [of(own) for own in reference.scaled]
+        tables = [] if of_table is None else [of_table(table) for table in reference.tables]
+        each, measured = ScaledMedium.of_media(fitted, tables)
+        return scaled.with_interval(of(reference.m0), each, measured=measured)
 
     beta, gamma = (
         grid.ravel()
@@ -158,18 +160,21 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
     chi = [scaled.chi, scaled.chi_lo, scaled.chi_hi]
     np.testing.assert_allclose(found["s"]["chi"], chi, rtol=1e-9)
     np.testing.assert_allclose(array(found["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
-    both = scale(lambda own: np.stack(evaluate(own, beta, gamma), -1))
-    np.testing.assert_allclose(array(found["alpha"]), np.stack(both, -1), atol=1e-9)
+    both = scale(
+        lambda own: np.stack(evaluate(own, beta, gamma), -1),
+        lambda table: np.stack(table.alpha(beta, gamma), -1),
+    )
+    np.testing.assert_allclose(array(found["alpha"]), np.stack(both, -1), atol=1e-8)
     for leg, curves in zip(legs(results).values(), found["legs"], strict=True):
         outline = leg_outline(leg)
         poses = rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
 
-        def sweep(own, outline=outline, poses=poses):
-            profile: Profile = FourierProfile(own)
+        def sweep(profile, outline=outline, poses=poses):
             forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
             return forces[:, :2].T
 
-        np.testing.assert_allclose(array(curves), np.stack(scale(sweep), -1), atol=1e-6)
+        wanted = scale(lambda terms, sweep=sweep: sweep(FourierProfile(terms)), sweep)
+        np.testing.assert_allclose(array(curves), np.stack(wanted, -1), atol=1e-6)
 
 
 def test_calculator_equals_rftfit_scale_for_any_error(numbers):
@@ -278,7 +283,7 @@ def test_play_turns_the_leg_and_stops(browser):
 
 
 def in_page(numbers, alpha, se):
-    """The calculator's map of a push, at the nodes of `grid`; se NaN: not known."""
+    """The calculator's map of a push, at the nodes of `grid`, which it shows; se NaN: not known."""
     at = np.degrees(grid()).T.round(4).tolist()
     found: dict[str, Any] = numbers.evaluate(
         "(() => { const r = window.rftfit;"
@@ -286,6 +291,11 @@ def in_page(numbers, alpha, se):
         f" return {{...map, alpha: {json.dumps(at)}.map(([b, g]) => map.alpha(b, g))}}; }})()"
     )
     return found
+
+
+def on_lines(found):
+    """Draws of a map at the nodes that the calculator shows, and which of them were pushed."""
+    return found.draws[..., : found.lines], found.measured[: found.lines]
 
 
 def one_push(alpha, se):
@@ -298,7 +308,10 @@ def one_push(alpha, se):
 def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha):
     found, ours = in_page(numbers, alpha, 0.0), one_push(alpha, 0.0)
     close = partial(np.testing.assert_allclose, rtol=6e-6, atol=1e-9)  # of six digits
-    wanted = np.stack([ours.alpha, *interval(ours.draws, 0.95)], axis=-1)
+    # ends near 0 are differences: the value and the distance to it each have six digits
+    near = partial(close, atol=2e-6 * alpha)
+    draws, _ = on_lines(ours)
+    wanted = np.stack([draws.mean(axis=0), *interval(draws, 0.95)], axis=-1)
     close(array(found["alpha"]), wanted.swapaxes(0, 1))
     close(found["zeta"], ours.zeta)
     for name, leg in legs(results).items():
@@ -309,8 +322,10 @@ def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha
         for c, peak, (force, theta) in zip(
             "zx", (peaks["lift"], side), curves["peaks"], strict=True
         ):
-            close(array(curves[c]), forces[[f"force_{c}{end}_N" for end in ("", "_lo", "_hi")]])
-            close([*force, theta], [peak.value, peak.lo, peak.hi, peak.at])
+            ends = ("", "_lo", "_hi", "_model_lo", "_model_hi")
+            near(array(curves[c]), forces[[f"force_{c}{end}_N" for end in ends]])
+            of_alpha, of_model = (peak.lo, peak.hi), (peak.model_lo, peak.model_hi)
+            close([*force, theta], [peak.value, *of_alpha, *of_model, peak.at])
 
 
 @pytest.mark.parametrize("percent", [1.0, 3.0, np.nan])
@@ -318,15 +333,16 @@ def test_error_of_the_push_widens_the_map(numbers, percent):
     """Ends from other draws than the library's: alike but for the noise of a quantile of 1000 draws."""
     found, ours = in_page(numbers, 0.35, 0.0035 * percent), one_push(0.35, 0.0035 * percent)
     _, lo, hi = array(found["alpha"]).T
-    ends = interval(ours.draws, 0.95)
+    draws, down = on_lines(ours)
+    ends = interval(draws, 0.95)
     half = (ends[1] - ends[0]) / 2
     free = half > 1e-9
     for end, wanted in zip((lo, hi), ends, strict=True):
         off = (end - wanted)[free] / half[free]
         assert abs(off.mean()) < 0.08
         assert np.sqrt((off**2).mean()) < 0.15
-    down = ours.measured  # where the error is all there is
-    np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.05)
+    # where the error is all there is
+    np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.1)
 
 
 def test_next_push_is_that_of_the_plan(numbers):
@@ -339,7 +355,7 @@ def test_next_push_is_that_of_the_plan(numbers):
 def test_a_large_error_is_told_to_widen_more(numbers):
     found, ours = in_page(numbers, 0.35, 0.07), one_push(0.35, 0.07)
     _, lo, hi = array(found["alpha"]).T
-    ends = interval(ours.draws, 0.95)
+    ends = interval(on_lines(ours)[0], 0.95)
     free = ends[1] - ends[0] > 1e-9
     assert 1 < ((ends[1] - ends[0])[free] / (hi - lo)[free]).mean() < 1.25
 

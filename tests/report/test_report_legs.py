@@ -15,12 +15,10 @@ from turning import sweep
 from rftfit import reference
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
-from rftfit.compare.sensitivity import SENSITIVITY_COLUMNS
 from rftfit.figures import leg_panels
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     forces_over_zeta,
-    leg_shapes,
     legs,
     legs_by_medium,
     legs_depth_only,
@@ -91,7 +89,6 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "forces_over_zeta": lambda: forces_over_zeta(results()),
     "penetration": lambda: draw_penetration(pushed(*sand_tables())),
     "peak_errors": lambda: peak_errors(results()),
-    "leg_shapes": lambda: leg_shapes(results()),
 }
 
 
@@ -156,24 +153,10 @@ def errors():
     return pd.DataFrame(rows)
 
 
-def leg_shape_table():
-    """Errors that tell their place: 10 for a leg, 1 for an arc, 0.1 for a hip, negative ahead."""
-    rows = [
-        (medium, leg, "table", 150 + 15 * arc if bent else 0, 15 * arc if bent else 0, 2 + hip, hip, lead,
-         *(5.0, 4.0), *(2 * [(10 * place + arc + hip) * (-1 if lead else 1)]))
-        for medium in MEDIA
-        for place, (leg, bent) in enumerate({"c_leg": 1, "flat_leg": 0, "reversed_c_leg": 1}.items())
-        for arc in ((0, 1, 2) if bent else (0,))
-        for hip in (0, -0.2, 0.2)
-        for lead in (0.0, 0.32)
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=SENSITIVITY_COLUMNS)
-
-
 def results(media=MEDIA, legs=None, **tables):
     """Results of these media, with tables of one's own in place of the usual ones."""
     usual = {"predicted": predicted, "legs/{medium}": measured, "penetration": penetration,
-             "leg_errors": errors, "leg_sensitivity": leg_shape_table}  # fmt: skip
+             "leg_errors": errors}  # fmt: skip
     own = {name: tables[name] if name in tables else make() for name, make in usual.items()}
     if "measured" in tables:
         own["legs/{medium}"] = tables["measured"]
@@ -324,21 +307,6 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     assert any(abs(x - ratio) < 1e-12 for x in drawn_at)
     nothing = words(peak_errors(results(leg_errors=table[:0])))
     assert any("no leg was measured" in text for text in nothing)
-
-
-def test_shapes_of_legs_are_ratios_with_a_bar_of_the_hip():
-    figure = drawn("leg_shapes")
-    # lift above thrust, column by column
-    axes = figure.axes[4]
-    assert axes.get_title() == "reversed c-leg"
-    assert [label.get_text() for label in figure.axes[5].get_xticklabels()] == ["150", "165", "180"]
-    found = {round(100 * float(np.ravel(one.get_ydata())[0]) - 100, 6) for one in axes.lines}
-    assert found == {0.0} | {sign * (20.0 + arc) for arc in range(3) for sign in (1, -1)}
-    bars: Any = axes.collections
-    ends = {tuple(np.round(100 * bar.get_segments()[0][:, 1] - 100, 6)) for bar in bars}
-    assert (19.8, 20.2) in ends
-    nothing = leg_shapes(results(leg_sensitivity=leg_shape_table()[:0]))
-    assert any("no leg was measured" in text for text in words(nothing))
 
 
 def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():

@@ -12,6 +12,7 @@ from rftfit.robot.speeds import (
     ERRORS,
     MEASURED,
     count_within_alpha_error,
+    count_within_model_error,
     measured_speeds,
     published_speeds,
     share_within,
@@ -83,6 +84,10 @@ def test_errors_by_hand():
     wide = errors.assign(**{name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
                             for name, x in zip(ends, ([-1, 1, -2], [1, 2, -1]), strict=True)})  # fmt: skip
     assert count_within_alpha_error(wide) == (1, 3)
+    ends = (f"simulated_model_{end}_cm_per_s" for end in ("lo", "hi"))
+    wide = errors.assign(**{name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
+                            for name, x in zip(ends, ([-1, -1, -2], [1, 2, -1]), strict=True)})  # fmt: skip
+    assert count_within_model_error(wide) == (2, 3)
     # what has no speed is outside, not left out
     assert share_within(errors, 20) == (0, 42)
     assert share_within(errors, 35) == (40, 42)

@@ -15,15 +15,19 @@ from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST,
     SPEED,
+    SPEED_MODEL,
     WIDTH_COLUMNS,
+    Width,
     best_width,
     coarser,
     each_draw,
     half_width,
+    model_widths,
     speed_widths,
     speeds_of,
     widths,
     with_arc_scaled,
+    with_model_error,
 )
 from rftfit.robot.run import Condition
 
@@ -71,6 +75,53 @@ def test_widths_grow_with_the_errors_of_alpha():
     assert all(0.001 < width.half < 2 for width in large)
 
 
+def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
+    bare = TableProfile(*alpha_grid("poppy_LP"))
+    factors = []
+    for one in with_model_error(bare, 0.28):
+        assert isinstance(one, TableProfile)
+        lift, thrust = (
+            one.alpha_z.max() / bare.alpha_z.max(),
+            one.alpha_x.max() / bare.alpha_x.max(),
+        )
+        np.testing.assert_allclose(one.alpha_z, lift * bare.alpha_z)
+        np.testing.assert_allclose(one.alpha_x, thrust * bare.alpha_x)
+        factors.append((lift, thrust))
+    normals = np.log(factors).T / 0.28
+    np.testing.assert_allclose(normals.mean(axis=1), 0, atol=1e-9)
+    np.testing.assert_allclose(normals @ normals.T / 4, np.eye(2), atol=1e-9)
+    nine = with_model_error(NINE, 0.28)[0]
+    assert isinstance(nine, FourierProfile)
+    lift, thrust = (nine.coefficients[term] / NINE.coefficients[term] for term in (0, 5))
+    # the first pair is (1, 1), the second (-1, 1)
+    assert lift == pytest.approx(thrust)
+    nine = with_model_error(NINE, 0.28)[1]
+    assert isinstance(nine, FourierProfile)
+    lift, thrust = (nine.coefficients[term] / NINE.coefficients[term] for term in (0, 5))
+    assert np.log([lift, thrust]) == pytest.approx([-0.28, 0.28])
+
+
+def test_the_error_of_the_model_widens_a_speed():
+    draws = each_draw(nine_draws(0.01), 8)
+    of_alpha = speed_widths(paper_robot(), NINE, draws, FAST, 0.95)
+    shifted = with_model_error(NINE, 0.28)
+    speeds, *others = speeds_of(coarser(paper_robot()), [NINE, *shifted], FAST)
+    of_model = model_widths(of_alpha, speeds, others, 0.95)
+    for width, wider in zip(of_alpha, of_model, strict=True):
+        assert wider.half > 2 * width.half
+    # two errors of 3 and 4 are one of 5, and without an error of the model nothing is added
+    alone = [Width(3.0, 8)]
+    found = model_widths(alone, np.array([20.0]), [np.array([20 + 4 / 1.959964])] * 4, 0.95)
+    assert found[0].half == pytest.approx(5, rel=1e-6)
+    assert model_widths(of_alpha, speeds, [speeds] * 4, 0.95) == of_alpha
+    # neither is known where a run is not steady
+    lost = model_widths(alone, np.array([20.0]), [np.array([np.nan])], 0.95)[0]
+    assert math.isnan(lost.half)
+    assert codes_of(lost.why) == "no-speed"
+    unknown = [Width(math.nan, 8, width.why) for width in of_alpha]
+    assert all(math.isnan(width.half) for width in model_widths(unknown, speeds, others, 0.95))
+
+
 def test_widths_hold_what_another_arc_does():
     robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
     exact, small, large = (
@@ -108,7 +159,7 @@ def test_table_of_widths():
     profile = FourierProfile(NINE.coefficients, spread=nine_draws(0.002, 3))
     found = widths(paper_robot(), {"generic": profile}, pd.DataFrame(places), 0.95)
     assert list(found.columns) == WIDTH_COLUMNS[1:]
-    assert list(found["quantity"]) == [SPEED, SPEED, BEST]
+    assert list(found["quantity"]) == [SPEED, SPEED, SPEED_MODEL, SPEED_MODEL, BEST]
     assert set(found["draws"]) == {3}
     speeds = found[found["quantity"] == SPEED]
     assert (speeds["half_width"] > 0).all()

@@ -156,7 +156,8 @@ def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
         turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
         found, first = (mesh_forces(POPPY, mesh, one, law, friction)[0] for one in (turned, motion))
         expected = about_z.apply(first[:6].reshape(2, 3)).ravel()
-        np.testing.assert_allclose(found, [*expected, first[6]], atol=1e-9)
+        centre = about_z.apply(first[10:])
+        np.testing.assert_allclose(found, [*expected, *first[6:10], *centre], atol=1e-9)
 
 
 def test_missing_numbers_say_why():

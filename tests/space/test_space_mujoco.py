@@ -53,7 +53,7 @@ def test_forces_are_those_of_predict():
     ground.step()
     motion = rftfit.Motion3D([0, 0, -1], [10, 2, -5], [0.3, 0.2, -0.1])
     table = rftfit.predict(POPPY, rftfit.Mesh.sphere(3, 17), motion).iloc[0]
-    columns = [name for name in table.index if name.startswith(("force", "moment"))]
+    columns = [*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz")]
     np.testing.assert_allclose(ground.forces[0, :6], table[columns].to_numpy(float), atol=1e-9)
     np.testing.assert_allclose(data.xfrc_applied[1, 3:], ground.forces[0, 3:6] / 100, atol=1e-9)
 

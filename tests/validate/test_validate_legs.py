@@ -60,7 +60,7 @@ def predicted(config):
 def test_every_leg_and_profile_is_predicted(predicted):
     assert sorted(predicted.columns) == sorted(PREDICTED_COLUMNS)
     counts = predicted.groupby(["medium", "leg", "profile"]).size()
-    assert len(counts) == len(MEDIA) * len(LEGS) * 4
+    assert len(counts) == len(MEDIA) * len(LEGS) * 5
     assert (counts == 271).all()
     by_table = predicted[predicted["profile"] == "table"]
     for (medium, leg), ours in by_table.groupby(["medium", "leg"]):
@@ -228,7 +228,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     ],
 )
 def test_a_verdict_on_the_model_is_a_number_s(error, lo, hi, verdict):
-    numbers = dict(zip(("", "lo_", "hi_"), (error, lo, hi), strict=True))
+    numbers = dict(zip(("", "model_lo_", "model_hi_"), (error, lo, hi), strict=True))
     assert judge({f"peak_error_{end}percent": x for end, x in numbers.items()}) == verdict
 
 

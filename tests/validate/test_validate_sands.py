@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 
 from rftfit.compare import sands
-from rftfit.compare.legs import bed_spread
 from rftfit.compare.sands import bend_of, linear_end
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import bed_spread, column
 from rftfit.measure.errors import SurfaceError
 from rftfit.measure.flags import codes_of, reason_columns, remark
 from rftfit.reference import load

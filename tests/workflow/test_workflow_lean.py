@@ -79,8 +79,8 @@ def test_a_sand_alone_is_scaled_with_the_published_media(sand):
         np.mean([1.23537, 1.08716, 1.10806, 0.97435, 1.21970]), abs=1e-4
     )
     assert row["zeta"] == pytest.approx(value / row["chi"], rel=5e-6)
-    words = ("--alpha", f"{value}", "--se", f"{se}", "--output", "scaled.csv", "--json")
-    scaled = json.loads(rftfit(sand, "scale", *words))
+    test = ("--alpha", f"{value}", "--se", f"{se}", "--profile", "generic")
+    scaled = json.loads(rftfit(sand, "scale", *test, "--output", "scaled.csv", "--json"))
     for name in ("zeta", "chi"):
         assert f"{row[name]:.6g}" == f"{scaled[name]['value']:.6g}"
         assert f"{row[f'{name}_lo']:.5g}" == f"{scaled[name]['lo']:.5g}"
@@ -97,9 +97,9 @@ def test_its_legs_are_predicted_from_them(sand):
     generic = predicted["profile"] == "generic"
     assert set(predicted.loc[generic, "reason_code"]) == {"published-media"}
     predicted = predicted[generic]
-    words = ("--alpha", f"{sand.table('penetration.csv')['alpha_z_measured_N_per_cm3'].iloc[0]}")
-    options = ("--leg", "c_leg", "--output", "forces.csv", "--force")
-    rftfit(sand, "predict", *words, *options)
+    alpha = sand.table("penetration.csv")["alpha_z_measured_N_per_cm3"].iloc[0]
+    options = ("--profile", "generic", "--leg", "c_leg", "--output", "forces.csv", "--force")
+    rftfit(sand, "predict", "--alpha", f"{alpha}", *options)
     of_cli = pd.read_csv(sand.root / "forces.csv", comment="#")
     own = predicted[predicted["leg"] == "c_leg"].sort_values("theta_deg")
     assert np.allclose(own["force_z_N"], of_cli["force_z_N"], rtol=1e-4, atol=1e-6)
@@ -107,7 +107,7 @@ def test_its_legs_are_predicted_from_them(sand):
     assert errors["peak_error_percent"].notna().all()
     assert set(errors.loc[errors["profile"] == "generic", "reason_code"]) == {"published-media"}
     # from the results it is the same profile, with the error of the test
-    rftfit(sand, "predict", "--results", "results", "--medium", "yuma", "--profile", "generic", *options)  # fmt: skip
+    rftfit(sand, "predict", "--results", "results", "--medium", "yuma", *options)
     again = pd.read_csv(sand.root / "forces.csv", comment="#")
     assert np.allclose(again["force_z_N"], of_cli["force_z_N"], rtol=1e-6)
     # what the stage adds is the shape of the leg
@@ -202,7 +202,7 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     write_csv(table, results / "alpha" / "poppy_LP.csv")
     write_csv(fourier(open_results(root)), results / "fourier" / "media.csv")
     for stage, names in ((scaling, ("coefficients.csv", "penetration.csv")),
-                         (legs_predicted, ("predicted.csv", "leg_errors.csv", "leg_sensitivity.csv"))):  # fmt: skip
+                         (legs_predicted, ("predicted.csv", "leg_errors.csv"))):  # fmt: skip
         for name, one in zip(names, stage(open_results(root)), strict=True):
             write_csv(one, results / name)
     made = open_results(root)

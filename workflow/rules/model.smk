@@ -64,7 +64,6 @@ use rule stage as legs_predicted with:
     output:
         predicted="results/predicted.csv",
         errors="results/leg_errors.csv",
-        sensitivity="results/leg_sensitivity.csv",
     log:
         "results/logs/legs_predicted.log",
     # many figures wait for it

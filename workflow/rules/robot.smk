@@ -33,6 +33,7 @@ use rule stage as robot_intervals with:
     input:
         checks=CHECKS,
         alpha=ALPHA,
+        errors="results/leg_errors.csv",
         measured="results/robot/measured.csv",
         state=state_of("robot_intervals"),
     output:

@@ -25,7 +25,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.flags import flags_of
 from rftfit.measure.verdicts import FAILED
 from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
-from rftfit.model.shapes import estimate, grid, pushes_of
+from rftfit.model.shapes import estimate, map_nodes, pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells
@@ -227,7 +227,7 @@ class Watch:
     def _plan(self, results: Results, medium: Medium) -> None:
         """Estimate the map of a medium, and choose the pushes that tell most of what it does not tell yet."""
         config, planned = results.config, results.config.grid.planned
-        nodes = grid(*zip(*planned, strict=True)) if planned else None
+        nodes = map_nodes(*zip(*planned, strict=True)) if planned else None
         shapes = results.shapes(medium.name)
         try:
             known = medium.map = results[medium.name].map()

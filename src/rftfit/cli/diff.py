@@ -56,8 +56,7 @@ def diff(
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
         if len(differences) > most:
             say(f"  and {len(differences) - most} more (--all lists them)")
-    for name in found.alone:
-        say(f"Only in one of them: {name}")
+    say_some([f"Only in one of them: {name}" for name in found.alone], most)
     for path in found.unrecorded:
         say(f"Not as recorded (edited, or its run was not finished): {path}")
     for folder, what in found.since.items():
@@ -70,3 +69,5 @@ def diff(
         say("What they were made from is not in their records; a whole `rftfit run` writes it.")
     lines = map(str, changes) if all_ else lines_of(changes)
     say_some([f"  {line}" for line in lines], most)
+    if any(change.sort in ("code", "version") for change in changes):
+        say("What a version of the program changed, and why, stands in its CHANGELOG.md.")

@@ -26,18 +26,19 @@ KINDS = ("table", "map")
 def export(
     medium: options.MediumName = None,
     results: options.ResultsFolder = None,
-    pushes: Annotated[
-        Path | None,
-        options.file(
-            "Estimate the map from these pushes instead: csv with beta_deg, gamma_deg, "
-            "alpha_z_N_per_cm3 and, where measured, alpha_x_N_per_cm3 and standard errors."
+    alpha: Annotated[
+        float | None,
+        options.number(
+            "N/cm^3", "Estimate the map from one push straight down, alpha_z(0, 90 deg)."
         ),
     ] = None,
+    se: options.ErrorOfTest = None,
+    pushes: options.PushesFile = None,
     profile: Annotated[
         str | None,
         typer.Option(
-            help="table (alpha as measured; default) or map (estimated in all directions; default of "
-            "a natural sand and of --pushes)."
+            help="table (alpha as measured) or map (estimated in all directions). Default: of --alpha and "
+            "--pushes the map; of a medium the table, where every direction was pushed, else the map."
         ),
     ] = None,
     title: Annotated[str, typer.Option(metavar="TEXT", help="Title of the medium.")] = "",
@@ -55,25 +56,28 @@ def export(
     """
     from rftfit.model.profile_file import MARK
 
-    if (medium is None) == (pushes is None):
-        found = "neither" if pushes is None else "both"
+    given = {"--medium": medium, "--alpha": alpha, "--pushes": pushes}
+    named = [option for option, value in given.items() if value is not None]
+    if len(named) != 1:
         raise InputError(
-            f"found {found} of --medium and --pushes; allowed: --medium NAME (published, or with "
-            "--results DIR of a campaign), or --pushes FILE"
+            f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or with "
+            "--results DIR of a campaign), --alpha N/cm^3 (one push straight down) and --pushes FILE"
         )
-    if pushes is not None and (results is not None or profile == "table"):
-        word = "--results" if results is not None else "--profile table"
-        raise InputError(f"found {word} with --pushes; allowed: pushes alone, which give a map")
+    if se is not None and alpha is None:
+        raise InputError("--se is the standard error of --alpha, so it needs --alpha")
     if profile is not None:
-        choose("--profile", profile, KINDS, "a profile with a number in each direction")
+        allowed = KINDS if medium is not None else ("map",)
+        choose("--profile", profile, allowed, "a profile with a number in each direction")
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
-    if pushes is not None:
-        source, facts = _of_pushes(pushes)
+    if medium is None:
+        known = options.Medium(alpha=alpha, pushes=pushes, results=results)
+        options.check_test(alpha, se or 0.0)
+        source, facts = _of_pushes(known, se)
     elif results is not None:
-        source, facts = _of_campaign(results, str(medium), profile)
+        source, facts = _of_campaign(results, medium, profile)
     else:
-        source, facts = _published(str(medium), profile)
+        source, facts = _published(medium, profile)
     facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
     rftfit.write_profile(output, source, **facts)
     say(_summary(output))
@@ -81,14 +85,12 @@ def export(
         warn(f"warning: {medium} is {marks}")
 
 
-def _of_pushes(path: Path) -> tuple[Map, dict[str, Any]]:
+def _of_pushes(known: options.Medium, se: float | None) -> tuple[Map, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
 
-    try:
-        found = rftfit.estimate_map(options.Pushes(path).read()[1], name=path.stem)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
-    return found, {"made_from": {path.name: sha256_of(path)}}
+    estimated, path = known.make_map(se), known.pushes
+    made_from = {} if path is None else {path.name: sha256_of(path)}
+    return estimated, {"made_from": made_from}
 
 
 def _of_campaign(
@@ -114,8 +116,9 @@ def _of_campaign(
             if (campaign.root / path).is_file()
         },
     }
-    is_map = kind == "map" or (kind is None and name not in campaign.laboratory)
-    return (one.map() if is_map else one.profile()), facts  # type: ignore[return-value]
+    table = one.profile()
+    is_map = kind == "map" or (kind is None and bool(table.reason))
+    return (one.map() if is_map else table), facts  # type: ignore[return-value]
 
 
 def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
@@ -126,8 +129,7 @@ def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[st
     facts = {"name": name, "window": PAPER_WINDOW}
     if kind != "map":
         return rftfit.published_medium(name), facts  # type: ignore[return-value]
-    rows = rftfit.published_table("table_s5")
-    return rftfit.estimate_map(rows[rows["medium"] == name], name=name), facts
+    return options.published_map(name), facts
 
 
 def _summary(path: Path) -> str:

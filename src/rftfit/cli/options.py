@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from rftfit.model.motion import Motion
     from rftfit.model.outlines import Outline
     from rftfit.model.profiles import Profile
-    from rftfit.model.scaling import Reference
+    from rftfit.model.scaling import Reference, ScaledMedium
+    from rftfit.model.shapes import Map, Shapes
 
 
 def number_of(text: str) -> float:
@@ -61,6 +62,14 @@ Overwrite = Annotated[
 ]
 Level = Annotated[float, number("LEVEL", "Level of the intervals.")]
 
+ModelError = Annotated[
+    float | None,
+    number(
+        "EPS",
+        "Relative error of the model itself; default 0.28, as on measured legs, or that of a campaign's legs where it is larger; 0: none.",
+    ),
+]
+
 MediumName = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
@@ -68,7 +77,19 @@ MediumName = Annotated[
 ResultsFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
 ]
-ErrorOfTest = Annotated[float | None, number("N/cm^3", "Standard error of alpha; default 0.")]
+ErrorOfTest = Annotated[
+    float | None,
+    number(
+        "N/cm^3", "Standard error of --alpha; default: 5 % from bed to bed, of --profile generic 0."
+    ),
+]
+PushesFile = Annotated[
+    Path | None,
+    file(
+        "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
+        "alpha_x_N_per_cm3, se_z, se_x."
+    ),
+]
 MethodName = Annotated[
     str | None,
     typer.Option(help="Nine-term fit that chi and M0 belong to: lsq (default) or dft-index."),
@@ -108,6 +129,12 @@ def check_confidence(confidence: float) -> None:
         )
 
 
+def check_model_error(model_error: float | None) -> None:
+    """Refuse an error of the model that cannot be."""
+    if model_error is not None and not 0 <= model_error < math.inf:
+        raise InputError(f"--model-error: found {model_error:g}; allowed: 0 or a positive number")
+
+
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 
 
@@ -144,22 +171,34 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
 
 @dataclass(frozen=True)
 class Medium:
-    """What is known of a medium: published, of a campaign, one penetration test, or a file."""
+    """What is known of a medium: published, of a campaign, one penetration test, some pushes, or a file."""
 
     medium: MediumName = None
     profile: Annotated[
         str | None,
         typer.Option(
-            help="table (default: alpha as measured), map (estimated in all directions), fourier, generic "
-            "or depth_only; with --alpha always generic."
+            help="table (alpha as measured), map (estimated in all directions), fourier, generic (zeta times nine terms) "
+            "or depth_only. Default: of --alpha and --pushes the map; of a medium the table, where every "
+            "direction of the body was pushed, else the map."
         ),
     ] = None
-    results: ResultsFolder = None
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Take the tables of a campaign's results; with --alpha or --pushes its media as the known ones.",
+        ),
+    ] = None
     method: MethodName = None
     alpha: Annotated[
         float | None,
-        number("N/cm^3", "A medium known by one vertical penetration test: as for rftfit scale."),
+        number(
+            "N/cm^3",
+            "A medium known by one push: alpha_z(0, 90 deg), the slope of stress over depth of a horizontal plate "
+            "pushed straight down.",
+        ),
     ] = None
+    pushes: PushesFile = None
     profile_file: Annotated[
         Path | None, file("A medium that was handed on: as rftfit export writes it.")
     ] = None
@@ -169,53 +208,150 @@ class Medium:
         from rftfit.model.profiles import KINDS
 
         given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
-        given["--profile-file"] = self.profile_file
+        given |= {"--pushes": self.pushes, "--profile-file": self.profile_file}
         named = [option for option, value in given.items() if value is not None]
         if len(named) != 1:
             raise InputError(
                 f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or "
-                "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test) and "
-                "--profile-file FILE (written by rftfit export)"
+                "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
+                "pushes) and --profile-file FILE (written by rftfit export)"
             )
         others = {"--profile": self.profile, "--results": self.results, "--method": self.method}
         found = [name for name, value in others.items() if value is not None]
         if self.profile_file is not None and found:
             raise InputError(f"found {found[0]} with --profile-file; allowed: that file alone")
+        of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
-            allowed = KINDS if self.alpha is None else ("generic",)
-            more = "" if self.alpha is None else "one penetration test gives no other profile"
+            allowed = OF_PUSHES if of_pushes else KINDS
+            more = "pushes give no other profile" if of_pushes else ""
             choose("--profile", self.profile, allowed, more)
         if se is not None and self.alpha is None:
             raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-        if self.method is not None and self.results is None and self.alpha is None:
+        if self.method is not None and self.results is None and not of_pushes:
             raise InputError(
                 "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
                 "have those of Table S2"
             )
-        fitted = self.alpha is not None or self.profile in ("fourier", "generic")
-        if self.method is not None and not fitted:
+        if self.method is not None and self.profile not in ("fourier", "generic"):
             raise InputError(
                 "--method chooses among nine-term fits, so it needs --profile fourier or generic"
             )
 
-    def find(self, se: float = 0.0) -> Profile:
-        """The profile, in words that `check` has seen."""
+    @property
+    def kind(self) -> str:
+        """Profile that was asked for; of a medium "" where the body decides."""
+        of_pushes = self.alpha is not None or self.pushes is not None
+        return self.profile or ("map" if of_pushes else "")
+
+    def find(
+        self, se: float | None = None, whole: Callable[[Profile], bool] | None = None
+    ) -> Profile:
+        """The profile, in words that `check` has seen.
+
+        `whole`: whether a table has a number in every direction of the body; default: in all directions.
+        """
         from rftfit.reference import MEDIA
 
-        check_test(self.alpha, se)
+        check_test(self.alpha, se or 0.0)
         if self.profile_file is not None:
             return rftfit.read_profile(self.profile_file)
-        if self.alpha is not None:
-            reference = reference_in(self.results, self.method)
-            return rftfit.scale(self.alpha, se, reference).profile
+        if self.alpha is not None or self.pushes is not None:
+            return self._of_pushes(se)
         assert self.medium is not None
         if self.results is None:
             more = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
             name = choose("--medium", self.medium, MEDIA, more)
-            return rftfit.published_medium(name, self.profile or "table")
+            if self.kind == "map":
+                return published_map(name).profile
+            return rftfit.published_medium(name, self.kind or "table")
         campaign = rftfit.open(self.results)
         choose("--medium", self.medium, campaign.media, f"in {self.results}")
-        return campaign[self.medium].profile(self.profile or "table", self.method)
+        medium = campaign[self.medium]
+        if self.kind:
+            return medium.profile(self.kind, self.method)
+        table = medium.profile("table")
+        if not table.reason or (whole is not None and whole(table)):
+            return table
+        completed = medium.profile("map")
+        # a medium without any number has a reason by either
+        return table if completed.reason else completed
+
+    def given_pushes(self, se: float | None = None) -> tuple[str, pd.DataFrame]:
+        """Pushes of --alpha or --pushes, and what they are called; without an error of its own a push has the usual one."""
+        if self.pushes is not None:
+            return Pushes(self.pushes).read()
+        return describe_test(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
+
+    def make_map(self, se: float | None = None, confidence: float = 0.95) -> Map:
+        """Map of --alpha or --pushes."""
+        name, pushes = self.given_pushes(se)
+        return map_of(name, pushes, shapes_in(self.results), confidence)
+
+    def _of_pushes(self, se: float | None) -> Profile:
+        if self.kind == "map":
+            return self.make_map(se).profile
+        name, pushes = self.given_pushes(se)
+        reference = reference_in(self.results, self.method)
+        return scaled_from(name, pushes, reference, 0.95).profile
+
+
+OF_PUSHES = ("map", "generic")
+"""Profiles that pushes alone give."""
+
+
+def one_push(alpha: float, se: float | None) -> pd.DataFrame:
+    """A table of pushes with one, straight down."""
+    import pandas as pd
+
+    row = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": alpha}
+    errors = {"alpha_z_se_N_per_cm3": math.nan if se is None else se}
+    return pd.DataFrame([row | errors])
+
+
+def describe_test(alpha: float, se: float | None) -> str:
+    """Words for one push straight down."""
+    error = "" if se is None else f" (se {se:g})"
+    return f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3{error}"
+
+
+def shapes_in(folder: Path | None) -> Shapes:
+    """Known media whose shape a medium is taken to have: the published five, with those of a campaign where it says so."""
+    return rftfit.published_shapes() if folder is None else rftfit.open(folder).shapes()
+
+
+def map_of(
+    name: str, pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95
+) -> Map:
+    """Map of pushes from a file of this name; what they lack is told with the name."""
+    called = Path(name).stem if "=" not in name else name
+    try:
+        return rftfit.estimate_map(pushes, shapes, confidence, name=called)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from error
+
+
+def published_map(medium: str) -> Map:
+    """Map of a published medium from all its directions, the known media without itself."""
+    rows = rftfit.published_table("table_s5")
+    shapes = rftfit.published_shapes([medium])
+    return rftfit.estimate_map(rows[rows["medium"] == medium], shapes, name=medium)
+
+
+def scaled_from(
+    name: str, pushes: pd.DataFrame, reference: Reference, confidence: float
+) -> ScaledMedium:
+    """The paper's scaling routine on the push straight down among some pushes."""
+    from rftfit.measure.alpha import cell_at, column
+
+    down = cell_at(pushes, 0, 90)
+    if down is None or not down[column("z")] > 0:
+        raise InputError(
+            f"{name}: --profile generic needs a push straight down, (beta, gamma) = (0, 90) deg"
+        )
+    se = float(down.get(column("z", "_se"), math.nan))
+    return rftfit.scale(
+        float(down[column("z")]), 0.0 if math.isnan(se) else se, reference, confidence
+    )
 
 
 _MOST_ELEMENTS = 10_000
@@ -327,13 +463,7 @@ class Body:
 class Pushes:
     """Pushes that were made: a table, those behind a profile file, or both."""
 
-    pushes: Annotated[
-        Path | None,
-        file(
-            "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
-            "alpha_x_N_per_cm3, se_z, se_x."
-        ),
-    ] = None
+    pushes: PushesFile = None
     profile_file: Annotated[
         Path | None,
         file("The pushes behind a profile of rftfit export, alone or with those of --pushes."),

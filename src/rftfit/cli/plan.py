@@ -157,11 +157,11 @@ def _known(
     pushes: options.Pushes, results: Path | None, medium: str | None,
     angles: tuple[tuple[float, ...], tuple[float, ...]], confidence: float,
 ) -> Map:  # fmt: skip
-    """What was measured already, on the nodes that the rig can push."""
+    """What was measured already, as a map whose lines are those that the rig can push."""
     from rftfit.model.planning import prior_map
-    from rftfit.model.shapes import estimate, grid, pushes_of, sorted_pushes
+    from rftfit.model.shapes import estimate, map_nodes, pushes_of, sorted_pushes
 
-    nodes, name = grid(*angles), str(medium)
+    nodes, name = map_nodes(*angles), str(medium)
     if (results is None) != (medium is None) or (results is not None and pushes):
         raise InputError(
             "allowed: --pushes FILE, --profile-file FILE or both; or --results DIR with --medium NAME; or none "
@@ -171,13 +171,14 @@ def _known(
         if pushes:
             name, table = pushes.read()
             given = sorted_pushes(table)
-            return estimate(given, None, nodes, confidence=confidence, name=Path(name).stem)
+            title = Path(name).stem
+            return estimate(given, None, nodes, confidence=confidence, name=title)
         if results is not None:
             campaign = rftfit.open(results)
             own = campaign[name]
             given = pushes_of(own.alpha, campaign.config)
-            shapes = campaign.shapes(own.name)
-            return estimate(given, shapes, nodes, confidence=confidence, name=own.name)
+            shapes, title = campaign.shapes(own.name), own.name
+            return estimate(given, shapes, nodes, confidence=confidence, name=title)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
     return prior_map(nodes=nodes)

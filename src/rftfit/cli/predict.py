@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,8 +18,11 @@ from rftfit.store.text import table
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rftfit.model.mesh import Mesh
-    from rftfit.model.prediction import Peak
+    from rftfit.model.mesh import Mesh, Motion3D
+    from rftfit.model.motion import Motion
+    from rftfit.model.outlines import Outline
+    from rftfit.model.peaks import Peak
+    from rftfit.model.profiles import Profile
 
 MARK = "# forces written by rftfit predict"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -60,6 +64,7 @@ def predict(
     known: options.Medium,
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
+    model_error: options.ModelError = None,
     figure: Annotated[
         Path | None, options.file("Also a figure of the forces on a mesh: png, svg or pdf.")
     ] = None,
@@ -72,8 +77,10 @@ def predict(
     Prints the peaks and writes every pose as csv. Force is that of the medium on the body, z up;
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
-    from rftfit.model.mesh_prediction import IN_SPACE
-    from rftfit.model.prediction import QUANTITIES, find_peaks, largest_in_space
+    from rftfit.model.mesh_prediction import IN_SPACE, extremes_in_space
+    from rftfit.model.model_error import eps_of
+    from rftfit.model.peaks import unknown_peaks
+    from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
     from rftfit.store import write_bytes, write_text
 
     known.check(se)
@@ -87,19 +94,19 @@ def predict(
         motion = body.make_motion() if mesh is None else rftfit.Motion3D.read(str(body.path))
     with inputs.collect():
         options.check_confidence(confidence)
-        source = known.find(se or 0.0)
+        options.check_model_error(model_error)
+        source = known.find(se, partial(_is_whole, shape, motion))
     inputs.check()
-    read = (body.outline, body.path, known.profile_file, mesh)
+    read = (body.outline, body.path, known.profile_file, known.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
-    forces = rftfit.predict(source, shape, motion, confidence)
+    forces, peaks = predict_with_peaks(source, shape, motion, confidence, model_error=model_error)
     key, quantities = next(iter(motion.columns)), QUANTITIES if mesh is None else IN_SPACE
-    if mesh is None:
-        peaks = find_peaks(source, shape, motion, confidence)
-    else:
-        peaks = largest_in_space(forces, key)
+    best = {name: forces[name].to_numpy(float) for name in quantities}
+    looked_for = PEAKS if mesh is None else extremes_in_space(best)
+    not_stated = unknown_peaks(best, looked_for, peaks)
     unknown = int(forces[list(quantities)].isna().any(axis=1).sum())
     reason = next((text for text in forces["reason"] if text), "")
     results = known.results
@@ -109,38 +116,47 @@ def predict(
         what, elements = "mesh", f"{len(shape.faces)} triangles"
     names = {what: f"{shape.name}, {shape.area_cm2:.4g} cm^2, {elements}", "motion": motion.name}
     names["profile"] = source.name + (f", {results.as_posix()}" if results and known.medium else "")
-    level = f"{100 * confidence:g} % interval" if source.spread is not None else ""
+    eps = eps_of(model_error, source)
+    percent = f"{100 * confidence:g} % interval"
+    level = f"{percent} of alpha" if source.spread is not None else ""
+    level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
+    of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"
+    level_of_bed = of_bed if level or eps else ""
     notes = [*names.values(), level and f"_lo and _hi: {level}, row by row",
+             level_of_model and f"_model_lo and _model_hi: {level_of_model}, row by row",
+             level_of_bed and f"_next_lo and _next_hi: {level_of_bed}, row by row",
              reason and f"empty cells: {_shortened(reason)}"]  # fmt: skip
     if as_json:
         facts = {
-            "confidence": confidence if level else None,
+            "confidence": confidence if level or eps else None,
+            "model_error": eps,
             "rows": len(forces),
             "rows_unknown": unknown,
             "reason": reason,
-            "peaks_complete": unknown == 0,
+            "peaks_complete": not not_stated,
             "peaks": _peaks_as_json(peaks, key, _IN_WORDS if mesh is None else _IN_SPACE),
             "forces": str(output),
         }
         say(json_text(names | facts))
     else:
         say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
-        if unknown:
+        say(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
+        if not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
+            words = ", ".join((_IN_WORDS | _IN_SPACE)[name] for name in not_stated)
             say(
-                f"Not of the whole motion, but of the {count(len(forces) - unknown, 'pose')} with a number:\n"
+                f"Not stated, as it may lie in one of the {count(unknown, 'pose')} without a number: {words}."
             )
-        say(_peaks_as_text(peaks, key, level))
-        if level and known.medium and (left_out := _LEFT_OUT.get(known.profile or "table")):
+        kind = known.kind or ("table" if known.medium and not source.name.startswith("map") else "")
+        if level and known.medium and (left_out := _LEFT_OUT.get(kind)):
             say(f"Not in the intervals: {left_out}.")
         if mesh is not None:
             say(f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
                 "(closure_N), if it errs alike on all faces.")  # fmt: skip
     if unknown:
-        needs_less = results is not None and known.profile in (None, "table", "depth_only")
+        needs_less = results is not None and known.kind in ("table", "depth_only")
         warn(
-            f"warning: no number in {unknown} of {len(forces)} poses, which are left out of the "
-            f"peaks: {_shortened(reason)}"
+            f"warning: no number in {unknown} of {len(forces)} poses: {_shortened(reason)}"
             + ("; --profile map needs one push in any direction only" if needs_less else "")
         )
     _warn_of(forces, quantities, unknown)
@@ -180,6 +196,16 @@ def _check_words(
         raise InputError(f"--mesh needs {'; and '.join(missing)}")
 
 
+def _is_whole(
+    body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
+) -> bool:
+    """Whether a table has a number in every direction of a body that moves."""
+    if body is None or motion is None:
+        return True
+    forces = rftfit.predict(table, body, motion, quantities=(), model_error=0)
+    return not forces["reason"].any()
+
+
 def _read_mesh(file: Path, unit: str, sheet: bool) -> Mesh:
     """The mesh; what was mended in it is printed."""
     with warnings.catch_warnings():
@@ -207,17 +233,35 @@ def _shortened(reason: str) -> str:
     return reason if len(reason) <= _LONGEST_REASON else f"{reason[:_LONGEST_REASON]} ..."
 
 
-def _peaks_as_text(peaks: list[Peak], key: str, level: str) -> str:
-    header = ["", "value", *(["lo", "hi"] if level else []), "unit", key]
+def _peaks_as_text(
+    peaks: list[Peak], key: str, level: str, level_of_model: str, level_of_bed: str
+) -> str:
+    ends = {
+        ("lo", "hi"): level and f"{level}, of the mean over beds",
+        ("model lo", "model hi"): level_of_model and f"{level_of_model}, of the mean over beds",
+        ("next lo", "next hi"): level_of_bed,
+    }
+    header = ["", "value", *(name for names, words in ends.items() if words for name in names)]
     rows = []
     for peak in peaks:
-        numbers = [f"{one:.4g}" for one in (peak.value, *([peak.lo, peak.hi] if level else []))]
+        numbers = [peak.value]
+        numbers += [peak.lo, peak.hi] if level else []
+        numbers += [peak.model_lo, peak.model_hi] if level_of_model else []
+        numbers += [peak.next_lo, peak.next_hi] if level_of_bed else []
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
-        rows.append([(_IN_WORDS | _IN_SPACE)[peak.name], *numbers, unit, f"{peak.at:g}"])
+        words = (_IN_WORDS | _IN_SPACE)[peak.name]
+        rows.append([words, *(f"{number:.4g}" for number in numbers), unit, f"{peak.at:g}"])
     if not rows:
-        return "  no force in these poses"
-    said = f"lo, hi: {level}, pose by pose." if level else "No intervals: the errors of this profile are not known."  # fmt: skip
-    return f"{table(header, rows)}\n\n{said}"
+        return "  no force in these poses that can be stated"
+    named = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]
+    if not level:
+        named.insert(0, "No interval of alpha: the errors of this profile are not known")
+    text = ".\n".join(named)
+    return (
+        f"{table([*header, 'unit', key], rows)}\n\n{text}."
+        if named
+        else table([*header, "unit", key], rows)
+    )
 
 
 def _peaks_as_json(
@@ -226,7 +270,16 @@ def _peaks_as_json(
     """Peaks by name; what is not there is None."""
     found: dict[str, dict[str, float] | None] = dict.fromkeys(names)
     for one in peaks:
-        found[one.name] = {one.quantity: one.value, "lo": one.lo, "hi": one.hi, key: one.at}
+        found[one.name] = {
+            one.quantity: one.value,
+            "lo": one.lo,
+            "hi": one.hi,
+            "model_lo": one.model_lo,
+            "model_hi": one.model_hi,
+            "next_lo": one.next_lo,
+            "next_hi": one.next_hi,
+            key: one.at,
+        }
     return found
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_target, comments, json_text, say, warn
 from rftfit.errors import InputError
@@ -31,12 +32,19 @@ def scale(
     ] = None,
     se: options.ErrorOfTest = None,
     known: options.Pushes,
+    profile: Annotated[
+        str | None,
+        typer.Option(
+            help="map (default: alpha in all directions, by the shape of known media) or generic (zeta times nine terms, "
+            "the paper's scaling routine; needs a push straight down)."
+        ),
+    ] = None,
     confidence: options.Level = 0.95,
     results: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Take chi and generic coefficients from a campaign's results, not from the "
+            help="Take known media, chi and generic coefficients from a campaign's results, not from the "
             "published tables.",
         ),
     ] = None,
@@ -47,9 +55,9 @@ def scale(
 ) -> None:
     """Turn one vertical penetration test, or a few pushes, into a whole stress profile, with intervals.
 
-    From --alpha by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0.
-    From --pushes by the shape that known media share: prints the map, and how far the pushes agree with
-    that shape. Both write alpha(beta, gamma) on the published grid as csv.
+    By the shape that known media share: prints the map, and how far the pushes agree with that shape. With --profile
+    generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
+    alpha(beta, gamma) as csv.
     """
     from rftfit.model.answers import answer_of_pushes, answer_of_test
     from rftfit.store import write_text
@@ -65,12 +73,19 @@ def scale(
         raise InputError("--se is the standard error of --alpha; a table has columns se_z, se_x")
     options.check_test(alpha, se or 0.0)
     options.check_confidence(confidence)
-    if alpha is None:
-        name, pushes = known.read()
-        answer = answer_of_pushes(name, pushes, confidence, options.reference_in(results, method))
+    if profile is not None:
+        choose("--profile", profile, options.OF_PUSHES, "pushes give no other profile")
+    reference = options.reference_in(results, method)
+    if alpha is not None:
+        name, pushes = options.describe_test(alpha, se), options.one_push(alpha, se)
     else:
-        reference = options.reference_in(results, method)
-        answer = answer_of_test(alpha, se or 0.0, confidence, reference)
+        name, pushes = known.read()
+    if profile == "generic":
+        scaled = options.scaled_from(name, pushes, reference, confidence)
+        answer = answer_of_test(scaled)
+    else:
+        estimated = options.map_of(name, pushes, options.shapes_in(results), confidence)
+        answer = answer_of_pushes(name, estimated, pushes, reference)
     say(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
     if answer.doubt:
         warn(f"warning: {answer.doubt}")

@@ -131,6 +131,7 @@ def simulate(
         float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
     known: options.Medium,
+    se: options.ErrorOfTest = None,
     robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
@@ -153,9 +154,9 @@ def simulate(
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.motion import SAMPLES, tail_of
 
-    known.check()
+    known.check(se)
     body = paper_robot() if robot is None else read_robot(robot)
-    source = known.find()
+    source = known.find(se)
     check_folder(output, force)
     try:
         run = rftfit.simulate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,10 @@ import pandas as pd
 
 from rftfit.campaign.config import Arm, Config, Leg
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import (
+    FLAGS,
     REASON,
     Remark,
     flags_of,
@@ -24,17 +25,28 @@ from rftfit.measure.flags import (
     with_reasons,
 )
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.draws import errors_behind, errors_known, interval
+from rftfit.model.draws import (
+    end_names,
+    errors_behind,
+    errors_known,
+    model_end_names,
+    next_end_names,
+)
 from rftfit.model.forces import force_draws, forces_on
+from rftfit.model.model_error import larger_model_error, outline_load
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import arc_of, leg_outline
-from rftfit.model.prediction import peaks_of_draws, predict
+from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
-    "medium", "leg", "profile", "theta_deg", "force_z_N", "force_z_lo_N", "force_z_hi_N",
-    "force_x_N", "force_x_lo_N", "force_x_hi_N", "moment_N_cm", *REASON,
+    "medium", "leg", "profile", "theta_deg",
+    "force_z_N", "force_z_lo_N", "force_z_hi_N", "force_z_model_lo_N", "force_z_model_hi_N",
+    "force_z_next_lo_N", "force_z_next_hi_N",
+    "force_x_N", "force_x_lo_N", "force_x_hi_N", "force_x_model_lo_N", "force_x_model_hi_N",
+    "force_x_next_lo_N", "force_x_next_hi_N",
+    "moment_N_cm", *REASON,
 ]  # fmt: skip
 COMPONENTS = ("z", "x")
 WITHIN_PERCENT = 33.0
@@ -46,8 +58,11 @@ WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
 NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
-           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent", "peak_late_deg",
-           "rms_error_N", "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg")  # fmt: skip
+           "peak_predicted_model_lo_N", "peak_predicted_model_hi_N",
+           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent",
+           "peak_error_model_lo_percent", "peak_error_model_hi_percent", "peak_late_deg",
+           "rms_error_N", "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg",
+           "model_error", "model_error_of_legs")  # fmt: skip
 COLUMNS = ["medium", "leg", "profile", "component", "verdict", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
            *REASON]  # fmt: skip
 FULL_RANGE_DEG = 240.0
@@ -64,25 +79,35 @@ _BLOCK = 3
 _LEAST = 6
 
 
-Peaks = dict[tuple[str, str, str, str], tuple[float, float, float]]
-"""Value, lower and upper end of a predicted peak, N, by medium, leg, profile and component."""
+Ends = tuple[float, float]
+
+PeakEnds = tuple[float, Ends, Ends]
+"""A predicted peak, N: its value, interval of alpha, and interval with the model's own error."""
+
+Peaks = dict[tuple[str, str, str, str], PeakEnds]
+"""By medium, leg, profile and component."""
 
 
 def leg_prediction(
-    profile: Profile, leg: Leg, config: Config
-) -> tuple[pd.DataFrame, dict[str, tuple[float, float, float]]]:
+    profile: Profile, leg: Leg, config: Config, model_error: float | None = None
+) -> tuple[pd.DataFrame, dict[str, PeakEnds]]:
     """Force on a turning leg against theta, one row per degree, with the intervals of the profile.
 
     What the leg's own shape may be off by is in the intervals, where the profile has any. Returns also
-    the peak by component, where the profile has draws: mean and interval of the draws' own peaks.
+    the peak by component, where the profile has draws: the top of the curve and its interval.
     """
     motion = _turned(leg, config.arm)
     level = config.fit.confidence
     # of the moment nothing is measured
     names = {"z": "force_z_N", "x": "force_x_N"}
-    forces = predict(profile, leg_outline(leg), motion, level, quantities=[*names.values()])
-    if "force_z_lo_N" not in forces:
-        return forces, {}
+    forces, tops = predict_with_peaks(
+        profile,
+        leg_outline(leg),
+        motion,
+        level,
+        quantities=[*names.values()],
+        model_error=model_error,
+    )
     wide = float(student_quantile(level, GIVEN_DOF))
     best = {c: forces[name].to_numpy(float) for c, name in names.items()}
     moved = shape_errors(profile, leg, config, best)
@@ -90,21 +115,59 @@ def leg_prediction(
     shape = {}
     for c, name in names.items():
         shape[c] = wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
-        lo, hi = (f"force_{c}_{end}_N" for end in ("lo", "hi"))
-        forces[lo], forces[hi] = _wider(forces[name], forces[lo], forces[hi], shape[c])
-    if not isinstance(profile.spread, Profile) or not np.isfinite([*best.values()]).all():
+        for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
+            if lo in forces:
+                lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
+                forces[lo], forces[hi] = _wider(best[c], lower, upper, shape[c])
+    if not np.isfinite([*best.values()]).all():
         return forces, {}
-    drawn = peaks_of_draws(profile.spread, leg_outline(leg), motion.poses)
-    peaks = {}
+    peaks: dict[str, PeakEnds] = {}
     for c, force in best.items():
-        at = extreme(force, c)
-        own = drawn["lift" if c == "z" else "thrust" if force[at] > 0 else "drag"]
-        if not np.isfinite(own).all():
-            continue
-        value = float(own.mean())
-        below, above = _wider(value, *interval(own, level), shape[c][at])
-        peaks[c] = value, float(below), float(above)
+        row = extreme(force, c)
+        name = "lift" if c == "z" else "thrust" if force[row] > 0 else "drag"
+        for top in (peak for peak in tops if peak.name == name):
+            half = shape[c][row]
+            of_alpha = _wider(top.value, top.lo, top.hi, half)
+            of_model = _wider(top.value, top.model_lo, top.model_hi, half)
+            peaks[c] = top.value, _as_floats(of_alpha), _as_floats(of_model)
     return forces, peaks
+
+
+def error_of_legs(media: Sequence[Medium]) -> float:
+    """The model's own error as the measured legs of laboratory media show it; NaN where none was measured.
+
+    Root mean square over poses with load of measured less predicted force over the load without
+    cancellation, by the measured table, by the map where that has holes. Errors of alpha and of the readings are
+    in it.
+    """
+    squares = []
+    for medium in media:
+        table = medium.profile("table", draws=False)
+        curves = medium.legs
+        if not len(curves):
+            continue
+        profile = medium.profile("map") if table.reason else table
+        for name, curve in curves.groupby("leg"):
+            leg = medium.results.config.legs.get(str(name))
+            if leg is None or profile.reason:
+                continue
+            theta = curve["theta_deg"].to_numpy(float)
+            motion = rotation(
+                theta, leg.hip_height_cm, medium.results.config.arm.leg_speed_rad_per_s
+            )
+            forces = forces_on(profile, leg_outline(leg), motion.poses)
+            whole = outline_load(profile, leg_outline(leg), motion.poses, with_centre=False)
+            load = whole.between(0, theta.size)
+            size = np.where(load.loaded > 0, load.size[0], np.nan)
+            for c, predicted in (("z", forces.force_z_N), ("x", forces.force_x_N)):
+                squares.append(((curve[f"force_{c}_N"].to_numpy(float) - predicted) / size) ** 2)
+    known = np.concatenate([np.zeros(0), *squares])
+    known = known[np.isfinite(known)]
+    return float(np.sqrt(known.mean())) if known.size else math.nan
+
+
+def _as_floats(ends: tuple[Any, Any]) -> Ends:
+    return float(ends[0]), float(ends[1])
 
 
 def _wider(value: Any, lo: Any, hi: Any, half: Any) -> tuple[Any, Any]:
@@ -179,26 +242,25 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     return found
 
 
-def predicted_curves(medium: Medium) -> tuple[pd.DataFrame, Peaks]:
+def predicted_curves(
+    medium: Medium, model_error: float | None = None
+) -> tuple[pd.DataFrame, Peaks]:
     """Predict the force on all legs in one medium by every profile that it has, and its peaks.
 
     A natural sand has the map and the generic one, and none where its penetration test gives no number,
-    which the penetration table says. A medium without a nine-term fit has no profile that needs one, and
-    one that was pushed in every direction no map.
+    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
     """
     config, sand = medium.results.config, medium.name in medium.results.sands
     parts = []
     peaks: Peaks = {}
-    # a medium that was pushed in every direction has its table for a map
-    whole = not sand and not medium.profile("table", draws=False).reason
     for kind in medium.kinds:
-        if kind == ("table" if sand else "map" if whole else ""):
+        if sand and kind == "table":
             continue
         profile = medium.profile(kind)
         if profile.reason and kind not in ("table", "depth_only"):
             continue
         for name, leg in config.legs.items():
-            curve, own = leg_prediction(profile, leg, config)
+            curve, own = leg_prediction(profile, leg, config, model_error)
             peaks |= {(medium.name, name, kind, c): peak for c, peak in own.items()}
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
@@ -211,18 +273,6 @@ def predicted_curves(medium: Medium) -> tuple[pd.DataFrame, Peaks]:
         note = medium.results.reference().remarks
         curves = with_reasons(curves, (note * one for one in alone))
     return curves, peaks
-
-
-def bed_spread(table: pd.DataFrame) -> float:
-    """Relative spread of forces from one prepared bed of a medium to the next; 0 where not known.
-
-    A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
-    """
-    cell = cell_at(table, 0, 90)
-    if cell is None:
-        return 0.0
-    alpha, spread = float(cell[column("z")]), float(cell.get("run_to_run_z_N_per_cm3", 0.0))
-    return spread / alpha if alpha > 0 and spread > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -296,6 +346,7 @@ def leg_errors(
     confidence: float = 0.95,
     behind: Mapping[tuple[str, str, str], tuple[str, float]] | None = None,
     peaks: Peaks | None = None,
+    error_by_legs: float = math.nan,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -303,12 +354,20 @@ def leg_errors(
     early near its highest point has no peak. The interval of the peak error has the errors of alpha,
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
     bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
-    medium, leg and component, `peaks` of `predicted_curves`.
+    medium, leg and component, `peaks` of `predicted_curves`, `error_by_legs` of `error_of_legs`.
     """
+    errors_of_model = {
+        "model_error": larger_model_error(error_by_legs),
+        "model_error_of_legs": error_by_legs,
+    }
     keys = ["medium", "leg"]
     curves = dict(iter(measured.groupby(keys)))
     flags = {
-        place: dict.fromkeys(flag for row in curve.to_dict("records") for flag in flags_of(row))
+        place: dict.fromkeys(
+            flag
+            for row in curve.reindex(columns=FLAGS).drop_duplicates().to_dict("records")
+            for flag in flags_of(row)
+        )
         for place, curve in curves.items()
     }
     rows = []
@@ -325,7 +384,7 @@ def leg_errors(
             flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
             flagged = flagged if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
-            rows.append(name | found | rests | reason)
+            rows.append(name | found | errors_of_model | rests | reason)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -334,7 +393,7 @@ def _compare(
     component: str,
     spread: float,
     confidence: float,
-    drawn: tuple[float, float, float] | None,
+    drawn: PeakEnds | None,
 ) -> tuple[dict[str, float], list[Remark]]:
     """Errors of one component of a predicted curve, whose rows stand beside those measured, and remarks."""
     if both is None:
@@ -366,29 +425,38 @@ def _peak_errors(
     rms: float,
     spread: float,
     confidence: float,
-    drawn: tuple[float, float, float] | None,
+    drawn: PeakEnds | None,
 ) -> dict[str, float]:
     theta, ours, truth = _curves(both, component)
     at, found = extreme(ours, component), measured_peak(theta, truth, component)
     peak, best = found.force_N, float(ours[at])
-    ends = [float(both[f"force_{component}_{end}_N"].iloc[at]) for end in ("lo", "hi")]
+    name = f"force_{component}_N"
+    ends, model_ends = (
+        tuple(float(both[end].iloc[at]) if end in both else math.nan for end in pair)
+        for pair in (end_names(name), model_end_names(name))
+    )
     zero = float(both[f"zero_se_{component}_N"].iloc[at]) if f"zero_se_{component}_N" in both else 0
     # what a parabola does to the prediction, which has no noise, it does to the measured peak
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
     if drawn is not None:
-        best, *ends = drawn
+        best, ends, model_ends = drawn
     error = math.hypot(found.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
+    model_lo, model_hi = _error_interval(best, model_ends, peak, error, confidence)
     off, relative = (100 * (best / peak - 1), rms / abs(peak)) if peak else (math.nan, math.nan)
     return {
         "peak_measured_N": peak,
         "peak_predicted_N": best,
         "peak_predicted_lo_N": ends[0],
         "peak_predicted_hi_N": ends[1],
+        "peak_predicted_model_lo_N": model_ends[0],
+        "peak_predicted_model_hi_N": model_ends[1],
         "peak_error_percent": off,
         "peak_error_lo_percent": lo,
         "peak_error_hi_percent": hi,
+        "peak_error_model_lo_percent": model_lo,
+        "peak_error_model_hi_percent": model_hi,
         "peak_late_deg": smooth.theta_deg - found.theta_deg,
         "rms_relative_to_peak": relative,
     }
@@ -397,9 +465,10 @@ def _peak_errors(
 def judge(numbers: Mapping[str, float]) -> str:
     """Verdict on the model by one peak, of `leg_errors`: how large its error is, and whether it is sure.
 
-    An error is sure where its interval does not hold 0; so it is where there is no interval.
+    An error is sure where it is larger than the model's known own error explains: where its interval with that does not
+    hold 0; so it is where there is no interval.
     """
-    ends = ("", "lo_", "hi_")
+    ends = ("", "model_lo_", "model_hi_")
     error, lo, hi = (numbers.get(f"peak_error_{end}percent", math.nan) for end in ends)
     if not math.isfinite(error):
         return NOT_TESTED
@@ -431,7 +500,7 @@ def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
 
 
 def _error_interval(
-    predicted: float, ends: list[float], peak: float, error: float, confidence: float
+    predicted: float, ends: Sequence[float], peak: float, error: float, confidence: float
 ) -> tuple[float, float]:
     """Interval of 100 (predicted / peak - 1), from the errors of both as independent ones."""
     if not peak or not predicted:

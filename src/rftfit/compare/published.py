@@ -360,7 +360,7 @@ def _within(table: pd.DataFrame) -> list[Item]:
         *items,
         stated("all legs and media: peaks of lift and thrust within 33 % (measured table), %",
                "text, Fig. 3", 100, share, share == 100, MEASURED,
-               f"{why}; it hangs on the legs' shape: leg_sensitivity.csv", _SHARE),
+               why, _SHARE),
     ])  # fmt: skip
 
 

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
-from rftfit.compare.legs import bed_spread
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import bed_spread, cell_at, column
 from rftfit.measure.errors import Part, SurfaceError, errors_of, half_width
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import REASON, Remark, quoted, reason_columns, reason_of, remark

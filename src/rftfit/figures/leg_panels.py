@@ -180,6 +180,10 @@ def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     return [np.insert(value, cuts, np.nan) for value in values]
 
 
+MODEL_BAND = 0.12
+"""Opacity of the band with the model's own error."""
+
+
 def force_columns(component: str) -> list[str]:
     """Columns of a force and of the ends of its interval."""
     return [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
@@ -198,9 +202,22 @@ def why_missing(rows: pd.DataFrame) -> str:
 
 
 def add_predicted(
-    axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-"
+    axes: Axes,
+    rows: pd.DataFrame,
+    component: str,
+    colour: str,
+    line: Any = "-",
+    *,
+    model: bool = False,
 ) -> None:
-    """Draw a predicted curve of one medium, leg and profile with its interval."""
+    """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
+
+    `model`: also that with the model's own error, paler.
+    """
+    ends = [f"force_{component}_model_{end}_N" for end in ("lo", "hi")]
+    if model and {*ends} <= {*rows}:
+        theta, low, high = with_gaps(rows, *ends)
+        axes.fill_between(theta, low, high, color=colour, alpha=MODEL_BAND, linewidth=0)
     theta, force, low, high = with_gaps(rows, *force_columns(component))
     axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import pandas as pd
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -51,7 +52,7 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
     section="Legs",
     caption=(
         "Forces on the legs turned through {medium}: dots measured, lines predicted. "
-        "Good: lines run through the dots."
+        "Good: lines run through the dots, and the dots lie in the palest band."
     ),
 )
 def legs(results: Results, medium: str) -> Figure:
@@ -59,7 +60,10 @@ def legs(results: Results, medium: str) -> Figure:
     predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
     shapes = results.config.legs
     columns = Columns(list(shapes), left=1.05, gap=0.85)
-    page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + 1.45)
+    entries = _model_entries(results, predicted)
+    across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
+    foot = 1.1 + 0.36 * -(-len(entries) // across)
+    page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + foot)
     style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
     for column, (leg, left) in enumerate(columns.lefts()):
         tag = f"{'DEF'[column]}  " if len(shapes) <= 3 else ""
@@ -73,18 +77,33 @@ def legs(results: Results, medium: str) -> Figure:
             _draw_models(axes, rows_of(predicted, leg=leg), rows_of(measured, leg=leg), component)
             if column == 0:
                 axes.set_ylabel(_FORCE_LABELS[component])
+    style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
+    return page
+
+
+def _model_entries(results: Results, predicted: pd.DataFrame) -> dict[str, Artist]:
+    """Entries of the legend beside curves of several models."""
     entries = {"measured": style.dots(leg_panels.MEASURED, 2)}
     for profile in PROFILES:
-        if profile == "map" and rows_of(predicted, profile=profile).empty:
+        if profile == "map" and not _has_map(predicted):
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
         where = " (inset)" if profile == "depth_only" else ""
         title = f"predicted by {PROFILE_TITLES[profile]}{where}"
         entries[title] = style.line(colour, linestyle=line)
-    entries[f"{style.level(results)} interval of a prediction"] = style.band()
-    across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
-    style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
-    return page
+    entries[f"{style.level(results)} interval of alpha"] = style.band()
+    with_error = PROFILE_TITLES[_profile_with_both_bands(predicted)]
+    entries[f"{with_error}, with the model's own error"] = style.band(leg_panels.MODEL_BAND)
+    return entries
+
+
+def _has_map(predicted: pd.DataFrame) -> bool:
+    return bool((predicted["profile"] == "map").any())
+
+
+def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
+    """Profile whose interval with the model's own error is drawn among curves of several."""
+    return "map" if _has_map(predicted) else "table"
 
 
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
@@ -111,7 +130,8 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
             why = leg_panels.why_missing(rows)
             notes.append(f"{PROFILE_TITLES[profile]}: no prediction{why}")
         elif profile != "depth_only":
-            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2])
+            both = profile == _profile_with_both_bands(predicted)
+            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2], model=both)
             seen.append(rows[leg_panels.force_columns(c)].to_numpy(float).ravel())
     inset = leg_panels.has_force(baseline, c)
     leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
@@ -221,7 +241,8 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
         if beside:
             line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
             entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
-    entries[f"{style.level(results)} interval of a prediction"] = style.band()
+    entries[f"{style.level(results)} interval of alpha"] = style.band()
+    entries["with the model's own error"] = style.band(leg_panels.MODEL_BAND)
     style.legend(page, entries, 3 if columns.is_wide else 2, handlelength=2.4)
     return page
 
@@ -243,7 +264,8 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
             seen.append(force)
     for c in "zx":
         if leg_panels.has_force(predicted, c):
-            leg_panels.add_predicted(axes, predicted, c, style.COMPONENT_COLOURS[c], lines[c])
+            colour = style.COMPONENT_COLOURS[c]
+            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model=True)
             seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
@@ -433,83 +455,9 @@ def peak_errors(results: Results) -> Figure:
         entries[PROFILE_TITLES[profile]] = style.line(colour, marker=marker, markersize=2.6)
     for percent, shade in reversed(_BANDS.items()):
         entries[f"within {percent:.0f} %"] = style.patch(facecolor=shade)
-    entries[f"bars: {style.level(results)} interval"] = style.line("none", linestyle="")
+    entries[f"bars: {style.level(results)} interval of alpha"] = style.line("none", linestyle="")
     style.legend(page, entries, 3)
     return page
-
-
-# What the shape of a leg does to its peak
-
-
-_SHAPE_PANEL_CM, _SHAPE_TOP_CM = 4.2, 0.5
-
-
-def _varied(results: Results) -> pd.DataFrame:
-    """Peaks by the measured table beside measured ones, a row a shape of a leg."""
-    table = results.table("leg_sensitivity.csv")
-    return table[(table["profile"] == "table") & table["peak_error_z_percent"].notna()]
-
-
-@figure(
-    "leg_shapes",
-    reads=("leg_sensitivity.csv",),
-    media=when(_legged),
-    section="Legs",
-    caption=(
-        "Error of the predicted peaks as the shape of the legs is varied: arc, height of the hip (bars, 2 mm), face "
-        "(hollow: half the thickness ahead). Good: inside the shaded 33 % whatever the shape."
-    ),
-    shown=lambda results, _: len(_varied(results)),
-)
-def leg_shapes(results: Results) -> Figure:
-    """Draw predicted over measured peaks of every leg against its arc, for all laboratory media."""
-    rows = _varied(results)
-    if rows.empty:
-        return style.missing("no leg was measured in a laboratory medium")
-    columns = Columns(leg_panels.leg_order([rows]), left=1.5, gap=0.35, widest=6)
-    looks = style.medium_looks(rows["medium"].unique())
-    page = columns.page(_SHAPE_TOP_CM + 2 * (_SHAPE_PANEL_CM + 0.3) + 1.7)
-    span = [0.5, 2.0]
-    for c in "zx":
-        ratio = 1 + rows[f"peak_error_{c}_percent"].to_numpy(float) / 100
-        span = [min([span[0], *ratio[ratio > 0] / 1.1]), max([span[1], *ratio * 1.1])]
-    for column, (leg, left) in enumerate(columns.lefts()):
-        for row, c in enumerate("zx"):
-            top = _SHAPE_TOP_CM + row * (_SHAPE_PANEL_CM + 0.3)
-            axes = style.axes_cm(page, left, top, columns.width, _SHAPE_PANEL_CM)
-            _draw_shapes(axes, rows[rows["leg"] == leg], c, looks)
-            _error_axis(axes, "y", (span[0], span[1]), {33.0: _BANDS[33.0]})
-            axes.tick_params(labelleft=column == 0)
-            style.name_below(axes, "angle that the arc spans (deg)", row == 1)
-            if row == 0:
-                axes.set_title(leg_panels.leg_title(leg), weight="bold")
-            if column == 0:
-                axes.set_ylabel(f"error of peak $F_{c}$ (%)")
-    entries = {style.title_of(results, m): style.dots(look[0], 3) for m, look in looks.items()}
-    grey = leg_panels.MEASURED
-    for name, fill in (("middle line", grey), ("half the thickness ahead", "white")):
-        entries[name] = style.dots(grey, 3, markerfacecolor=fill)
-    style.legend(page, entries, 4 if columns.is_wide else 2)
-    return page
-
-
-def _draw_shapes(
-    axes: Axes, rows: pd.DataFrame, c: str, looks: Mapping[str, tuple[str, str]]
-) -> None:
-    arcs = sorted(set(rows["arc_deg"].round(6)))
-    ratio = 1 + rows[f"peak_error_{c}_percent"] / 100
-    rows = rows.assign(ratio=ratio.where(ratio > 0))
-    for row in rows[rows["hip_step_cm"] == 0].to_dict("records"):
-        same = np.logical_and.reduce([rows[n] == row[n] for n in ("medium", "arc_deg", "lead_cm")])
-        place = list(looks).index(row["medium"]) / max(1, len(looks) - 1) - 0.5
-        x = arcs.index(round(row["arc_deg"], 6)) + 0.3 * place + (0.2 if row["lead_cm"] else -0.2)
-        colour = looks[row["medium"]][0]
-        ends = rows.loc[same, "ratio"].min(), rows.loc[same, "ratio"].max()
-        axes.vlines(x, *ends, color=colour, linewidth=0.7)
-        axes.plot(x, row["ratio"], "o", color=colour, markersize=2.6, markeredgewidth=0.6,
-                  markerfacecolor="white" if row["lead_cm"] else colour)  # fmt: skip
-    axes.set(xlim=(-0.6, len(arcs) - 0.4))
-    axes.set_xticks(range(len(arcs)), [f"{arc:g}" if arc else "straight" for arc in arcs])
 
 
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:

@@ -404,3 +404,15 @@ def cell_at(table: pd.DataFrame, beta_deg: float, gamma_deg: float) -> pd.Series
     """Row of an alpha table for one direction; None where it has none."""
     row = int(rows_at(table, beta_deg, gamma_deg)[0])
     return None if row < 0 else table.iloc[row]
+
+
+def bed_spread(table: pd.DataFrame) -> float:
+    """Relative spread of forces from one prepared bed of a medium to the next; 0 where not known.
+
+    A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
+    """
+    cell = cell_at(table, 0, 90)
+    if cell is None:
+        return 0.0
+    alpha, spread = float(cell[column("z")]), float(cell.get("run_to_run_z_N_per_cm3", 0.0))
+    return spread / alpha if alpha > 0 and spread > 0 else 0.0

@@ -345,7 +345,8 @@ def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
 
 def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.DataFrame:
     """Add remarks to the reason of each row of a table."""
-    rows = zip(table.to_dict("records"), added, strict=True)
+    stated = table[[name for name in REASON if name in table]].to_dict("records")
+    rows = zip(stated, added, strict=True)
     reasons = [reason_columns([*reason_of(row), *more]) for row, more in rows]
     return table.assign(**{name: [one[name] for one in reasons] for name in REASON})
 

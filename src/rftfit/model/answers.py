@@ -11,12 +11,11 @@ from typing import Any
 import pandas as pd
 
 from rftfit.campaign.tables import pushes_in
-from rftfit.errors import InputError
 from rftfit.measure.alpha import cell_at, column
 from rftfit.model.fourier import TERMS
 from rftfit.model.profile_file import pushes_in_profile
 from rftfit.model.scaling import Reference, ScaledMedium, scale
-from rftfit.model.shapes import NOT_ALIKE, Map, estimate_map
+from rftfit.model.shapes import NOT_ALIKE, Map
 from rftfit.store.text import table
 
 _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
@@ -38,9 +37,10 @@ class Answer:
     doubt: str = ""
 
 
-def answer_of_test(alpha: float, se: float, confidence: float, reference: Reference) -> Answer:
+def answer_of_test(scaled: ScaledMedium) -> Answer:
     """One penetration test by the paper's routine."""
-    scaled = scale(alpha, se, reference, confidence)
+    alpha, se, confidence = scaled.alpha_z, scaled.alpha_z_se, scaled.confidence
+    reference = scaled.reference
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
     numbers = {name: _of(scaled, name) for name in ("zeta", "chi")}
     rows = [
@@ -55,9 +55,10 @@ def answer_of_test(alpha: float, se: float, confidence: float, reference: Refere
         "zeta and chi without unit, coefficients in N/cm^3.\n"
         f"lo, hi: {100 * confidence:g} % interval for one further medium, from the scatter "
         f"between\n{', '.join(reference.media)}{test}.\n"
-        "It is for the nine-term profile. Measured alpha departs from that too: at (0, 90 deg) it lies\n"
-        "above by the factor chi. chi and the coefficients belong to one fit: least squares by default,\n"
-        "the paper's own transform, with its zeta of 0.8 alpha_z, by --method dft-index."
+        "Measured alpha departs from nine terms: at (0, 90 deg) it lies above by the factor chi. The intervals\n"
+        "of alpha and of forces contain what nine terms miss, those of the coefficients do not. chi and the\n"
+        "coefficients belong to one fit: least squares by default, the paper's own transform, with its zeta of\n"
+        "0.8 alpha_z, by --method dft-index."
     )
     facts = {
         "alpha_z_N_per_cm3": alpha,
@@ -88,17 +89,12 @@ def read_pushes(
     return " and ".join(names), pd.concat(tables, ignore_index=True), warnings
 
 
-def answer_of_pushes(
-    name: str, pushes: pd.DataFrame, confidence: float, reference: Reference
-) -> Answer:
-    """Any number of pushes by the shape of known media, beside the paper's routine."""
-    try:
-        found = estimate_map(pushes, confidence=confidence, name=Path(name).stem)
-    except ValueError as error:
-        raise InputError(f"{name}: {error}") from error
+def answer_of_pushes(name: str, found: Map, pushes: pd.DataFrame, reference: Reference) -> Answer:
+    """The map of any number of pushes, beside the paper's routine."""
+    confidence = found.confidence
     down, routine = cell_at(pushes, 0, 90), None
     if down is not None and down[column("z")] > 0:
-        se = float(down[column("z", "_se")])
+        se = float(down.get(column("z", "_se"), math.nan))
         se = 0.0 if math.isnan(se) else se
         routine = scale(float(down[column("z")]), se, reference, confidence)
     level = f"{100 * confidence:g} % interval"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Sequence
 
@@ -205,13 +206,46 @@ def interval_of_sum(
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Percentile interval along the first axis: its lower and upper end."""
+    """Percentile interval along the first axis: its lower and upper end, NaN where a draw has none.
+
+    Linear between two draws, as `numpy.quantile`; to sort the draws of one number side by side is several times faster.
+    """
     tail = (1 - confidence) / 2
-    lo, hi = np.quantile(draws, [tail, 1 - tail], axis=0)
-    return lo, hi
+    ordered = np.moveaxis(np.asarray(draws, dtype=float), 0, -1).copy()
+    ordered.sort(axis=-1)
+    unknown = np.isnan(ordered[..., -1])
+    lo, hi = (
+        np.where(unknown, np.nan, _between_draws(ordered, share)) for share in (tail, 1 - tail)
+    )
+    # of draws of one number the ends are numbers
+    return lo[()], hi[()]
+
+
+def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
+    """Quantile of draws in ascending order along the last axis."""
+    last = ordered.shape[-1] - 1
+    place = share * last
+    below = math.floor(place)
+    low, high = ordered[..., below], ordered[..., min(below + 1, last)]
+    part = place - below
+    # from the nearer end, so that equal draws give themselves
+    gap = high - low
+    return np.asarray(low + gap * part if part < 0.5 else high - gap * (1 - part))
 
 
 def end_names(quantity: str) -> tuple[str, str]:
     """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_lo_N{unit}", f"{what}_hi_N{unit}"
+
+
+def next_end_names(quantity: str) -> tuple[str, str]:
+    """Names of the columns of the interval of the next bed: ``force_z_next_lo_N`` and ``force_z_next_hi_N``."""
+    what, unit = quantity.rsplit("_N", maxsplit=1)
+    return f"{what}_next_lo_N{unit}", f"{what}_next_hi_N{unit}"
+
+
+def model_end_names(quantity: str) -> tuple[str, str]:
+    """Names of the columns of the interval with the model's own error: ``force_z_model_lo_N`` and ``force_z_model_hi_N``."""
+    what, unit = quantity.rsplit("_N", maxsplit=1)
+    return f"{what}_model_lo_N{unit}", f"{what}_model_hi_N{unit}"

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
+from rftfit.model import model_error as errors
 from rftfit.model import rft3d
-from rftfit.model.draws import end_names, interval
-from rftfit.model.faces import LAWS, as_table
+from rftfit.model.draws import end_names, model_end_names, next_end_names
+from rftfit.model.faces import LAWS, as_table, moving_faces
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
-from rftfit.model.profiles import FourierProfile, Pack, Profile, TableProfile
+from rftfit.model.peaks import (
+    DrawStatistics,
+    Ends,
+    Extreme,
+    Peak,
+    half_width_of_bed,
+    joined,
+    of_next_bed,
+    pick_peaks,
+)
+from rftfit.model.profiles import EPS, FourierProfile, Pack, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium
 
 IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))
@@ -47,7 +60,10 @@ def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
 def mesh_forces(
     profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
 ) -> FloatArray:  # fmt: skip
-    """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7)."""
+    """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7).
+
+    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
+    """
     return _forces(law_of(profile, law), describe(mesh), motion, friction)
 
 
@@ -58,7 +74,7 @@ def _forces(
 
     frames = motion.frames
     ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
-    result = np.empty((len(frames), 7))
+    result = np.empty((len(frames), 13))
     limit = -1.0 if friction is None else float(friction)
     face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), result)
     return result
@@ -67,36 +83,114 @@ def _forces(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """`mesh_forces` for each of a stack of draws, without the last column: (draws, p, 6)."""
+    """`mesh_forces` for each of a stack of draws: (draws, p, 13)."""
     stack, faces = as_table(draws), describe(mesh)
     shape = (-1, *stack.alpha_z.shape[-2:])
     alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
     each = (TableProfile.of_nodes(stack.beta, stack.gamma, one) for one in alpha)
-    return np.stack([_forces(law_of(one, law), faces, motion, friction)[:, :6] for one in each])
+    return np.stack([_forces(law_of(one, law), faces, motion, friction) for one in each])
 
 
 def predict_mesh(
     profile: Profile, mesh: Mesh, motion: Motion3D, confidence: float = 0.95, law: str = "measured",
-    friction: float | None = None,
-) -> pd.DataFrame:  # fmt: skip
-    """`rftfit.predict` of a mesh."""
-    best = mesh_forces(profile, mesh, motion, law, friction)
-    ends = None
+    friction: float | None = None, eps: float = EPS,
+) -> tuple[pd.DataFrame, list[Peak]]:  # fmt: skip
+    """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
+    whole = mesh_forces(profile, mesh, motion, law, friction)
+    best = _named(whole)
+    extremes = extremes_in_space(best)
+    known = np.asarray(np.isfinite(whole[:, :6]).all(axis=1))
+    alpha = model = None
+    ends: Ends = {}
+    model_ends: Ends = {}
+    draws = whole[None]
     if isinstance(profile.spread, Profile):
-        ends = interval(mesh_draws(profile.spread, mesh, motion, law, friction), confidence)
+        draws = mesh_draws(profile.spread, mesh, motion, law, friction)
+        alpha = DrawStatistics(IN_SPACE, extremes, confidence)
+        alpha.add(_named(draws), known)
+        ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
         medium = profile.spread.at(confidence)
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
         each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
-        ends = medium.with_interval(unit, each)[1:]
+        tables = [
+            mesh_forces(table, mesh, motion, law, friction)[:, :6]
+            for table in medium.reference.tables
+        ]
+        of_media, measured = medium.of_media(each[..., :6], tables)
+        lo, hi = medium.with_interval(unit, of_media, measured=measured)[1:]
+        ends = {name: (lo[:, k], hi[:, k]) for k, name in enumerate(IN_SPACE)}
+    if eps:
+        model = DrawStatistics(IN_SPACE, extremes, confidence)
+        model.add(_named(draws[..., :6] + _model_errors(draws, mesh, motion, eps)), known)
+        model_ends = model.ends
+        if alpha is None and ends:
+            model_ends = {
+                name: joined(best[name], ends[name], model_ends[name]) for name in IN_SPACE
+            }
+            model = None
     columns = dict(motion.columns)
-    for k, name in enumerate(IN_SPACE):
-        columns[name] = best[:, k]
-        if ends is not None:
-            columns |= {end: ends[side][:, k] for side, end in enumerate(end_names(name))}
+    bed = half_width_of_bed(profile.bed_spread, confidence)
+    for name in IN_SPACE:
+        columns[name] = best[name]
+        if name in ends:
+            columns |= dict(zip(end_names(name), ends[name], strict=True))
+        if name in model_ends:
+            columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
+        if name in ends or name in model_ends:
+            of_bed = of_next_bed(best[name], model_ends.get(name) or ends[name], bed)
+            columns |= dict(zip(next_end_names(name), of_bed, strict=True))
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best[:, 6]
-    unknown = np.isnan(best[:, :6]).any(axis=1)
+    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * whole[:, 6]
     why = profile.reason or "a position, rotation or velocity is missing"
-    return pd.DataFrame(columns | {"reason": np.where(unknown, why, "")})
+    places = next(iter(motion.columns.values()))
+    bounds: dict[str, tuple[FloatArray, FloatArray]] = {}
+    if not known.all():
+        bounds = _bounds(largest, mesh, motion)
+    peaks = pick_peaks(best, extremes, places, bounds, alpha, model, ends, model_ends, bed)
+    return pd.DataFrame(columns | {"reason": np.where(known, "", why)}), peaks
+
+
+def _named(forces: FloatArray) -> dict[str, FloatArray]:
+    return {name: forces[..., k] for k, name in enumerate(IN_SPACE)}
+
+
+def extremes_in_space(best: Mapping[str, FloatArray]) -> list[Extreme]:
+    """The largest value of each force and moment, of the sign that it has."""
+    return [Extreme(name.partition("_N")[0], name, _sign(best[name])) for name in IN_SPACE]
+
+
+def _sign(values: FloatArray) -> int:
+    """Sign of the largest of some values."""
+    sizes = np.nan_to_num(np.abs(values))
+    return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
+
+
+def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -> FloatArray:
+    """Errors of the model in each draw (draws, p, 13): (draws, p, 6), or of many draws about a single one."""
+    poses = draws.shape[1]
+    bare = np.nan_to_num(draws[..., 7:])
+    whole = bare[..., 2]
+    centre = bare[..., 3:] / np.where(whole > 0, whole, 1.0)[..., None]
+    loaded = (whole > 0).any(axis=0).astype(float)
+    size = errors.size_of(np.hypot(bare[..., 0], bare[..., 1])) * loaded
+    load = errors.Load(np.arange(poses), size, centre, loaded)
+    count = len(draws) if len(draws) > 1 else errors.DRAWS
+    progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
+    paths = next(errors.error_paths(progress, count, 3, poses))
+    return errors.space_errors(load, paths, eps)
+
+
+def _bounds(
+    largest: float, mesh: Mesh, motion: Motion3D
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """The most that a force may be in each pose: every face with the largest alpha that is known."""
+    force, moment = np.zeros((2, len(motion.frames)))
+    for pose, frame in enumerate(motion.frames):
+        _, load, _, _, arm = moving_faces(mesh, frame)
+        known = np.isfinite(frame).all()
+        force[pose] = largest * load.sum() if known else np.nan
+        moment[pose] = largest * (load * np.linalg.norm(arm, axis=-1)).sum() if known else np.nan
+    nothing = np.zeros_like(force)
+    return {name: (nothing, moment if name.startswith("moment") else force) for name in IN_SPACE}

@@ -26,8 +26,9 @@ from rftfit.model.shapes import (
     SEED,
     USUAL_PERCENT,
     Map,
+    Nodes,
     Shapes,
-    grid,
+    map_nodes,
     published_shapes,
     root,
     usual_error,
@@ -79,26 +80,35 @@ class Rig:
     least_percent: float = LEAST_PERCENT
 
 
-def prior_map(
-    shapes: Shapes | None = None, nodes: tuple[FloatArray, FloatArray] | None = None
-) -> Map:
-    """A medium of which nothing is known but that it belongs: size 1, its error 100 %."""
-    shapes = shapes or published_shapes()
-    beta, gamma = grid() if nodes is None else nodes
-    mean, covariance = shapes.moments(beta, gamma)
+def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
+    """Map of a medium that belongs to the known ones and was not pushed yet: size 1, its error 100 %."""
+    shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
+    mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
     rows = np.vstack([mean, root(covariance)])
     normals = np.random.default_rng(SEED).standard_normal((DRAWS, len(rows)))
     # their mean is 0 and their covariance 1 to the last digit, so that a plan hangs on no chance
     even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
     draws = mean + even @ rows
-    nothing = np.zeros(beta.size, dtype=bool)
     return Map(
-        "", beta, gamma, draws.reshape(DRAWS, 2, -1), nothing, 0.0, 1.0, 0.0, 0, 0, shapes.name
+        name="",
+        beta=nodes.beta,
+        gamma=nodes.gamma,
+        draws=draws.reshape(DRAWS, 2, -1),
+        measured=np.zeros(nodes.beta.size, dtype=bool),
+        not_passive=0.0,
+        size=1.0,
+        distance=0.0,
+        dof=0,
+        pushes=0,
+        known=shapes.name,
+        lines=nodes.lines,
     )
 
 
 def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
-    flat = alpha.reshape(*alpha.shape[:-2], -1)
+    # on the lines on which a push can be planned: what a map has between them is no other target
+    there = alpha[..., : known.lines]
+    flat = there.reshape(*alpha.shape[:-2], -1)
     return np.asarray(flat / np.abs(known.alpha).max())
 
 
@@ -248,7 +258,7 @@ def plan(
     """
     rig, target = rig or Rig(), _target(target)
     known = known or prior_map(
-        nodes=grid(*zip(*rig.directions, strict=True)) if rig.directions else None
+        nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
     value = np.atleast_1d(target.numbers(known.alpha, known))
     scale = np.abs(value) if target.relative else np.ones_like(value)
@@ -309,7 +319,7 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
     count = known.beta.size
     own = np.column_stack([np.degrees(known.beta), np.degrees(known.gamma)])
     nodes = {(round(b, 3) + 0.0, round(g, 3) + 0.0): place for place, (b, g) in enumerate(own)}
-    wanted = rig.directions or tuple((float(b), float(g)) for b, g in own)
+    wanted = rig.directions or tuple((float(b), float(g)) for b, g in own[: known.lines])
     found = []
     for beta, gamma in wanted:
         ways = [(beta, gamma)]
@@ -335,8 +345,9 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
 def reachable(
     known: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
-    """Directions of a map (degrees) with these angles of plate and path; where none is named, with any."""
-    angles, near = np.degrees([known.beta, known.gamma]).round(4), np.ones(known.beta.size, bool)
+    """Directions on the lines of a map (degrees) with these angles of plate and path; where none is named, with any."""
+    angles = np.degrees([known.beta, known.gamma])[:, : known.lines].round(4)
+    near = np.ones(angles.shape[1], dtype=bool)
     for own, wanted in zip(angles, (beta_deg, gamma_deg), strict=True):
         if len(wanted):
             near &= np.abs(own[:, None] - np.asarray(wanted)).min(axis=1) < 0.5

@@ -1,31 +1,47 @@
-"""Forces on an outline with their intervals: the spread of a profile carried through the integral."""
+"""Forces on bodies with their intervals: the spread of a profile and the model's own error, carried through the integral."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
-from rftfit.model.draws import end_names, interval
+from rftfit.model import model_error as errors
+from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.faces import moving_faces
 from rftfit.model.forces import Forces, force_draws, forces_on
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import IN_SPACE, predict_mesh
+from rftfit.model.mesh_prediction import predict_mesh
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import Outline
+from rftfit.model.peaks import (
+    DrawStatistics,
+    Ends,
+    Extreme,
+    Peak,
+    half_width_of_bed,
+    joined,
+    of_next_bed,
+    pick_peaks,
+)
 from rftfit.model.profiles import FourierProfile, Profile
-from rftfit.model.reference_kernel import place, submerged
+from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
-Ends = dict[str, tuple["FloatArray", "FloatArray"]]
-"""Lower and upper end of an interval of each quantity, by pose."""
+PEAKS = (
+    Extreme("lift", "force_z_N", 1),
+    Extreme("suction", "force_z_N", -1),
+    Extreme("thrust", "force_x_N", 1),
+    Extreme("drag", "force_x_N", -1),
+    Extreme("moment", "moment_N_cm", 1),
+    Extreme("moment_negative", "moment_N_cm", -1),
+)
+"""Peaks of the prediction of an outline."""
 
 _MOST_AT_ONCE = 2_000_000
 
@@ -39,6 +55,7 @@ def predict(
     quantities: Sequence[str] = QUANTITIES,
     law: str = "measured",
     friction: float | None = None,
+    model_error: float | None = None,
 ) -> pd.DataFrame:
     """Force and moment on a body that moves through a medium, with intervals.
 
@@ -59,13 +76,18 @@ def predict(
     friction : float, optional
         Of a mesh: stress along a face is at most this times the stress across it, and no face is pulled or
         driven. Default: as the law gives it; the surface of the measured plates is in their map.
+    model_error : float, optional
+        Relative error of the model itself, beside that of alpha (`rftfit.model.model_error`). Default: that of
+        the profile, 0.28 as on measured legs or more; 0: none.
 
     Returns
     -------
     pandas.DataFrame
         One row per pose: the columns of `motion`; ``force_z_N`` (up is positive), ``force_x_N``
-        (toward +x), ``moment_N_cm`` about the reference point (from z toward x); after each its
-        interval, as ``force_z_lo_N, force_z_hi_N``, where the profile has a spread; ``reason``, why
+        (toward +x), ``moment_N_cm`` about the reference point (from z toward x); after each two
+        intervals: of alpha, as ``force_z_lo_N, force_z_hi_N``, where the profile has a spread, and with the
+        model's own error, as ``force_z_model_lo_N, force_z_model_hi_N``, both of the mean over beds; the
+        wider of them with the spread of one bed, ``force_z_next_lo_N, force_z_next_hi_N``; ``reason``, why
         there is no number. Of a mesh: ``x_cm, y_cm, z_cm``, forces and moments about the reference point in
         three directions (axes of the world), and ``closure_N``: the error of a force if the law in space errs
         alike on all faces that leave their plane (measured law). It is not in the interval, because no
@@ -83,27 +105,92 @@ def predict(
     >>> round(float(forces["force_z_N"].max()), 1)
     8.9
     """
+    return predict_with_peaks(
+        profile,
+        outline,
+        motion,
+        confidence,
+        quantities=quantities,
+        law=law,
+        friction=friction,
+        model_error=model_error,
+    )[0]
+
+
+def predict_with_peaks(
+    profile: Profile,
+    outline: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
+    confidence: float = 0.95,
+    *,
+    quantities: Sequence[str] = QUANTITIES,
+    law: str = "measured",
+    friction: float | None = None,
+    model_error: float | None = None,
+) -> tuple[pd.DataFrame, list[Peak]]:
+    """Table of `predict` and peaks of `find_peaks`, from one pass through all draws."""
+    eps = errors.eps_of(model_error, profile)
     if isinstance(outline, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return predict_mesh(profile, outline, motion, confidence, law, friction)
+        return predict_mesh(profile, outline, motion, confidence, law, friction, eps)
     if isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
-    best = forces_on(profile, outline, motion.poses)
+    net = forces_on(profile, outline, motion.poses)
+    best = _named(net, QUANTITIES)
+    alpha = model = None
     ends: Ends = {}
+    model_ends: Ends = {}
     if isinstance(profile.spread, Profile):
-        ends = _of_draws(profile.spread, outline, motion.poses, confidence, quantities)
+        alpha, model = _spread_of_draws(
+            profile.spread, outline, motion.poses, best, confidence, quantities, eps
+        )
+        ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
         ends = _of_further_medium(profile.spread.at(confidence), outline, motion.poses, quantities)
+    if eps and model is None:
+        model = _spread_of_model(profile, outline, motion.poses, best, confidence, quantities, eps)
+    if model is not None:
+        model_ends = model.ends
+        if alpha is None and ends:
+            model_ends = {
+                name: joined(best[name], ends[name], model_ends[name]) for name in quantities
+            }
+            model = None
     columns: dict[str, object] = dict(motion.columns)
-    numbers = _named(best, QUANTITIES)
-    for name, values in numbers.items():
+    bed = half_width_of_bed(profile.bed_spread, confidence)
+    for name, values in best.items():
         columns[name] = values
         if name in ends:
             columns |= dict(zip(end_names(name), ends[name], strict=True))
-    unknown = np.isnan(np.stack(list(numbers.values()))).any(axis=0)
-    return pd.DataFrame(columns | {"reason": np.where(unknown, best.reason, "")})
+        if name in model_ends:
+            columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
+        if name in ends or name in model_ends:
+            of_bed = of_next_bed(values, model_ends.get(name) or ends[name], bed)
+            columns |= dict(zip(next_end_names(name), of_bed, strict=True))
+    unknown = np.isnan(np.stack(list(best.values()))).any(axis=0)
+    table = pd.DataFrame(columns | {"reason": np.where(unknown, net.reason, "")})
+    places = table.iloc[:, 0].to_numpy(float)
+    bounds = _bounds(profile, outline, motion.poses) if unknown.any() else {}
+    peaks = pick_peaks(best, PEAKS, places, bounds, alpha, model, ends, model_ends, bed)
+    return table, peaks
+
+
+def find_peaks(
+    profile: Profile,
+    outline: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
+    confidence: float = 0.95,
+    *,
+    model_error: float | None = None,
+) -> list[Peak]:
+    """Find the greatest force and moment of each sign on a body that moves, as `predict` takes them.
+
+    Returns only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number.
+    Of a mesh: the largest value of each force and moment, of either sign.
+    """
+    return predict_with_peaks(profile, outline, motion, confidence, model_error=model_error)[1]
 
 
 def _of_further_medium(
@@ -112,29 +199,90 @@ def _of_further_medium(
     reference = medium.reference
     unit = _named(forces_on(FourierProfile(reference.m0), outline, poses), quantities)
     each = _named(force_draws(FourierProfile(reference.scaled), outline, poses), quantities)
-    return {name: medium.with_interval(unit[name], each[name])[1:] for name in quantities}
+    tables = [_named(forces_on(table, outline, poses), quantities) for table in reference.tables]
+    ends: Ends = {}
+    for name in quantities:
+        of_media, measured = medium.of_media(each[name], [forces[name] for forces in tables])
+        ends[name] = medium.with_interval(unit[name], of_media, measured=measured)[1:]
+    return ends
 
 
-def _of_draws(
-    draws: Profile,
-    outline: Outline,
-    poses: FloatArray,
-    confidence: float,
-    quantities: Sequence[str],
-) -> Ends:
-    parts: dict[str, list[FloatArray]] = {name: [] for name in quantities}
-    for many in _at_once(draws, outline, poses):
-        for name, values in _named(many, quantities).items():
-            parts[name].append(np.stack(interval(values, confidence)))
-    whole = {name: np.concatenate(part, axis=1) for name, part in parts.items()}
-    return {name: (lo, hi) for name, (lo, hi) in whole.items()}
-
-
-def _at_once(draws: Profile, outline: Outline, poses: FloatArray) -> Iterator[Forces]:
-    """Forces of all draws, of so many poses as fit into the memory."""
-    step = max(1, _MOST_AT_ONCE // draws.parameters[0].shape[0])
+def _spread_of_draws(
+    draws: Profile, outline: Outline, poses: FloatArray, best: dict[str, FloatArray], confidence: float,
+    quantities: Sequence[str], eps: float,
+) -> tuple[DrawStatistics, DrawStatistics | None]:  # fmt: skip
+    """Draws of alpha, and these with the model's error."""
+    alpha = DrawStatistics(quantities, PEAKS, confidence)
+    model = DrawStatistics(quantities, PEAKS, confidence) if eps else None
+    count = draws.parameters[0].shape[0]
+    step = max(1, _MOST_AT_ONCE // count)
+    moment = "moment_N_cm" in quantities
+    load = errors.outline_load(draws, outline, poses, with_centre=moment) if eps else None
+    paths = errors.error_paths(errors.outline_progress(outline, poses), count, 2, step)
     for start in range(0, len(poses), step):
-        yield force_draws(draws, outline, poses[start : start + step])
+        part = slice(start, start + step)
+        forces = _named(force_draws(draws, outline, poses[part]), QUANTITIES)
+        known = np.isfinite(best["force_z_N"][part])
+        alpha.add(forces, known)
+        if model is not None and load is not None:
+            model.add(_with_error(forces, load, start, next(paths), eps), known)
+    return alpha, model
+
+
+def _spread_of_model(
+    profile: Profile, outline: Outline, poses: FloatArray, best: dict[str, FloatArray], confidence: float,
+    quantities: Sequence[str], eps: float,
+) -> DrawStatistics:  # fmt: skip
+    """The model's error alone, about the best curves."""
+    model = DrawStatistics(quantities, PEAKS, confidence)
+    step = max(1, _MOST_AT_ONCE // errors.DRAWS)
+    moment = "moment_N_cm" in quantities
+    load = errors.outline_load(profile, outline, poses, with_centre=moment)
+    place_of_pose = errors.outline_progress(outline, poses)
+    paths = errors.error_paths(place_of_pose, errors.DRAWS, 2, step)
+    for start, path in zip(range(0, len(poses), step), paths, strict=True):
+        part = slice(start, start + step)
+        forces = {name: values[part][None] for name, values in best.items()}
+        known = np.isfinite(best["force_z_N"][part])
+        model.add(_with_error(forces, load, start, path, eps), known)
+    return model
+
+
+def _with_error(
+    forces: dict[str, FloatArray], load: errors.Load, start: int, paths: FloatArray, eps: float
+) -> dict[str, FloatArray]:
+    stop = start + forces["force_z_N"].shape[-1]
+    moved = errors.plane_errors(load.between(start, stop), paths, eps)
+    # without a centre of the load there is no error of the moment
+    return {name: forces[name] + error for name, error in zip(QUANTITIES, moved, strict=False)}
+
+
+def _bounds(
+    profile: Profile, outline: Outline, poses: FloatArray
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """What a force may be in each pose: its sum over elements with a number, and the most that the others may add.
+
+    An element without a number has at most the largest alpha that is known.
+    """
+    elements = place(outline.body, outline.width_cm, poses)
+    load, centre = submerged(elements, outline.solid)
+    arm = centre - poses[:, None, :2]
+    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in angles(elements))
+    largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]
+    alpha = profile.alpha(beta, gamma)
+    z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
+    most_z, most_x = (
+        np.where(np.isnan(force), load * most, 0.0)
+        for force, most in zip((z, x), largest, strict=True)
+    )
+    z, x = np.nan_to_num(z), np.nan_to_num(x)
+    moment = arm[..., 1] * x - arm[..., 0] * z
+    most_moment = np.abs(arm[..., 1]) * most_x + np.abs(arm[..., 0]) * most_z
+    parts = (z, most_z), (x, most_x), (moment, most_moment)
+    return {
+        name: (known.sum(axis=-1), most.sum(axis=-1))
+        for name, (known, most) in zip(QUANTITIES, parts, strict=True)
+    }
 
 
 def _named(forces: Forces, quantities: Sequence[str]) -> dict[str, FloatArray]:
@@ -169,7 +317,8 @@ def beyond_measured(
     -------
     list of str
         A sentence for each limit that is left: deeper or shallower than the window, faster than
-        quasi-static, near walls or bottom. The share is that of depth times area, summed over all poses.
+        quasi-static, near walls or bottom, sizes and speeds on which the model's own error was not
+        tested. The share is that of depth times area, summed over all poses.
 
     Examples
     --------
@@ -217,7 +366,8 @@ def beyond_measured(
                 f"near the container: {100 * part:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"
             )
-    return found
+    points = outline.vertices_cm if isinstance(outline, Mesh) else errors.outline_points(outline)
+    return found + errors.beyond_tested(errors.longest(points), fastest)
 
 
 def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArray]:
@@ -235,85 +385,3 @@ def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArr
     load, centre = submerged(elements, outline.solid)
     speed = np.hypot(elements[..., 6], elements[..., 7])
     return [load, -centre[..., 1], speed, centre[..., 0]]
-
-
-PEAKS = (
-    ("lift", "force_z_N", 1),
-    ("suction", "force_z_N", -1),
-    ("thrust", "force_x_N", 1),
-    ("drag", "force_x_N", -1),
-    ("moment", "moment_N_cm", 1),
-    ("moment_negative", "moment_N_cm", -1),
-)
-"""Name, quantity and sign of the peaks of a prediction."""
-
-
-@dataclass(frozen=True)
-class Peak:
-    """Greatest force of one sign, with its interval (NaN where none is known), at theta_deg or t_s.
-
-    Where the profile has draws, number and interval are mean and quantiles of the draws' own peaks; at
-    is the place of the peak of their mean.
-    """
-
-    name: str
-    quantity: str
-    value: float
-    lo: float
-    hi: float
-    at: float
-
-
-def find_peaks(
-    profile: Profile, outline: Outline, motion: Motion | None = None, confidence: float = 0.95
-) -> list[Peak]:
-    """Find the greatest force and moment of each sign on a body that moves, as `predict` takes them.
-
-    Poses with NaN are left out. Returns only those that exist: no lift where nothing pushes up.
-    """
-    motion = rotation() if motion is None else motion
-    table = predict(profile, outline, motion, confidence)
-    own: dict[str, FloatArray] = {}
-    known = table["force_z_N"].notna().to_numpy()
-    if isinstance(profile.spread, Profile) and known.any():
-        own = peaks_of_draws(profile.spread, outline, motion.poses[known])
-    found = []
-    at = table.iloc[:, 0].to_numpy(float)
-    for name, quantity, sign in PEAKS:
-        values = table[quantity].to_numpy(float)
-        if np.isnan(values).all() or not np.nanmax(sign * values) > 0:
-            continue
-        row = int(np.nanargmax(sign * values))
-        # where alpha has no error, neither has the peak
-        if name in own and np.isfinite(own[name]).all():
-            lo, hi = map(float, interval(own[name], confidence))
-            value = float(own[name].mean())
-        else:
-            lo, hi = (float(table.iloc[row].get(end, math.nan)) for end in end_names(quantity))
-            value = float(values[row])
-        found.append(Peak(name, quantity, value, lo, hi, float(at[row])))
-    return found
-
-
-def largest_in_space(table: pd.DataFrame, key: str) -> list[Peak]:
-    """Largest value of each force and moment in a table of `predict` of a mesh, with the interval of its row."""
-    found = []
-    for quantity in IN_SPACE:
-        size = table[quantity].abs().fillna(0.0).to_numpy()
-        if not size.max() > 0:
-            continue
-        row = table.iloc[int(size.argmax())]
-        lo, hi = (float(row.get(end, math.nan)) for end in end_names(quantity))
-        name = quantity.partition("_N")[0]
-        found.append(Peak(name, quantity, float(row[quantity]), lo, hi, float(row[key])))
-    return found
-
-
-def peaks_of_draws(draws: Profile, outline: Outline, poses: FloatArray) -> dict[str, FloatArray]:
-    """Greatest value of each of `PEAKS` in every draw, shape (draws,); NaN in a draw that lacks a pose."""
-    parts: dict[str, list[FloatArray]] = {name: [] for name, *_ in PEAKS}
-    for many in _at_once(draws, outline, poses):
-        for name, quantity, sign in PEAKS:
-            parts[name].append((sign * getattr(many, quantity)).max(axis=1))
-    signs = {name: sign for name, _, sign in PEAKS}
-    return {name: signs[name] * np.max(part, axis=0) for name, part in parts.items()}

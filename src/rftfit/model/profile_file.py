@@ -36,7 +36,7 @@ _MOST_BYTES, _MOST_KEYS = 20_000_000, 100
 _AGREES = 1e-6
 """Numbers that should be the same differ less, as a share of the largest alpha."""
 
-_DIGITS_OF_ANGLES, _DIGITS, _DIGITS_OF_DRAWS = 12, 9, 6
+_DIGITS_OF_ANGLES, _DIGITS, _DIGITS_OF_DRAWS = 12, 9, 7
 """Significant digits in the file."""
 
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3")
@@ -101,6 +101,7 @@ def write_profile(
             "depth_from_cm": low or None, "depth_to_cm": high if math.isfinite(high) else None,
             "without_number": table.reason, "marks": marks,
         },
+        "force_errors": {"model_error": table.model_error, "bed_spread": table.bed_spread},
         **_numbers_of(table, profile.pushed),
         "origin": {
             "program": f"rftfit {__version__}", "profile": table.name,
@@ -257,6 +258,8 @@ def read_profile(path: str | Path) -> TableProfile:
     table, validity = profile_of(content), content.validity
     high = validity.depth_to_cm
     table.window = (validity.depth_from_cm or 0.0, math.inf if high is None else high)
+    table.model_error = content.force_errors.model_error
+    table.bed_spread = content.force_errors.bed_spread
     if content.pushes is not None:
         table.pushed = _array(content.pushes, _PUSHES)
     return table

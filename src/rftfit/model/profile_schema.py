@@ -13,6 +13,7 @@ from rftfit.campaign.files import unshowable
 from rftfit.campaign.schema import json_schema
 from rftfit.errors import RftfitError
 from rftfit.model.prediction import QUASI_STATIC_CM_PER_S
+from rftfit.model.profiles import EPS, USUAL_BED_SPREAD
 from rftfit.reference import CITATION
 from rftfit.store import write_text
 
@@ -143,6 +144,15 @@ class Errors(Model):
     """of alpha_x in each direction, N/cm^3, one row a draw; null: not known"""
 
 
+class ForceErrors(Model):
+    """What a measured force has beside the errors of alpha."""
+
+    model_error: NotNegative = EPS
+    """relative error of the force model itself, over the load without cancellation"""
+    bed_spread: NotNegative = USUAL_BED_SPREAD
+    """relative standard deviation of forces from one prepared bed to the next"""
+
+
 class Made(Model):
     """Pushes behind the profile, an entry a direction: with more of them the map is made again."""
 
@@ -202,6 +212,8 @@ class ProfileFile(Model):
     """alpha over all directions"""
     errors: Errors | None = None
     """errors of alpha; null: not known"""
+    force_errors: ForceErrors = ForceErrors()
+    """what a measured force has beside the errors of alpha"""
     pushes: Made | None = None
     """what was measured; null: just the directions that have a number"""
     origin: Origin

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,9 @@ from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import WIDEST_DEG, Rectangle, crossings, each_once, rectangle, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 IndexArray = npt.NDArray[np.signedinteger]
 
@@ -104,6 +107,14 @@ PAPER_WINDOW = (0.3, 9.0)
 kept from its bottom."""
 
 
+USUAL_BED_SPREAD = 0.05
+"""Relative, of hand-made beds: where none was measured."""
+
+EPS = 0.28
+"""Relative error of the force model (`rftfit.model.model_error`). Chosen on the measured legs of Fig. S5 (five media,
+three legs, by the measured table)."""
+
+
 class OneTest:
     """A medium known by one penetration test (`rftfit.model.scaling.ScaledMedium`)."""
 
@@ -125,6 +136,10 @@ class Profile(ABC):
         test and the reference media that it is scaled from; None where no error is known.
     window : tuple of float
         Least and greatest depth over which alpha was measured, cm.
+    bed_spread : float
+        Relative standard deviation of forces from one prepared bed to the next.
+    model_error : float
+        Relative error of the force model itself in this medium (`rftfit.model.model_error`).
 
     Examples
     --------
@@ -137,6 +152,8 @@ class Profile(ABC):
     reason: str
     spread: Profile | OneTest | None
     window: tuple[float, float] = ANY_DEPTH
+    bed_spread: float = USUAL_BED_SPREAD
+    model_error: float = EPS
 
     @property
     @abstractmethod
@@ -411,6 +428,20 @@ class TableProfile(Profile):
             result[points, row * self.gamma.size + col] += weight
         result = result.reshape(*beta.shape, -1)
         return result, result
+
+    def weights(self, beta: FloatArray, gamma: FloatArray) -> csr_array:
+        """`basis` of directions (n,) as a sparse matrix, shape (n, nodes)."""
+        from scipy.sparse import csr_array
+
+        points, places, weights = [], [], []
+        for row, col, weight in self._corners(beta, gamma):
+            there = np.flatnonzero(weight >= NEGLIGIBLE)
+            points.append(there)
+            places.append((row * self.gamma.size + col)[there])
+            weights.append(weight[there])
+        at = np.concatenate(points), np.concatenate(places)
+        shape = (beta.size, self.beta.size * self.gamma.size)
+        return csr_array((np.concatenate(weights), at), shape=shape)
 
     def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """As `Profile.alpha`, without the weights of all nodes."""

@@ -20,7 +20,7 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdicts import usable
 from rftfit.model import fourier
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
-from rftfit.model.profiles import FourierProfile, OneTest, scaled_generic
+from rftfit.model.profiles import FourierProfile, OneTest, TableProfile, scaled_generic
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
 
 GENERIC = "generic"
@@ -59,7 +59,9 @@ class Scaled:
     chi_hi: float
     confidence: float
 
-    def with_interval(self, generic: FloatArray, of_media: FloatArray) -> Interval:
+    def with_interval(
+        self, generic: FloatArray, of_media: FloatArray, *, measured: bool = False
+    ) -> Interval:
         """Scale a quantity of the generic profile; its interval is that for one further medium.
 
         Two errors are joined as independent ones: that of zeta, and how far a medium's own profile
@@ -71,6 +73,9 @@ class Scaled:
             Of the generic profile, dimensionless.
         of_media : numpy.ndarray, shape (media, ...)
             The same of each reference medium, divided by its zeta.
+        measured : bool, optional
+            Whether `of_media` follow from measured alpha instead of nine terms: then what nine terms miss on
+            average counts too.
 
         Returns
         -------
@@ -78,6 +83,8 @@ class Scaled:
         """
         media = of_media.shape[0]
         spread = of_media.std(axis=0, ddof=1) * np.sqrt(1 + 1 / media)
+        if measured:
+            spread = np.hypot(spread, of_media.mean(axis=0) - generic)
         shape = student_quantile(self.confidence, media - 1) * spread * self.zeta
         value = self.zeta * generic
         ends = np.stack([self.zeta_lo * generic, self.zeta_hi * generic])
@@ -150,6 +157,9 @@ class Reference:
         M / zeta of each medium: their scatter about `m0` is that of a further medium.
     printed : bool, optional
         Whether these are the published tables.
+    tables : tuple of TableProfile, optional
+        Measured alpha of each medium over its zeta, dimensionless: what nine terms miss of a medium. Empty where
+        it is not known.
 
     Examples
     --------
@@ -164,6 +174,7 @@ class Reference:
     m0: FloatArray
     scaled: FloatArray
     printed: bool = False
+    tables: tuple[TableProfile, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -177,13 +188,21 @@ def reference_from(
     coefficients: Mapping[str, FloatArray],
     *,
     printed: bool = False,
+    tables: Mapping[str, TableProfile] | None = None,
 ) -> Reference:
-    """Put together chi by medium, and coefficients (N/cm^3) of these media and of `GENERIC`."""
+    """Put together chi by medium, and coefficients (N/cm^3) of these media and of `GENERIC`; `tables` in N/cm^3."""
     own = np.stack([coefficients[medium] for medium in chi])
     # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
-    scaled = own / vertical_penetration(own)[:, None]
+    zetas = vertical_penetration(own)
+    scaled = own / zetas[:, None]
     values = np.array(list(chi.values()))
-    return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed)
+    over_zeta = tuple(
+        TableProfile(z / zeta, x / zeta, beta, gamma)
+        for (beta, gamma, z, x), zeta in zip(
+            (tables[medium].cells for medium in chi) if tables else (), zetas, strict=False
+        )
+    )
+    return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed, over_zeta)
 
 
 PAPER_RULE = 0.05
@@ -216,7 +235,7 @@ def published(method: str = "lsq") -> Reference:
     chi = dict(zip(rows["medium"], rows["value"].astype(float), strict=True))
     arrays = {medium: fourier.as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
     name = "published Tables S2 and S3, method dft-index as printed"
-    return reference_from(name, chi, arrays, printed=True)
+    return reference_from(name, chi, arrays, printed=True, tables=_published_tables())
 
 
 @cache
@@ -229,7 +248,17 @@ def _by_least_squares() -> Reference:
         down = own.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
         chi[name] = float(down / vertical_penetration(fits[name]))
     m0 = generic(np.stack(list(fits.values())))
-    return reference_from("published Table S5, method lsq", chi, fits | {GENERIC: m0}, printed=True)
+    return reference_from(
+        "published Table S5, method lsq",
+        chi,
+        fits | {GENERIC: m0},
+        printed=True,
+        tables=_published_tables(),
+    )
+
+
+def _published_tables() -> dict[str, TableProfile]:
+    return {medium: TableProfile.published(medium) for medium in MEDIA}
 
 
 @dataclass(frozen=True)
@@ -314,9 +343,37 @@ class ScaledMedium(Scaled, OneTest):
             Value, lower and upper end, N/cm^3.
         """
         z, x = fourier.evaluate(self.reference.m0, beta, gamma)
-        each = [fourier.evaluate(own, beta, gamma) for own in self.reference.scaled]
-        each_z, each_x = map(np.stack, zip(*each, strict=True))
-        return self.with_interval(z, each_z), self.with_interval(x, each_x)
+        fitted = [fourier.evaluate(own, beta, gamma) for own in self.reference.scaled]
+        tables = [table.alpha(beta, gamma) for table in self.reference.tables]
+        intervals = []
+        for component, generic in enumerate((z, x)):
+            parts = ([pair[component] for pair in pairs] for pairs in (fitted, tables))
+            of_media, measured = self.of_media(*parts)
+            intervals.append(self.with_interval(generic, of_media, measured=measured))
+        return intervals[0], intervals[1]
+
+    @staticmethod
+    def of_media(
+        fitted: Sequence[FloatArray] | FloatArray, tables: Sequence[FloatArray]
+    ) -> tuple[FloatArray, bool]:
+        """A quantity of each reference medium by its table, by its nine terms where that has no number.
+
+        Parameters
+        ----------
+        fitted, tables : sequence of numpy.ndarray
+            By nine terms, and by the tables where they are known.
+
+        Returns
+        -------
+        of_media : numpy.ndarray, shape (media, ...)
+        measured : bool
+            Whether any is of a table.
+        """
+        by_terms = np.asarray(fitted)
+        if not tables:
+            return by_terms, False
+        by_table = np.stack(tables)
+        return np.where(np.isnan(by_table), by_terms, by_table), True
 
     def table(self) -> pd.DataFrame:
         """Alpha on the published grid of 7 x 13 angles.
@@ -558,7 +615,9 @@ def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
     values = {fit.medium: fit.used for fit in own}
     chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
     m0 = generic(np.stack([fit.used for fit in own]))
-    return reference_from(f"this campaign, method {method}", chi, values | {GENERIC: m0})
+    tables = {fit.medium: TableProfile.from_table(fit.table) for fit in own}
+    name = f"this campaign, method {method}"
+    return reference_from(name, chi, values | {GENERIC: m0}, tables=tables)
 
 
 def routine(method: str, *, printed: bool = False) -> str:

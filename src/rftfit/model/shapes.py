@@ -9,15 +9,19 @@ with the unknown size s of this medium, the mean shape m and the covariance C of
 a further medium may differ from them all a smooth covariance K and a rough one R. The pushes tell s, how far
 the medium departs from the known shape (lambda) and how roughly (w). Draws of all of it are the map: their
 mean is its number, their quantiles are its interval.
+
+The known tables have lines 30 degrees apart in beta. Between them m has the course of 3D-RFT, fitted to nothing,
+and C the differences of its frictions and the course itself: a further medium may have none of it, or twice.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from importlib.resources import files
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,12 +30,13 @@ import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.tables import ALPHA
-from rftfit.conventions import FloatArray, mirror
+from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.errors import InputError
 from rftfit.measure.alpha import SAME_DIRECTION_DEG, alpha_columns, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
-from rftfit.model.profiles import TableProfile
+from rftfit.model.profiles import EPS, USUAL_BED_SPREAD, TableProfile
+from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
@@ -44,7 +49,10 @@ DRAWS, SEED = 1000, 2013
 FEWEST_DRAWS = 100
 """With fewer of them there is no map."""
 
-_MOST_DRAWN = 60
+_MOST_COMPLETED = 10
+"""Completions of a draw between the lines, to find one that takes energy there; the last one stays."""
+
+_MOST_DRAWN = 120
 """So many times the wanted draws are made at most to find enough in which the medium takes energy."""
 
 NOT_ALIKE = 0.03
@@ -63,6 +71,8 @@ class Variation(NamedTuple):
         root mean square of floor + share |m|.
     `most_own`: the share w of R is flat beforehand from 0 to this.
     `departure_dof`: lambda is inverse gamma beforehand with so many degrees of freedom and its mode at 1.
+    `course_share`: standard deviation of the factor, 1 on average, by which a medium has the course of 3D-RFT
+        between the lines of the published grid.
     """
 
     floor: float
@@ -77,6 +87,7 @@ class Variation(NamedTuple):
     own_gamma: float
     most_own: float
     departure_dof: float
+    course_share: float
 
 
 @cache
@@ -144,25 +155,78 @@ class Shapes:
         known, allowed = self.horizontal_spread
         return float(np.sqrt(known**2 + max(seen**2 - allowed**2, 0.0)))
 
+    @cached_property
+    def levels(self) -> FloatArray:
+        """alpha_z(0, 90 deg) of each known medium over its size, shape (media,)."""
+        down = [profile.alpha(0.0, np.pi / 2)[0] for profile in self.profiles.values()]
+        return np.asarray(np.array(down, dtype=float) / self._sizes)
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        grids = [profile.alpha(*_GRID) for profile in self.profiles.values()]
+        return np.asarray(np.sqrt(np.mean(np.square(grids), axis=(1, 2))))
+
     def of_media(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Alpha of each known medium over its size, shape (media, 2 n): z, then x."""
-        shapes = []
-        for profile in self.profiles.values():
-            size = np.sqrt(np.mean(np.square(profile.alpha(*_GRID))))
-            shapes.append(np.concatenate(profile.alpha(beta, gamma)) / size)
-        return np.stack(shapes)
+        """Alpha of each known medium over its size, shape (media, 2 n): z, then x.
+
+        Bilinear between the lines of its table, with the course of 3D-RFT.
+        """
+        tables = [np.concatenate(one.alpha(beta, gamma)) for one in self.profiles.values()]
+        course = course_between_lines(beta, gamma).mean(axis=0)
+        bilinear = np.stack(tables) / self._sizes[:, None]
+        return np.asarray(bilinear + self.levels[:, None] * course)
 
     def prior(self, beta: FloatArray, gamma: FloatArray) -> _Prior:
         """What is known of a further medium of size 1 before a push, at directions of shape (n,)."""
         known = self.of_media(beta, gamma)
         mean, count, by = known.mean(axis=0), len(known), self.variation
         between = (known - mean) * np.sqrt(by.media * (1 + 1 / count) / (count - 1))
+        # how a further medium runs between the lines: the frictions differ, and it may have less of a course or more
+        courses = self.levels.mean() * course_between_lines(beta, gamma)
+        course = courses.mean(axis=0)
+        apart = (courses - course) / np.sqrt(len(courses) - 1)
+        between = np.concatenate([between, apart, by.course_share * course[None]])
         amplitude = by.floor + by.share * np.abs(mean)
         level = by.floor + by.share * np.abs(self.of_media(*_GRID).mean(axis=0))
         smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, by))
         return _Prior(
             mean, between, smooth, np.mean(level**2) * _alike(beta, gamma, partial(_rough, by))
         )
+
+    @property
+    def tilt(self) -> float:
+        """Exponent of the tilt: `TILT_SHARE` of that with which passive media of the prior have the mean effort of m."""
+        return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
+
+    @cached_property
+    def _full_tilt(self) -> float:
+        by, random = self.variation, np.random.default_rng(SEED)
+        prior = self.prior(*_GRID)
+        wanted = float(mean_effort(prior.mean.reshape(1, 2, -1), _GRID)[0])
+        half = by.departure_dof / 2
+        efforts = []
+        for own in np.linspace(0, by.most_own, _OWN):
+            wide = (half + 1) / random.gamma(half, size=(_TILT_DRAWS, 1))
+            normals = random.standard_normal((_TILT_DRAWS, prior.mean.size))
+            drawn = prior.mean + np.sqrt(wide) * (normals @ _rows(prior.covariance(own)))
+            media = drawn.reshape(_TILT_DRAWS, 2, -1)
+            largest = np.abs(media).max(axis=(1, 2))
+            takes = _takes_energy(media, _GRID[1], largest, np.zeros(_GRID[0].size, dtype=bool))
+            efforts.append(mean_effort(media[takes], _GRID))
+        effort = np.concatenate(efforts)
+        effort = effort[np.isfinite(effort)]
+
+        def excess(exponent: float) -> float:
+            weights = np.exp(-exponent * (effort - effort.min()))
+            return float(weights @ effort / weights.sum()) - wanted
+
+        low, high = 0.0, _MOST_TILT
+        if excess(low) <= 0:
+            return 0.0
+        for _ in range(30):
+            middle = (low + high) / 2
+            low, high = (middle, high) if excess(middle) > 0 else (low, middle)
+        return low
 
     def moments(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean, shape (2 n,), and covariance, shape (2 n, 2 n), of a medium of size 1, lambda 1 and w 0."""
@@ -177,6 +241,17 @@ class _Prior(NamedTuple):
     between: FloatArray
     smooth: FloatArray
     rough: FloatArray
+
+    def by_blocks(self, counts: Sequence[int]) -> _Prior:
+        """The same in another order: z and x of the first directions, then of the next; `counts` of directions."""
+        places = np.arange(self.mean.size).reshape(2, -1)
+        ends = np.cumsum([0, *counts])
+        blocks = [places[:, start:stop].ravel() for start, stop in pairwise(ends)]
+        order = np.concatenate(blocks)
+        square = np.ix_(order, order)
+        return _Prior(
+            self.mean[order], self.between[:, order], self.smooth[square], self.rough[square]
+        )
 
     def covariance(self, own: float) -> FloatArray:
         """C + (1 - w) K + w R, `own`: w."""
@@ -240,8 +315,12 @@ def published_shapes(without: Iterable[str] = ()) -> Shapes:
     >>> rftfit.published_shapes().name.split(", ")[0]
     'poppy_LP'
     """
-    left = set(without)
-    return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left})
+    return _published_shapes(frozenset(without))
+
+
+@cache
+def _published_shapes(left_out: frozenset[str]) -> Shapes:
+    return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left_out})
 
 
 def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
@@ -258,7 +337,61 @@ def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
     return mesh[0].ravel(), mesh[1].ravel()
 
 
+class Nodes(NamedTuple):
+    """Nodes of a map, rad, shape (n,); a push can be planned in the first `lines` of them."""
+
+    beta: FloatArray
+    gamma: FloatArray
+    lines: int
+
+
+def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Nodes:
+    """Nodes of `grid`, in which a push can be planned, then those of finer lines between them.
+
+    The finer lines are `STEP_DEG` apart in beta, and the middles of the published gammas.
+    """
+    lines = grid(beta_deg, gamma_deg)
+    steps = np.arange(-90 + STEP_DEG, 90, STEP_DEG)
+    middles = (GAMMA_DEG[1:] + GAMMA_DEG[:-1]) / 2
+    more_beta = np.concatenate([steps, np.asarray(beta_deg, dtype=float).ravel()])
+    more_gamma = np.concatenate([middles, np.asarray(gamma_deg, dtype=float).ravel()])
+    every = np.stack(grid(more_beta, more_gamma), axis=1)
+    apart = np.abs(every[:, None] - np.stack(lines, axis=1)).max(axis=-1).min(axis=1)
+    between = every[apart > 1e-9]
+    beta, gamma = (np.concatenate([own, fine]) for own, fine in zip(lines, between.T, strict=True))
+    return Nodes(beta, gamma, lines[0].size)
+
+
+STEP_DEG = 15.0
+"""Lines of a map in beta: calibrated on the legs of Fig. S5 (docs/theory/map.md)."""
+
 _GRID = grid()
+
+FRICTIONS = (0.2, 0.4, 0.8)
+"""Frictions of 3D-RFT whose mean is the course between the lines of the published grid."""
+
+
+def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """3D-RFT less what is bilinear between its values on the published grid, shape (frictions, 2 n): z, then x.
+
+    Of media whose alpha_z(0, 90 deg) is 1; 0 on the published grid.
+    """
+    return np.stack([_course(friction, beta, gamma) for friction in FRICTIONS])
+
+
+def _course(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    image = mirror(beta, gamma)
+    # a plate at 90 degrees is the one at -90
+    here, there = (
+        alpha_3drft(wrap_beta(angles[0]), angles[1], friction) for angles in ((beta, gamma), image)
+    )
+    law = np.concatenate([(here[0] + there[0]) / 2, (here[1] - there[1]) / 2])
+    return np.asarray(law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma)))
+
+
+@cache
+def _law_on_lines(friction: float) -> TableProfile:
+    return TableProfile(*alpha_3drft(*_GRID, friction), *_GRID)
 
 
 class Pushes(NamedTuple):
@@ -369,8 +502,13 @@ def estimate_map(
     >>> round(rftfit.estimate_map(one).zeta[0], 1)
     0.8
     """
-    nodes = grid(beta_deg, gamma_deg)
-    return estimate(sorted_pushes(pushes), shapes, nodes, confidence=confidence, name=name)
+    return estimate(
+        sorted_pushes(pushes),
+        shapes,
+        map_nodes(beta_deg, gamma_deg),
+        confidence=confidence,
+        name=name,
+    )
 
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
@@ -424,19 +562,25 @@ def merged(pushes: Pushes) -> Pushes:
 
 
 _MOST_NODES = 400
+"""Nodes on the lines of a medium's own grid and the published one that a map has at most."""
+
+_MOST_FINE_NODES = 800
 
 
-def nodes_of(table: pd.DataFrame) -> Angles:
-    """Nodes of a medium's map: the published grid, with the lines of its own grid where it has one."""
-    own = grid(*(table[name].unique() for name in ("beta_deg", "gamma_deg")))
-    whole = rectangle(*directions(table)) is not None and own[0].size <= _MOST_NODES
-    return own if whole else _GRID
+def nodes_of(table: pd.DataFrame) -> Nodes:
+    """Nodes of a medium's map, with the lines of its own grid where it has one."""
+    lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
+    coarse = grid(*lines_deg)
+    if rectangle(*directions(table)) is None or coarse[0].size > _MOST_NODES:
+        return map_nodes()
+    fine = map_nodes(*lines_deg)
+    return fine if fine.beta.size <= _MOST_FINE_NODES else Nodes(*coarse, coarse[0].size)
 
 
 def estimate(
     pushes: Pushes,
     shapes: Shapes | None = None,
-    nodes: Angles | None = None,
+    nodes: Nodes | None = None,
     *,
     size: float | None = None,
     confidence: float = 0.95,
@@ -444,17 +588,22 @@ def estimate(
 ) -> Map:
     """Estimate alpha over all directions from what was pushed: `estimate_map` with errors that are known.
 
-    `nodes`: (beta, gamma) of the map, rad, all on lines of a grid (`grid`). `size`: Root mean square of alpha
-    over the published grid, N/cm^3, where it is known.
+    `nodes`: of the map, all on lines of a grid; default: `map_nodes`. `size`: root mean square of alpha over the
+    published grid, N/cm^3, where it is known.
     """
     shapes = shapes or published_shapes()
-    nodes = _GRID if nodes is None else nodes
+    nodes = nodes or map_nodes()
     made = int(np.isfinite(pushes.alpha).any(axis=0).sum())
     pushes = merged(pushes)
+    # pushes, then nodes of the published grid, then the others: most draws end at the second
+    on_grid = _on_published_grid((nodes.beta, nodes.gamma))
+    order = np.concatenate([np.flatnonzero(on_grid), np.flatnonzero(~on_grid)])
+    count, coarse = pushes.beta.size, int(on_grid.sum())
     prior = shapes.prior(
-        np.concatenate([nodes[0], pushes.beta]), np.concatenate([nodes[1], pushes.gamma])
-    )
-    seen = np.arange(prior.mean.size).reshape(2, -1)[:, nodes[0].size :].ravel()
+        *(np.concatenate([made_at, at_nodes[order]]) for made_at, at_nodes in
+          ((pushes.beta, nodes.beta), (pushes.gamma, nodes.gamma)))
+    ).by_blocks((count, coarse, nodes.beta.size - coarse))  # fmt: skip
+    seen = np.arange(2 * count)
     y, errors = pushes.alpha.ravel(), pushes.covariance
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
     used = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior.smooth)[seen] > _NONE)
@@ -463,8 +612,11 @@ def estimate(
     posterior = _Posterior(
         prior, seen[used], y[used], errors[np.ix_(used, used)], shapes.variation, size
     )
-    kept = _PushedNodes(nodes, pushes, used)
-    draws, share = posterior.draws(kept, nodes[1])
+    sorted_nodes = nodes.beta[order], nodes.gamma[order]
+    kept = _PushedNodes(sorted_nodes, pushes, used)
+    drawn, share = posterior.draws(sorted_nodes, coarse, kept, pushes, used, shapes.tilt)
+    back = np.argsort(order)
+    draws, measured = drawn[..., back], kept.measured[back]
     usual = posterior.given[0]
     expected = usual.expected(size)
     horizontal, seen_error = usual.horizontal(np.flatnonzero(used) >= pushes.beta.size, expected)
@@ -474,11 +626,25 @@ def estimate(
     else:
         off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     return Map(
-        name, *nodes, draws, kept.measured, share, expected, usual.distance(expected),
+        name, nodes.beta, nodes.gamma, draws, measured, share, expected, usual.distance(expected),
         y[used].size - 1, made, shapes.name,
-        usual.farthest(pushes, used, expected), horizontal, float(off), confidence, pushes,
+        usual.farthest(pushes, used, expected), horizontal, float(off), confidence, pushes, nodes.lines,
     )  # fmt: skip
 
+
+def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
+    off = [
+        np.abs(own[:, None] - published).min(axis=1)
+        for own, published in zip(nodes, (np.unique(_GRID[0]), np.unique(_GRID[1])), strict=True)
+    ]
+    return np.asarray(np.maximum(*off) < 1e-9)
+
+
+TILT_SHARE = 1.0
+"""Share of the full tilt: decided on natural sands and on exact laws (docs/theory/map.md)."""
+
+_TILT_DRAWS = 2000
+_MOST_TILT = 100.0
 
 _NONE = 1e-9
 """A variance below this is none, of a shape whose size is 1."""
@@ -524,7 +690,8 @@ class _PushedNodes:
 class _Posterior:
     """What pushes tell of a medium: its size, its departure lambda and the share w of R, on a grid.
 
-    `seen`: places of the numbers y in the prior; the places before them are nodes, z first.
+    The prior has blocks: pushes, nodes of the published grid, other nodes; of each z, then x. `seen`: places of the
+    numbers y in it.
     """
 
     def __init__(
@@ -533,7 +700,8 @@ class _Posterior:
     ) -> None:  # fmt: skip
         self.prior, self.seen, self.y = prior, seen, y
         self.own = np.linspace(0, by.most_own, _OWN)
-        self._each = [prior.covariance(own) for own in self.own]
+        covariances = [prior.covariance(own) for own in self.own]
+        self._towards = [each[seen] for each in covariances]
         # exact numbers have the error of rounding
         scale = float(np.abs(y).max()) or 1.0
         rounded = errors + np.eye(y.size) * (1e-6 * scale) ** 2
@@ -541,39 +709,66 @@ class _Posterior:
         whiten = np.linalg.inv(self._noise.T)
         self.given = [
             _Given(prior.mean[seen], each[np.ix_(seen, seen)], y, rounded, whiten)
-            for each in self._each
+            for each in covariances
         ]
         # seven digits of what is random are enough
-        self._roots = [_rows(each).astype(np.float32) for each in self._each]
+        self._roots = [_rows(each).astype(np.float32) for each in covariances]
         half = by.departure_dof / 2
         before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         ends = np.where(np.isin(np.arange(_OWN), (0, _OWN - 1)), 0.5, 1.0)
         beforehand = np.log(ends)[:, None, None] + before[:, None]
         self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
 
-    def draws(self, kept: _PushedNodes, gamma: FloatArray) -> tuple[FloatArray, float]:
+    def draws(
+        self,
+        nodes: Angles,
+        coarse: int,
+        kept: _PushedNodes,
+        pushes: Pushes,
+        used: npt.NDArray[np.bool_],
+        tilt: float,
+    ) -> tuple[FloatArray, float]:
         """Draws of alpha at the nodes, shape (draws, 2, n), and the share left out as they give energy back.
 
-        `gamma`: of the nodes, rad.
+        `coarse`: how many of the nodes, the first, are of the published grid. A draw that gives energy back there is left
+        out; of the others each is kept with the probability exp(-tilt T), T its mean work over alpha_z(0, 90 deg)
+        there, less the least T of the first draws. Between the lines a draw is made until it takes energy, at most
+        `_MOST_COMPLETED` times.
         """
         random = np.random.default_rng(SEED)
-        at = np.arange(self.prior.mean.size).reshape(2, -1)[:, : gamma.size].ravel()
+        some = nodes[0][:coarse], nodes[1][:coarse]
+        kept_there = _PushedNodes(some, pushes, used)
+        first = 2 * (pushes.beta.size + coarse)
         found: list[FloatArray] = []
-        tried = 0
-        while tried < _MOST_DRAWN and sum(map(len, found)) < DRAWS:
-            draws = self._some(at, kept, random).reshape(DRAWS, 2, -1)
-            least = -LEAST_WORK * np.abs(draws).max(axis=(1, 2))
-            takes = (work(draws, gamma) >= least[:, None]) | kept.measured
-            found.append(draws[takes.all(axis=-1)])
-            tried += 1
-        drawn = np.concatenate(found)
-        share = 1 - len(drawn) / (tried * DRAWS)
-        if len(drawn) < FEWEST_DRAWS:
+        tried = passive = whole = 0
+        least = np.nan
+        while tried < _MOST_DRAWN and whole < DRAWS:
+            batch = self._begin(first, random)
+            draws = self._nodes(batch, slice(first - 2 * coarse, first))
+            # of the medium itself: the error of a push is not of its shape
+            efforts = mean_effort(draws, some)
+            kept_there.put(draws.reshape(len(draws), -1), self.y - batch.noise)
+            largest = np.abs(draws).max(axis=(1, 2))
+            takes = _takes_energy(draws, some[1], largest, kept_there.measured)
+            tried, passive = tried + 1, passive + int(takes.sum())
+            chosen = np.flatnonzero(takes)
+            if tilt:
+                chosen = chosen[np.isfinite(efforts[chosen])]
+            if tilt and chosen.size:
+                effort = efforts[chosen]
+                least = float(effort.min()) if np.isnan(least) else least
+                chance = np.exp(-tilt * np.maximum(effort - least, 0.0))
+                chosen = chosen[random.random(chance.size) < chance]
+            made = self._between(batch.of(chosen), draws[chosen], nodes, kept, random)
+            whole += len(made)
+            found.append(made)
+        share = 1 - passive / (tried * DRAWS)
+        if whole < FEWEST_DRAWS:
             raise ValueError(
                 f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
                 "at the signs of alpha and at the angles"
             )
-        drawn = drawn[:DRAWS]
+        drawn = np.concatenate(found)[:DRAWS]
         # of what was measured the mean is the number itself
         flat = drawn.reshape(len(drawn), -1)
         centre = flat.mean(axis=0)
@@ -581,10 +776,8 @@ class _Posterior:
         flat += centre - flat.mean(axis=0)
         return drawn, share
 
-    def _some(
-        self, at: npt.NDArray[np.intp], kept: _PushedNodes, random: np.random.Generator
-    ) -> FloatArray:
-        """Draws of size, departure and roughness, and of the shape given them and the pushes.
+    def _begin(self, first: int, random: np.random.Generator) -> _Batch:
+        """Draws of size, departure and roughness, and of the shape as far as the first places of the prior need it.
 
         A medium and errors are drawn from what is known beforehand and corrected by what its pushes would
         differ from those made (Matheron's rule).
@@ -594,17 +787,110 @@ class _Posterior:
         own, departure, size = np.unravel_index(chosen, self.weights.shape)
         s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
         noise = random.standard_normal((DRAWS, self.y.size)) @ self._noise
-        result = np.empty((DRAWS, at.size))
+        normals = random.standard_normal((DRAWS, first), np.float32)
+        pull = np.empty((DRAWS, self.y.size))
+        variance = s**2 * wide
         for place, given in enumerate(self.given):
             mine = own == place
-            rows, towards = self._roots[place], self._each[place][self.seen]
-            normals = random.standard_normal((int(mine.sum()), len(rows)), np.float32)
-            medium = s[mine] * (self.prior.mean + np.sqrt(wide[mine]) * (normals @ rows))
-            off = self.y - medium[:, self.seen] - noise[mine]
-            variance = s[mine] ** 2 * wide[mine]
-            result[mine] = medium[:, at] + variance * given.solved(off, variance) @ towards[:, at]
-        kept.put(result, self.y - noise)
-        return result
+            # a root is triangular: the first places need the first normal numbers only
+            root = self._roots[place][: self.seen[-1] + 1, self.seen]
+            shape = self.prior.mean[self.seen] + np.sqrt(wide[mine]) * (
+                normals[mine, : len(root)] @ root
+            )
+            off = self.y - s[mine] * shape - noise[mine]
+            pull[mine] = variance[mine] * given.solved(off, variance[mine])
+        return _Batch(own, s, wide, normals, pull, noise)
+
+    def _between(
+        self, batch: _Batch, draws: FloatArray, nodes: Angles, kept: _PushedNodes, random: np.random.Generator
+    ) -> FloatArray:  # fmt: skip
+        """Complete draws at the nodes of the published grid (draws, 2, n) by the nodes between its lines.
+
+        Beside a push that gives energy back, as errors may make it, no completion takes energy: then the last one stays.
+        """
+        first, size = batch.normals.shape[1], self.prior.mean.size
+        if first == size:
+            return draws
+        between = slice(first, size)
+        largest = np.abs(draws).max(axis=(1, 2), initial=0.0)
+        # what the numbers on the lines make those between them, without what they leave open
+        expected = self._nodes(batch, between)
+        found = np.empty((len(draws), 2, nodes[0].size))
+        left = np.arange(len(draws))
+        for _ in range(_MOST_COMPLETED):
+            if not left.size:
+                break
+            normals = random.standard_normal((left.size, size - first), np.float32)
+            completed = expected[left] + self._left_open(batch.of(left), normals, between)
+            whole = np.concatenate([draws[left], completed], axis=-1)
+            kept.put(whole.reshape(left.size, 2 * nodes[0].size), self.y - batch.noise[left])
+            found[left] = whole
+            left = left[~_takes_energy(whole, nodes[1], largest[left], kept.measured)]
+        return found
+
+    def _nodes(self, batch: _Batch, there: slice) -> FloatArray:
+        """Alpha in some places of the prior as far as the normal numbers of a batch reach, shape (draws, 2, n)."""
+        reach = min(there.stop, batch.normals.shape[1])
+        result = np.empty((len(batch.own), there.stop - there.start))
+        for place, (root, towards) in enumerate(zip(self._roots, self._towards, strict=True)):
+            mine = batch.own == place
+            drawn = batch.normals[mine, :reach] @ root[:reach, there]
+            shape = self.prior.mean[there] + np.sqrt(batch.wide[mine]) * drawn
+            result[mine] = batch.s[mine] * shape + batch.pull[mine] @ towards[:, there]
+        return result.reshape(len(result), 2, result.shape[1] // 2)
+
+    def _left_open(
+        self, batch: _Batch, normals: npt.NDArray[np.float32], there: slice
+    ) -> FloatArray:
+        """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
+        result = np.empty((len(batch.own), there.stop - there.start))
+        for place, root in enumerate(self._roots):
+            mine = batch.own == place
+            drawn = normals[mine] @ root[there, there]
+            result[mine] = batch.s[mine] * np.sqrt(batch.wide[mine]) * drawn
+        return result.reshape(len(result), 2, result.shape[1] // 2)
+
+
+class _Batch(NamedTuple):
+    """Draws that are not finished: place of w, size s, lambda, normal numbers, correction by the pushes, their errors."""
+
+    own: npt.NDArray[np.intp]
+    s: FloatArray
+    wide: FloatArray
+    normals: npt.NDArray[np.float32]
+    pull: FloatArray
+    noise: FloatArray
+
+    def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
+        """Some of the draws."""
+        return _Batch(
+            self.own[chosen],
+            self.s[chosen],
+            self.wide[chosen],
+            self.normals[chosen],
+            self.pull[chosen],
+            self.noise[chosen],
+        )
+
+
+def _takes_energy(
+    draws: FloatArray, gamma: FloatArray, largest: FloatArray, measured: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Whether each of some media takes energy in every direction that was not pushed; `largest`: alpha of each."""
+    takes = (work(draws, gamma) >= -LEAST_WORK * largest[:, None]) | measured
+    return np.asarray(takes.all(axis=-1))
+
+
+def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
+    """Mean work over the nodes, over alpha_z(0, 90 deg), of media (draws, 2, n) at nodes of the published grid.
+
+    Infinite where a medium does not resist a plate that is pushed straight down.
+    """
+    down = np.argmin(np.abs(nodes[0]) + np.abs(nodes[1] - np.pi / 2))
+    level = alpha[:, 0, down]
+    resists = level > 0
+    effort = work(alpha, nodes[1]).mean(axis=-1) / np.where(resists, level, 1.0)
+    return np.where(resists, effort, np.inf)
 
 
 def _rows(covariance: FloatArray) -> FloatArray:
@@ -787,6 +1073,10 @@ class Map:
     confidence : float
     given : Pushes or None
         The pushes, one a direction.
+    lines : int or None
+        How many of the nodes, the first, a push is planned in; the others lie between their lines. None: all.
+    bed_spread, model_error : float
+        As of its `Profile`.
 
     Examples
     --------
@@ -813,6 +1103,9 @@ class Map:
     horizontal_off: float = float("nan")
     confidence: float = 0.95
     given: Pushes | None = field(default=None, repr=False)
+    lines: int | None = None
+    bed_spread: float = USUAL_BED_SPREAD
+    model_error: float = EPS
 
     @cached_property
     def alpha(self) -> FloatArray:
@@ -870,6 +1163,7 @@ class Map:
         name = f"map{of} from {pushes} and the shape of {self.known}"
         found = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
         found.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        found.bed_spread, found.model_error = self.bed_spread, self.model_error
         return found
 
     @property
@@ -916,15 +1210,16 @@ class Map:
         -------
         dict of str to numpy.ndarray, shape (n,)
         """
+        order = np.lexsort([self.gamma, self.beta])
         columns: dict[str, npt.NDArray[np.generic]] = {
-            "beta_deg": np.degrees(self.beta), "gamma_deg": np.degrees(self.gamma),
+            "beta_deg": np.degrees(self.beta[order]), "gamma_deg": np.degrees(self.gamma[order]),
         }  # fmt: skip
         # what is 0 by symmetry is so to the last digit
         ends = np.round(interval(self.draws, self.confidence), 12) + 0.0
         for place, component in enumerate("zx"):
             for end, values in zip(("", "_lo", "_hi"), (self.alpha, *ends), strict=True):
-                columns[column(component, end)] = values[place]
-        columns["source"] = np.where(self.measured, "measured", "estimated")
+                columns[column(component, end)] = values[place, order]
+        columns["source"] = np.where(self.measured[order], "measured", "estimated")
         return columns
 
 

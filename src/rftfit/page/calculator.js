@@ -29,19 +29,26 @@ function readPush(alphaText, seText) {
 }
 
 /**
- * The map of a push and the forces on legs, each number as [value, lower, upper]. All are proportional to the
- * push, so they are those of an exact push of 1 N/cm^3; the error of the push is independent of the shape.
+ * The map of a push and the forces on legs, each number as [value, lower, upper]; a force has the ends of its interval
+ * with the model's own error after those of alpha. All are proportional to the push, so they are those of an exact push
+ * of 1 N/cm^3; the error of the push is independent of the shape and of the model.
  */
 function scaleMap(push, alpha, se) {
   const error = push.quantile * (Number.isFinite(se) ? se : push.usual * alpha);
-  const scaled = (value, lo, hi) => [
+  // ends in turn: lower, upper
+  const scaled = (value, ...ends) => [
     alpha * value,
-    alpha * value - Math.hypot(alpha * (value - lo), error * value),
-    alpha * value + Math.hypot(alpha * (hi - value), error * value),
+    ...ends.map((end, i) => alpha * value + (i % 2 ? 1 : -1) * Math.hypot(alpha * (end - value), error * value)),
   ];
-  const curve = (leg, c) => leg[`force_${c}_N`].map((value, i) => scaled(value, leg[`force_${c}_lo_N`][i], leg[`force_${c}_hi_N`][i]));
+  const curve = (leg, c) => {
+    const ends = ["lo", "hi", "model_lo", "model_hi"].map((end) => leg[`force_${c}_${end}_N`]);
+    return leg[`force_${c}_N`].map((value, i) => scaled(value, ...ends.map((own) => own[i])));
+  };
   const legs = Object.entries(push.legs).map(([name, leg]) => {
-    const peaks = ["z", "x"].map((c) => [scaled(...leg.peaks[c]), leg.peaks[c][3]]);
+    const peaks = ["z", "x"].map((c) => {
+      const [at, ...numbers] = leg.peaks[c];
+      return [scaled(...numbers), at];
+    });
     return [name, { z: curve(leg, "z"), x: curve(leg, "x"), peaks }];
   });
   return {
@@ -66,8 +73,8 @@ function startCalculator(data) {
   const [alphaBox, seBox, message, from, legBox] = ["alpha", "se", "message", "reference", "leg"].map((id) => byId(`calc-${id}`));
   const theta = Array.from({ length: 271 }, (_, i) => i - 135);
   // four significant digits, and at most so many after the point
-  const cell = ([value, lo, hi], most) =>
-    valueCell({ value, lo, hi }, Math.max(0, Math.min(most, 3 - Math.floor(Math.log10(Math.abs(value) || 1)))));
+  const cell = ([value, lo, hi, modelLo, modelHi], most) =>
+    valueCell({ value, lo, hi, modelLo, modelHi }, Math.max(0, Math.min(most, 3 - Math.floor(Math.log10(Math.abs(value) || 1)))));
   let [map, routine, reference, curves] = [null, null, null, {}];
 
   const maps = makeMaps(byId("calc-maps"), (beta, gamma) => {
@@ -102,6 +109,7 @@ function startCalculator(data) {
       drawChart(byId(`calc-${c}`), `F_${c}`, {
         map: { theta, y: at(own, 0) },
         band: { theta, lo: at(own, 1), hi: at(own, 2) },
+        outer: { theta, lo: at(own, 3), hi: at(own, 4) },
         routine: { theta, y: at(other, 0) },
       });
     }

@@ -91,20 +91,29 @@ def numbers(
     ends: str = "",
     note: str = "",
     show: Show | None = None,
+    ends_of_model: str = "",
 ) -> Column:
     """Column of numbers: a column of the results, with its interval.
 
     `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
     `note`: Another that is printed small. `show`: Prints the number, instead of `digits` after the
-    point.
+    point. `ends_of_model`: As `ends`, of the interval with the model's own error.
     """
 
     def cell(row: Row) -> Cell:
         text = show(row.get(name)) if show else number(row.get(name), digits)
         lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
-        return Cell(text, (span(lo, hi, digits), *_note(row, note)))
+        of_model = span_of_model(row, ends_of_model, digits) if ends_of_model else ""
+        return Cell(text, (span(lo, hi, digits), of_model, *_note(row, note)))
 
     return Column(heading, cell, "num")
+
+
+def span_of_model(row: Row, ends: str, digits: int) -> str:
+    """Small print of an interval with the model's own error; `ends` as of `numbers`."""
+    lo, hi = (row.get(ends.format(end)) for end in ("lo", "hi"))
+    shown = span(lo, hi, digits)
+    return f"model {shown}" if shown else ""
 
 
 def _note(row: Row, name: str) -> tuple[str, ...]:

@@ -21,13 +21,13 @@ function numbersIn(values) {
 }
 
 /**
- * Draw curves. `curves` has {theta, y} of any of `LINES` and band {theta, lo, hi}, each optional.
+ * Draw curves. `curves` has {theta, y} of any of `LINES`, and band and outer {theta, lo, hi}, each optional.
  * Gives {cursor(theta)}; `picked(theta)` is told where the chart was clicked.
  */
 function drawChart(image, title, curves, picked) {
   const all = [
     0, ...LINES.flatMap((kind) => numbersIn(curves[kind]?.y)),
-    ...numbersIn(curves.band?.lo), ...numbersIn(curves.band?.hi),
+    ...numbersIn(curves.band?.lo), ...numbersIn(curves.band?.hi), ...numbersIn(curves.outer?.lo), ...numbersIn(curves.outer?.hi),
   ];
   let low = Math.min(...all);
   let high = Math.max(...all);
@@ -52,11 +52,12 @@ function drawChart(image, title, curves, picked) {
     image.append(svg("text", { x: CHART.left - 6, y: py(v) + 4, "text-anchor": "end" }, say(v, digits)));
   }
   image.append(svg("line", { class: "zero", x1: CHART.left, x2: right, y1: py(0), y2: py(0) }));
-  if (curves.band) {
-    const { theta, lo, hi } = curves.band;
+  for (const [name, band] of [["outer", curves.outer], ["band", curves.band]]) {
+    if (!band) continue;
+    const { theta, lo, hi } = band;
     const up = theta.map((t, i) => [px(t), py(hi[i])]);
     const down = theta.map((t, i) => [px(t), py(lo[i])]).reverse();
-    image.append(svg("path", { class: "band", d: `${pathOf([...up, ...down])}Z` }));
+    image.append(svg("path", { class: name, d: `${pathOf([...up, ...down])}Z` }));
   }
   for (const kind of LINES) {
     if (!curves[kind]) continue;

@@ -45,10 +45,11 @@ function sayInterval(lo, hi, digits = 3) {
   return ends[0] === ends[1] ? sayInterval(lo, hi, digits + 1) : ends.join(" to ");
 }
 
-/** A number with its interval below it, as a cell of `tableOf`. */
-function valueCell({ value, lo, hi }, digits) {
-  const interval = sayInterval(lo, hi, digits);
-  return interval ? [say(value, digits), html("small", {}, interval)] : [say(value, digits)];
+/** A number with its intervals below it, of alpha and with the model's own error, as a cell of `tableOf`. */
+function valueCell({ value, lo, hi, modelLo, modelHi }, digits) {
+  const ofModel = sayInterval(modelLo, modelHi, digits);
+  const intervals = [sayInterval(lo, hi, digits), ofModel && `model ${ofModel}`].filter(Boolean);
+  return [say(value, digits), ...intervals.map((one) => html("small", {}, one))];
 }
 
 /** A table from rows of text; the first cell of each row is its header. */

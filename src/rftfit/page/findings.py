@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
-from rftfit.compare.sensitivity import shapes
 from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
@@ -99,27 +98,21 @@ def _legs(results: Results) -> Iterable[Finding]:
 
 
 def _why(results: Results) -> Iterable[Finding]:
-    """Whether the stated errors explain the worst peak lift, and what another shape of the legs does to it."""
+    """Whether the stated errors explain the worst peak lift."""
     profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
-    reasons = []
+    if not (ends := labels.span(low, high, 0)):
+        return
+    errors = "the stated errors" if profile == "table" else "the errors of the map"
+    can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
+    why = f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
+    low, high = worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"]
     if ends := labels.span(low, high, 0):
-        errors = "the stated errors" if profile == "table" else "the errors of the map"
-        can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
-        reasons.append(
-            f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
-        )
-    varied = shapes(results.table("leg_sensitivity.csv"))
-    best = max(varied, key=lambda one: one.lifts, default=None)
-    if best is not None and best.lifts > varied[0].lifts:
-        reasons.append(
-            f"{best.lifts} of {best.of} peak lifts, not {varied[0].lifts}, are within {WITHIN_PERCENT:g} % with the best of "
-            f"{len(varied) - 1} other shapes of the legs ({best.name})"
-        )
-    if reasons:
-        yield Finding(f"Why: {'; '.join(reasons)}.", "legs")
+        does = "includes it" if low <= 0 <= high else "leaves it out too"
+        why += f"; that with the model's own error, {ends} %, {does}"
+    yield Finding(f"Why: {why}.", "legs")
 
 
 def _pushes(results: Results) -> Iterable[Finding]:
@@ -134,9 +127,9 @@ def _pushes(results: Results) -> Iterable[Finding]:
             known_force = part[part["force_z_N"].notna()]
             if len(known_force):
                 top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
-                ends = labels.span(top["force_z_lo_N"], top["force_z_hi_N"], 1)
+                ends = labels.in_brackets(_two_intervals(top, "force_z_{}_N", 1))
                 lifts.append(
-                    f"{number(top['force_z_N'], 1)} N{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}"
+                    f"{number(top['force_z_N'], 1)} N{ends} on the {labels.name_of(str(leg))}"
                 )
         if lifts:
             known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
@@ -166,11 +159,22 @@ def _sands(results: Results) -> Iterable[Finding]:
         lift = _lifts(results, media, profile)
         for leg, part in lift.groupby("leg", sort=False):
             worst = _worst(part)
-            ends = labels.span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+            ends = labels.in_brackets(_two_intervals(worst, "peak_error_{}_percent", 0))
             off = labels.percent(worst["peak_error_percent"])
-            lifts.append(f"{off}{labels.in_brackets(ends)} on the {labels.name_of(str(leg))}")
+            lifts.append(f"{off}{ends} on the {labels.name_of(str(leg))}")
         if lifts:
             yield Finding(f"{start}, the peak lift is off by at most {listed(lifts)}.", "sands")
+
+
+def _two_intervals(row: Mapping[str, Any], ends: str, digits: int) -> str:
+    """Interval of alpha and interval with the model's own error, each by name; `ends`: their columns, braces for the end."""
+    named = {"": "of alpha", "model_": "with the model's own error"}
+    shown = []
+    for kind, words in named.items():
+        low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
+        if span := labels.span(low, high, digits):
+            shown.append(f"{span} {words}")
+    return ", ".join(shown)
 
 
 def _simulated(results: Results) -> Iterable[Finding]:

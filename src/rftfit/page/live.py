@@ -23,8 +23,9 @@ from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import leg_outline
+from rftfit.model.peaks import Peak
 from rftfit.model.planning import plan
-from rftfit.model.prediction import Peak, find_peaks, predict
+from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,
@@ -38,6 +39,12 @@ from rftfit.results import Results
 
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
+
+TABLE_DIGITS = 9
+"""Significant digits of the reference media's alpha, which only intervals hang on."""
+
+SAME_LINE_DEG = 0.01
+"""Tables have angles of fewer digits than the grid."""
 
 
 # What the page asks of profiles and of the scaling routine.
@@ -93,7 +100,12 @@ def references(results: Results) -> list[scaling.Reference]:
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():
         return [scaling.published(method)]
     return [
-        scaling.reference_from(f"this campaign, method {method}", chi, values),
+        scaling.reference_from(
+            f"this campaign, method {method}",
+            chi,
+            values,
+            tables={medium: TableProfile.from_table(results[medium].alpha) for medium in chi},
+        ),
         scaling.published(method),
     ]
 
@@ -123,7 +135,7 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "alpha": {one.name: _cells(one.alpha, shared_flags(one.fits)) for one in results},
         "maps": {
-            one.name: _cells(whole.assign(reason="map: " + whole["source"]), ())
+            one.name: _cells(_on_lines(whole, one.alpha).assign(reason=_of_map), ())
             for one in results
             if len(whole := results.table(f"maps/{one.name}.csv"))
         },
@@ -143,6 +155,20 @@ def live_data(results: Results) -> dict[str, Any]:
     }
 
 
+def _of_map(cells: pd.DataFrame) -> pd.Series:
+    return "map: " + cells["source"]
+
+
+def _on_lines(whole: pd.DataFrame, measured: pd.DataFrame | None = None) -> pd.DataFrame:
+    """Cells of a map on the lines of the published grid, and of the measured one: those between are too small to tap."""
+    there = np.ones(len(whole), dtype=bool)
+    for name, lines in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
+        own = np.zeros(0) if measured is None else measured[name].to_numpy(float)
+        off = np.abs(whole[name].to_numpy(float)[:, None] - np.union1d(lines, own))
+        there &= off.min(axis=1) < SAME_LINE_DEG
+    return whole[there]
+
+
 def _unit_push(results: Results) -> dict[str, Any]:
     """What an exact push of 1 N/cm^3 straight down tells: all of it is proportional to the push."""
     from scipy.special import ndtri
@@ -153,20 +179,23 @@ def _unit_push(results: Results) -> dict[str, Any]:
         known = estimate(exact, results.shapes(), confidence=level)
     except ValueError:  # with media of the campaign that hardly take energy
         known = estimate(exact, confidence=level)
+    model_error = results.model_error
     now, after = plan("map", known, count=1, confidence=level).steps
     legs = {}
     for name, leg in config.legs.items():
         motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
-        body = known.profile, leg_outline(leg), motion, level
-        found = find_peaks(*body)
-        legs[name] = _curve(predict(*body)) | {
+        forces, found = predict_with_peaks(
+            known.profile, leg_outline(leg), motion, level, model_error=model_error
+        )
+        legs[name] = _curve(forces) | {
             "peaks": {c: _largest(found, names) for c, names in _PEAKS.items()}
         }
     return {
         "media": len(known.known.split(", ")),
         "quantile": float(ndtri(0.5 + level / 2)),
+        "model_error": model_error,
         "usual": float(usual_error(np.ones(1))[0]),
-        "map": _cells(known.table().assign(reason=""), ()),
+        "map": _cells(_on_lines(known.table()).assign(reason=""), ()),
         "zeta": as_lists(np.array(known.zeta), CURVE_DIGITS),
         "legs": legs,
         "next": {"direction": after.directions[0], "now": now.typical, "after": after.typical},
@@ -177,9 +206,13 @@ _PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
 
 
 def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
-    """Value, lower and upper end, and place of the largest of some peaks; of a leg in the air 0."""
-    own = [(one.value, one.lo, one.hi, one.at) for one in peaks if one.name in names]
-    largest = max(own, key=lambda one: abs(one[0]), default=(0.0,) * 4)
+    """Place, value and ends of both intervals of the largest of some peaks; of a leg in the air 0."""
+    own = [
+        (one.at, one.value, one.lo, one.hi, one.model_lo, one.model_hi)
+        for one in peaks
+        if one.name in names
+    ]
+    largest = max(own, key=lambda one: abs(one[1]), default=(0.0,) * 6)
     return as_lists(np.array(largest), CURVE_DIGITS)
 
 
@@ -199,6 +232,7 @@ def _reference(reference: scaling.Reference, confidence: float) -> dict[str, Any
         "student": float(student_quantile(confidence, reference.chi.size - 1)),
         "m0": reference.m0.tolist(),
         "scaled": reference.scaled.tolist(),
+        "tables": [_parameters(table, TABLE_DIGITS) for table in reference.tables],
     }
 
 
@@ -208,11 +242,11 @@ def as_json(data: Mapping[str, Any]) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _parameters(profile: Profile) -> dict[str, Any]:
-    """A profile as the script's kernel takes it."""
+def _parameters(profile: Profile, digits: int | None = None) -> dict[str, Any]:
+    """A profile as the script's kernel takes it; `digits`: significant ones of a table's alpha, default all."""
     if isinstance(profile, TableProfile):
         angles = {"beta": profile.beta.tolist(), "gamma": profile.gamma.tolist()}
-        alpha = {"z": as_lists(profile.alpha_z), "x": as_lists(profile.alpha_x)}
+        alpha = {"z": as_lists(profile.alpha_z, digits), "x": as_lists(profile.alpha_x, digits)}
         return {"kind": "table", **angles, **alpha, "reason": profile.reason}
     if isinstance(profile, DepthOnlyProfile):
         return {"kind": "depth_only", "values": profile.values.tolist()}
@@ -274,6 +308,8 @@ def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
 def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     """Forces on a leg over theta, with their intervals where they have them."""
     rows = rows.sort_values("theta_deg")
-    forces = [f"force_{c}{end}_N" for c in "zx" for end in ("", "_lo", "_hi")]
+    forces = [f"force_{c}_N" for c in "zx"]
+    ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
     there = [name for name in ("theta_deg", *forces) if name in rows]
+    there += [name for name in ends if name in rows and rows[name].notna().any()]
     return {name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in there}

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping
 import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, Leg, Plate
-from rftfit.compare.sensitivity import ARC_STEPS_DEG
 from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
@@ -362,20 +361,14 @@ def _trial(results: Results) -> str:
         )
         if predicted["force_z_lo_N"].notna().any():
             sentences.append(
-                "Intervals hold the errors of alpha, of the height of the axle and of the arc of the legs."
+                "Intervals of alpha hold the errors of alpha, of the height of the axle and of the arc of the legs."
+            )
+        if predicted["force_z_model_lo_N"].notna().any():
+            sentences.append(
+                "Those with the model's own error hold also how far forces lie from such a sum on legs whose alpha is "
+                f"known: {number(results.model_error, 2)} of the load without cancellation."
             )
         sentences += [_peaks(results, name) for name in ("table", "map")]
-        varied = results.table("leg_sensitivity.csv")
-        if varied["peak_z_N"].notna().any():
-            arcs = (
-                f"arcs ({', '.join(f'{arc:+d}' for arc in ARC_STEPS_DEG if arc)} deg), "
-                if varied["arc_step_deg"].any()
-                else ""
-            )
-            sentences.append(
-                f"Peaks were predicted again with other shapes of the legs: {arcs}hips 2 mm higher and lower, faces half the "
-                "thickness ahead of the middle line."
-            )
         sentences.append(_limits(results, legs))
     return " ".join(filter(None, sentences))
 

@@ -167,7 +167,10 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
         worst = worst_peak(errors, medium, profile)
         if worst:
             what = "lift" if worst["component"] == "z" else "thrust"
-            ends = span(worst["peak_error_lo_percent"], worst["peak_error_hi_percent"], 0)
+            # with the model's own error: the verdict rests on it
+            ends = span(
+                worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
+            )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
             off = percent(worst["peak_error_percent"]) + in_brackets(ends)
             found.append((profile, worst["verdict"], f"{name_of(worst['leg'])}, {what} {off}"))

@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from math import isfinite
 from typing import Any
 
 import pandas as pd
@@ -17,9 +18,10 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
-from rftfit.figures.style import PRINTED, level, size_of_preview
+from rftfit.figures.style import PRINTED, level, number, size_of_preview
 from rftfit.measure.fits import describe_shared_flags, shared_flags
 from rftfit.model.fourier import METHODS
+from rftfit.model.profiles import EPS
 from rftfit.model.scaling import published
 from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, listed
@@ -156,7 +158,7 @@ def context(results: Results) -> dict[str, Any]:
         "other_scaling": other_scaling,
         "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
         "leg_errors": errors,
-        "shapes": tables.shapes_of_legs(results),
+        "model_error": _model_error(results),
         "sands": tables.sands(results),
         "corrections": tables.corrections(results),
         "robot": robot_tables(results),
@@ -171,6 +173,18 @@ def context(results: Results) -> dict[str, Any]:
         "references": references(methods),
         "versions": versions(),
         "settings": settings_digest(config),
+    }
+
+
+def _model_error(results: Results) -> dict[str, str]:
+    """The model's own error that the intervals of the page hold, and where it is from; empty where they hold none."""
+    if not results.table("predicted.csv")["force_z_model_lo_N"].notna().any():
+        return {}
+    of_legs = results.error_of_legs
+    return {
+        "used": number(results.model_error, 2),
+        "of_legs": number(of_legs, 2) if isfinite(of_legs) else "",
+        "usual": number(EPS, 2),
     }
 
 

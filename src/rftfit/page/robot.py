@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ import pandas as pd
 from rftfit.errors import InputError
 from rftfit.figures.labels import name_of, percent, span
 from rftfit.figures.style import number
-from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, texts
+from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, span_of_model, texts
 from rftfit.page.live import as_lists
 from rftfit.results import Results
-from rftfit.robot.speeds import count_within_alpha_error, share_within
+from rftfit.robot.speeds import count_within_alpha_error, count_within_model_error, share_within
 
 DIGITS = 5
 CURVATURE = "R\N{PRIME}/r"
@@ -56,12 +57,22 @@ def _shares(errors: pd.DataFrame) -> Table:
 
         return Column(heading, cell, "num")
 
-    def held(row: Row) -> Cell:
-        found, known = count_within_alpha_error(parts[row["profile"]])
-        return Cell(f"{found} of {known}" if known else "no value")
+    def held(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
+        def cell(row: Row) -> Cell:
+            found, known = count(parts[row["profile"]])
+            return Cell(f"{found} of {known}" if known else "no value")
+
+        return cell
 
     columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
-    columns += [Column("within the errors of \N{GREEK SMALL LETTER ALPHA} alone", held, "num")]
+    columns += [
+        Column(
+            "within the errors of \N{GREEK SMALL LETTER ALPHA} alone",
+            held(count_within_alpha_error),
+            "num",
+        )
+    ]
+    columns += [Column("with the model's own error", held(count_within_model_error), "num")]
     return Table("Share of the conditions", columns, [{"profile": name} for name in parts])
 
 
@@ -94,7 +105,8 @@ def _conditions(errors: pd.DataFrame) -> Table:
             lo, hi = (one.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi"))
             notes = filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
             shown = number(one.get("simulated_cm_per_s"), 1)
-            return Cell(shown, (span(lo, hi, 1), "; ".join(notes)))
+            wider = span_of_model(one, "simulated_model_{}_cm_per_s", 1)
+            return Cell(shown, (span(lo, hi, 1), wider, "; ".join(notes)))
 
         return Column(f"{name_of(profile)}, cm/s", cell, "num")
 

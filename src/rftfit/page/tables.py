@@ -11,10 +11,8 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.compare.sensitivity import shapes
 from rftfit.figures.labels import PROFILES, in_brackets, name_of, percent, span
 from rftfit.figures.maps import lies_on_grid, pivot
-from rftfit.figures.registry import greek
 from rftfit.figures.style import degrees, number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import power_of
@@ -211,18 +209,6 @@ def scaling(results: Results) -> tuple[Table, Table]:
     return Table("Scaling table", columns, parts[True]), others
 
 
-def shapes_of_legs(results: Results) -> Table:
-    """Peaks within the paper's bound by the measured table, with the legs as stated and with other shapes."""
-    found = [one._asdict() for one in shapes(results.table("leg_sensitivity.csv"))]
-    columns = [
-        texts("Shape (face ahead: by half the thickness)", lambda row: greek(row["name"])),
-        texts("Lifts", lambda row: f"{row['lifts']} of {row['of']}", look="num"),
-        texts("Thrusts", lambda row: f"{row['thrusts']} of {row['of']}", look="num"),
-        numbers("Worst lift", "worst", show=percent),
-    ]
-    return Table("Peaks by the shape of the legs", columns, found)
-
-
 def leg_errors(results: Results) -> Table:
     """Peak and shape errors of every leg, medium and profile."""
     order: dict[str, Sequence[str]] = {
@@ -243,7 +229,7 @@ def leg_errors(results: Results) -> Table:
         texts("Profile", lambda row: name_of(row["profile"])),
         texts("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
         numbers("Peak measured, N", "peak_measured_N", 2, note="reason"),
-        numbers("Peak predicted, N", *predicted),
+        numbers("Peak predicted, N", *predicted, ends_of_model="peak_predicted_model_{}_N"),
         numbers("Error of peak", "peak_error_percent", show=percent),
         numbers(f"Peak late, {DEGREE}", "peak_late_deg", 1),
         numbers("RMS error, N", "rms_error_N", 2),

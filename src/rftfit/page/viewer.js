@@ -69,6 +69,12 @@ function largestElement(profile, leg, thetaDeg, rate) {
   return largest;
 }
 
+/** Ends of an interval over theta; undefined where a profile has none. `which`: "" of alpha, "model_" with the model's own error. */
+function bandOf(curves, c, which) {
+  const [lo, hi] = ["lo", "hi"].map((end) => curves?.[`force_${c}_${which}${end}_N`]);
+  return lo && hi && { theta: curves.theta_deg, lo, hi };
+}
+
 function startViewer(data) {
   const [medium, legBox, profileBox, slider] = ["medium", "leg", "profile", "theta"].map((id) => byId(`viewer-${id}`));
   const play = byId("viewer-play");
@@ -88,7 +94,7 @@ function startViewer(data) {
     const [profile, leg] = [own[profileBox.value], data.legs[legBox.value]];
     const predicted = sweepLeg(profile, leg, theta, data.rate);
     const measured = data.measured[medium.value]?.[legBox.value];
-    const band = data.predicted[medium.value]?.[legBox.value]?.[profileBox.value];
+    const curves = data.predicted[medium.value]?.[legBox.value]?.[profileBox.value];
     const pick = (t) => {
       slider.value = t;
       turn();
@@ -97,7 +103,8 @@ function startViewer(data) {
       drawChart(byId(`viewer-${c}`), `F_${c}`, {
         predicted: { theta, y: predicted[c] },
         measured: measured && { theta: measured.theta_deg, y: measured[`force_${c}_N`] },
-        band: band && { theta: band.theta_deg, lo: band[`force_${c}_lo_N`], hi: band[`force_${c}_hi_N`] },
+        outer: bandOf(curves, c, "model_"),
+        band: bandOf(curves, c, ""),
       }, pick),
     );
     const largest = largestElement(profile, leg, theta, data.rate);

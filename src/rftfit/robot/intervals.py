@@ -1,4 +1,4 @@
-"""How far the speed and best curvature of the robot depend on the errors of alpha and of its legs' arc.
+"""How far the speed and best curvature of the robot depend on the errors of alpha, of its legs' arc and of the model.
 
 A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds of the
@@ -20,6 +20,7 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.fourier import TERMS, TERMS_Z
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
@@ -31,6 +32,9 @@ DRAWS = 8
 BEST_DRAWS = 40
 """For the best curvature, of which there is one."""
 
+MODEL_POINTS = 4
+"""Pairs of factors of lift and thrust that stand for the model's own error."""
+
 COARSER = 4
 """How many times longer the time step of the draws is."""
 
@@ -38,11 +42,12 @@ WIDTH_COLUMNS = [
     "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
     *REASON,
 ]  # fmt: skip
-"""Columns of the table of half widths; quantity `SPEED` (cm/s) or `BEST` (R'/r)."""
+"""Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
 
-SPEED, BEST = "speed", "best curvature"
+SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
 
-_KEYS = {SPEED: ["profile", "curvature_times_R", "frequency_Hz"], BEST: ["profile", "frequency_Hz"]}
+_OF_SPEED = ["profile", "curvature_times_R", "frequency_Hz"]
+_KEYS = {SPEED: _OF_SPEED, SPEED_MODEL: _OF_SPEED, BEST: ["profile", "frequency_Hz"]}
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,33 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
     if isinstance(stack, DepthOnlyProfile):
         return [DepthOnlyProfile(values) for values in stack.values[:count]]
     raise TypeError(f"no draws of a {type(stack).__name__}")
+
+
+def with_model_error(profile: Profile, eps: float) -> list[Profile]:
+    """A profile whose lift and thrust have the model's own error, each one factor exp(eps N) common to all legs.
+
+    The pairs of normal numbers N lie evenly on a circle: both have mean 0 and variance 1 and do not correlate.
+    """
+    angles = 2 * np.pi * (np.arange(MODEL_POINTS) + 0.5) / MODEL_POINTS
+    lifts, thrusts = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)]))
+    return [
+        _scaled(profile, float(lift), float(thrust))
+        for lift, thrust in zip(lifts, thrusts, strict=True)
+    ]
+
+
+def _scaled(profile: Profile, lift: float, thrust: float) -> Profile:
+    """A profile whose alpha_z and alpha_x are larger by a factor each."""
+    if isinstance(profile, TableProfile):
+        taken = copy(profile)
+        taken.__dict__.pop("pack", None)
+        taken.alpha_z, taken.alpha_x = lift * profile.alpha_z, thrust * profile.alpha_x
+        return taken
+    if isinstance(profile, FourierProfile):
+        count = len(TERMS_Z)
+        factors = np.array([lift] * count + [thrust] * (len(TERMS) - count))
+        return FourierProfile(factors * profile.coefficients)
+    raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
 def _cells(stack: TableProfile, place: int) -> TableProfile:
@@ -133,18 +165,60 @@ def speed_widths(
     `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
     that all legs have in common.
     """
-    longer = coarser(robot)
-    found = speeds_of(longer, [profile, *draws], conditions, threads)
-    widths = [half_width(column[1:], float(column[0]), confidence) for column in found.T]
+    robot = coarser(robot)
+    speeds, *drawn = speeds_of(robot, [profile, *draws], conditions, threads)
+    moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
+    return widths_of_draws(speeds, drawn, moved, confidence)
+
+
+def moved_by_arc(
+    robot: Robot,
+    profile: Profile,
+    speeds: FloatArray,
+    conditions: Sequence[Condition],
+    arc_percent: float,
+    threads: int | None,
+) -> FloatArray:
+    """Change of the speeds (conditions,) by one standard deviation of the arc, cm/s."""
     if not arc_percent:
-        return widths
-    other = [with_arc_scaled(one, 1 + arc_percent / 100) for one in conditions]
-    moved = speeds_of(longer, [profile], other, threads)[0] - found[0]
-    off = (float(student_quantile(confidence, GIVEN_DOF)) * moved).tolist()
+        return np.zeros(len(conditions))
+    longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
+    return np.asarray(speeds_of(robot, [profile], longer, threads)[0] - speeds)
+
+
+def widths_of_draws(
+    speeds: FloatArray, drawn: Sequence[FloatArray], moved_by_arc: FloatArray, confidence: float
+) -> list[Width]:
+    """Half widths in each condition from speeds of the profile (conditions,), of its draws, and their change by the arc."""
+    columns = np.array(drawn, dtype=float).reshape(len(drawn), speeds.size).T
+    widths = [
+        half_width(column, float(speed), confidence)
+        for column, speed in zip(columns, speeds, strict=True)
+    ]
+    off = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
     arc = (remark("arc-lost"),)
     return [
-        Width(math.hypot(one.half, by), one.draws, one.why or arc * math.isnan(by))
-        for one, by in zip(widths, off, strict=True)
+        Width(math.hypot(width.half, by), width.draws, width.why or arc * math.isnan(by))
+        for width, by in zip(widths, off, strict=True)
+    ]
+
+
+def model_widths(
+    of_alpha: Sequence[Width], speeds: FloatArray, shifted: Sequence[FloatArray], confidence: float
+) -> list[Width]:
+    """Half widths with the model's own error, which is independent of the errors `of_alpha`.
+
+    `shifted`: speeds of the profiles of `with_model_error`, each (conditions,).
+    """
+    of_model = np.sqrt(((np.array(shifted) - speeds) ** 2).mean(axis=0))
+    halves = float(student_quantile(confidence, GIVEN_DOF)) * of_model
+    return [
+        Width(
+            math.hypot(width.half, half),
+            width.draws,
+            width.why or (remark("no-speed"),) * math.isnan(half),
+        )
+        for width, half in zip(of_alpha, halves.tolist(), strict=True)
     ]
 
 
@@ -196,11 +270,17 @@ def widths(
         assert isinstance(stack, Profile)
         bare.spread = None  # the processes need not carry it
         draws = each_draw(stack, DRAWS)
-        found = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
-        rows += [
-            (name, SPEED, at.curvature_times_R, at.frequency_Hz, *w.cells)
-            for at, w in zip(conditions, found, strict=True)
-        ]
+        shifted = with_model_error(bare, profile.model_error)
+        longer = coarser(robot)
+        speeds, *others = speeds_of(longer, [bare, *draws, *shifted], conditions, threads)
+        moved = moved_by_arc(longer, bare, speeds, conditions, arc_percent, threads)
+        of_alpha = widths_of_draws(speeds, others[: len(draws)], moved, confidence)
+        of_model = model_widths(of_alpha, speeds, others[len(draws) :], confidence)
+        for quantity, half in ((SPEED, of_alpha), (SPEED_MODEL, of_model)):
+            rows += [
+                (name, quantity, at.curvature_times_R, at.frequency_Hz, *width.cells)
+                for at, width in zip(conditions, half, strict=True)
+            ]
         many = each_draw(stack, BEST_DRAWS)
         best = best_width(robot, bare, many, confidence, threads)
         rows.append((name, BEST, math.nan, BEST_AT_HZ, *best.cells))

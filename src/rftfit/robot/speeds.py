@@ -25,7 +25,7 @@ from rftfit.measure.flags import (
 from rftfit.measure.ledger import DROPPED, USED
 from rftfit.reference import load
 from rftfit.robot import tracks
-from rftfit.robot.intervals import SPEED, half_widths
+from rftfit.robot.intervals import SPEED, SPEED_MODEL, half_widths
 
 TRIALS = [
     "run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "frequency_from",
@@ -43,11 +43,12 @@ MEASURED = [
 ERRORS = [
     "medium", "profile", "condition", "curvature_times_R", "frequency_Hz", "measured_cm_per_s",
     "measured_sd_cm_per_s", "trials", "simulated_cm_per_s", "simulated_from_alpha_lo_cm_per_s",
-    "simulated_from_alpha_hi_cm_per_s", "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
+    "simulated_from_alpha_hi_cm_per_s", "simulated_model_lo_cm_per_s", "simulated_model_hi_cm_per_s",
+    "phases_lowest_cm_per_s", "phases_highest_cm_per_s", "error_percent",
     "calibrated", *REASON,
 ]  # fmt: skip
 """Columns of the table of errors: from_alpha is what the errors of alpha and of the arc alone leave open,
-lowest and highest those of the starting phases."""
+model is the interval with the model's own error too, lowest and highest those of the starting phases."""
 
 SIGNIFICANT = 6
 """Digits that a condition keeps in every table, so that its measured and simulated rows meet."""
@@ -134,7 +135,7 @@ def speed_errors(
     interpolated. NaN with a reason where either speed is not known.
     """
     rows = []
-    half = half_widths(widths, SPEED)
+    half, half_of_model = (half_widths(widths, quantity) for quantity in (SPEED, SPEED_MODEL))
     for profile, part in speed.groupby("profile", sort=False):
         keys = zip(part["curvature_times_R"], part["frequency_Hz"], strict=True)
         by_condition: dict[Any, Any] = dict(zip(keys, part.itertuples(), strict=True))
@@ -159,7 +160,9 @@ def speed_errors(
             wide = half.get((profile, *at), math.nan)
             place = (one.medium, profile, one.condition, *at)
             head = (*place, one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials)
-            simulated = (ours, ours - wide, ours + wide, lo, hi, error)
+            wider = half_of_model.get((profile, *at), math.nan)
+            of_model = ours - wider, ours + wider
+            simulated = (ours, ours - wide, ours + wide, *of_model, lo, hi, error)
             rows.append((*head, *simulated, one.calibrated, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 
@@ -176,7 +179,16 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
 
 def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:
     """Count measured speeds that lie in what the errors of alpha alone leave open, and those with such ends."""
-    names = ("measured", "simulated_from_alpha_lo", "simulated_from_alpha_hi")
+    return _count_between(errors, "simulated_from_alpha")
+
+
+def count_within_model_error(errors: pd.DataFrame) -> tuple[int, int]:
+    """Count measured speeds that lie in the interval with the model's own error, and those with such ends."""
+    return _count_between(errors, "simulated_model")
+
+
+def _count_between(errors: pd.DataFrame, ends: str) -> tuple[int, int]:
+    names = ("measured", f"{ends}_lo", f"{ends}_hi")
     measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 

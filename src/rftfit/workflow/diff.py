@@ -47,7 +47,7 @@ class Comparison:
     """What two folders of results differ in.
 
     `numbers`: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change first.
-    `changes`: In logs, runs, settings, code and versions. `alone`: Tables that only one folder has.
+    `changes`: In logs, runs, settings, code and versions. `alone`: Tables and columns that only one folder has.
     `unrecorded`: Tables that are not as the record of their folder says, so that it does not tell what they were
     made from. `since`: What jobs of a folder were done with that is not as in its record: rows, logs, settings, code.
     """
@@ -67,11 +67,16 @@ def compare(first: Path, second: Path) -> Comparison:
     stems = {name: name.partition("/")[0].removesuffix(".csv") for name in names[0] | names[1]}
     compared = {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
     found: list[Difference] = []
+    alone = []
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
-            found += _differences(name, Tables(one).table(name), Tables(other).table(name), keys)
+            # one of them may be from a version of the program with other columns
+            before, after = (Tables(folder).as_written(name) for folder in folders)
+            found += _differences(name, before, after, keys)
+            alone += [f"{name}, column {column}" for column in sorted({*before} ^ {*after})]
+        else:
+            alone.append(name)
     found.sort(key=lambda one: (not _is_head(one), np.isnan(one.half_widths), -_size(one)))
-    alone = sorted(name for name in compared if (name in names[0]) != (name in names[1]))
     records = [read_state(folder) for folder in folders]
     unrecorded = []
     since = {}
@@ -126,6 +131,8 @@ def _differences(
     output = describe(f"{FOLDER}/{name}")
     assert output is not None
     index = [key for key in keys if key in first and key in second]
+    if not index:
+        raise InputError(f"{name}: no column {', '.join(keys)} in both folders to compare rows by")
     one, other = (table.drop_duplicates(index).set_index(index) for table in (first, second))
     rows = one.index.union(other.index)
     one, other = one.reindex(rows), other.reindex(rows)
@@ -156,6 +163,8 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
         if "lo" in words:
             place = words.index("lo")
             high = "_".join([*words[:place], "hi", *words[place + 1 :]])
+            if high not in table:
+                continue
             own = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
             half[own] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
     if "relative_to_A00" in table:

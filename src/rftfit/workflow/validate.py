@@ -6,7 +6,7 @@ import pandas as pd
 
 from rftfit.compare.legs import (
     PREDICTED_COLUMNS,
-    bed_spread,
+    error_of_legs,
     errors_of_peaks,
     leg_errors,
     predicted_curves,
@@ -28,20 +28,21 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
-from rftfit.compare.sensitivity import leg_sensitivity
+from rftfit.measure.alpha import bed_spread
 from rftfit.measure.flags import Remark, say, with_reasons
+from rftfit.model.model_error import larger_model_error
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
 
 
-def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns curves with intervals, how far they are from the measured ones, and how far that hangs on the
-    legs' shape.
+    Returns curves with intervals, and how far they are from the measured ones.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
-    each = [predicted_curves(medium) for medium in media]
+    error_by_legs = error_of_legs([results[name] for name in results.laboratory])
+    each = [predicted_curves(medium, larger_model_error(error_by_legs)) for medium in media]
     curves = [one for one, _ in each if len(one)]
     peaks = {place: peak for _, own in each for place, peak in own.items()}
     nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
@@ -50,13 +51,12 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     measured = results.joined("legs/{medium}.csv")
     behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
     level = results.config.fit.confidence
-    compared = leg_errors(measured, everything, spread, level, behind, peaks)
+    compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
     compared = _with_note(compared, silent, note)
-    shapes = leg_sensitivity(media, measured, compared)
-    return results.marked(everything), results.marked(compared), shapes
+    return results.marked(everything), results.marked(compared)
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -1,0 +1,345 @@
+"""The model's own error: how far measured forces lie from Eq. 2 with alpha known exactly.
+
+Eq. 2 adds up plates that do not disturb one another. Forces measured on bodies differ from that sum by
+
+    F = F(draw) + eps H(draw, pose) g(pose)
+
+H is the load without cancellation: hypot(G, 0.2 of the largest G of the motion), with G = hypot(sum |alpha_z| |z| dA,
+sum |alpha_x| |z| dA) by the same draw of alpha. g is a unit Gaussian process over the motion (Matern 3/2), one for
+each direction of the force. The errors act where the load acts, at its centre, so a moment has the error of
+its forces times the arm of the centre.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.model import reference_kernel
+from rftfit.model.profiles import EPS, Profile, TableProfile
+
+if TYPE_CHECKING:
+    from rftfit.model.outlines import Outline
+
+# --- The constants, and the data behind each.
+
+LEAST_LOAD = 0.2
+"""Share of the largest G that H has at least. Chosen on the legs of Fig. S5."""
+
+LENGTH_DEG = 30.0
+"""Length of g over the angle that a body turns. Chosen on the legs of Fig. S5."""
+
+LENGTH_BODIES = 0.5
+"""Length of g over the way of the reference point, in lengths of the body: the tip of a leg that turns by `LENGTH_DEG`
+moves by half the leg's length. No data were used."""
+
+TESTED_LENGTH_CM = (7.62, 12.5)
+"""Lengths of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, the wheel of `examples/cmu-wheel`."""
+
+TESTED_SPEED_CM_PER_S = 11.0
+"""Greatest speed of a point of these bodies."""
+
+SEED = 28
+DRAWS = 1000
+"""Draws of the error where alpha has none."""
+
+_LOAD_POSES = 60
+"""Poses in which the load is calculated; between them it is interpolated."""
+
+_LOAD_ELEMENTS = 6000
+_MOST_AT_ONCE = 2_000_000
+_DIRECTIONS = 60
+
+
+def eps_of(model_error: float | None, profile: Profile) -> float:
+    """Relative error of the model that was asked for: None is that of the profile, 0 is none."""
+    eps = profile.model_error if model_error is None else float(model_error)
+    if not (math.isfinite(eps) and eps >= 0):
+        raise ValueError(f"the model's error must be 0 or a positive number, found {eps:g}")
+    return eps
+
+
+def larger_model_error(of_legs: float) -> float:
+    """The model's own error in a campaign: that of its legs, where it is larger than the usual one."""
+    return max(EPS, of_legs) if math.isfinite(of_legs) else EPS
+
+
+@dataclass(frozen=True)
+class Load:
+    """Load without cancellation and its centre, in some poses of a motion, by draw.
+
+    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference
+    point, cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 where a pose has any load, else 0, shape (p,).
+    """
+
+    places: npt.NDArray[np.intp]
+    size: FloatArray
+    centre: FloatArray
+    loaded: FloatArray
+
+    def between(self, start: int, stop: int) -> Load:
+        """The same in every pose of a part of the motion, linear between the poses that were calculated."""
+        wanted = np.arange(start, stop)
+        right = np.clip(np.searchsorted(self.places, wanted, side="right"), 1, self.places.size - 1)
+        if self.places.size == 1:
+            right = np.zeros(wanted.size, dtype=int)
+        left = np.maximum(right - 1, 0)
+        gap = np.maximum(self.places[right] - self.places[left], 1)
+        share = (wanted - self.places[left]) / gap
+
+        def linear(values: FloatArray) -> FloatArray:
+            weight = share.reshape(-1, *[1] * (values.ndim - 2))
+            from_left = values.take(left, axis=1)
+            return np.asarray(from_left + weight * (values.take(right, axis=1) - from_left))
+
+        size = linear(self.size) * self.loaded[start:stop]
+        return Load(wanted, size, linear(self.centre), self.loaded[start:stop])
+
+
+def size_of(load: FloatArray) -> FloatArray:
+    """H of the load G by draw and pose, shape (draws, p)."""
+    largest = np.nanmax(load, axis=-1, keepdims=True, initial=0.0)
+    return np.asarray(np.hypot(load, LEAST_LOAD * largest))
+
+
+def outline_load(
+    profile: Profile, outline: Outline, poses: FloatArray, *, with_centre: bool = True
+) -> Load:
+    """Load on an outline; `profile`: one, or a stack of draws. `with_centre`: as moments need it."""
+    count = len(poses)
+    most = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
+    step = max(1, math.ceil(count / most))
+    places = (
+        np.unique(np.append(np.arange(0, count, step), count - 1)) if count else np.zeros(0, int)
+    )
+    draws = len(profile.parameters[0]) if profile.parameters[0].ndim > 1 else 1
+    chunk = max(1, _MOST_AT_ONCE // (draws * max(len(outline.body), 1)))
+    sizes, centres = [], []
+    for start in range(0, places.size, chunk):
+        some_poses = poses[places[start : start + chunk]]
+        size, centre = _outline_load(profile, outline, some_poses, with_centre)
+        sizes.append(size)
+        centres.append(centre)
+    loaded = np.concatenate(
+        [
+            _bears(outline, poses[start : start + _LOAD_ELEMENTS])
+            for start in range(0, count, _LOAD_ELEMENTS)
+        ]
+        or [np.zeros(0)]
+    )
+    if not sizes:
+        return Load(places, np.zeros((draws, 0)), np.zeros((draws, 0, 2)), loaded)
+    size = size_of(np.concatenate(sizes, axis=1))
+    return Load(places, size, np.concatenate(centres, axis=1), loaded)
+
+
+def _bears(outline: Outline, poses: FloatArray) -> FloatArray:
+    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
+    load, _ = reference_kernel.submerged(elements, outline.solid)
+    return np.asarray((load > 0).any(axis=-1), dtype=float)
+
+
+def _outline_load(
+    profile: Profile, outline: Outline, poses: FloatArray, with_centre: bool
+) -> tuple[FloatArray, FloatArray]:
+    """G (draws, p) and the centre of the load from the reference point, x and z (draws, p, 2)."""
+    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
+    load, centre = reference_kernel.submerged(elements, outline.solid)
+    load = np.nan_to_num(load)
+    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements))
+    arm = np.nan_to_num(centre - poses[:, None, :2])
+    # seven digits of a load are enough: (p, elements, draws), so that the sums run over whole rows
+    force_z, force_x = (
+        np.abs(alpha).reshape(*load.shape, -1) * load[..., None].astype(np.float32)
+        for alpha in _alpha_of_draws(profile, beta.ravel(), gamma.ravel())
+    )
+    size = np.hypot(force_z.sum(axis=1), force_x.sum(axis=1)).T.astype(float)
+    if not with_centre:
+        return size, np.zeros((*size.shape, 0))
+    both = np.sqrt(force_z**2 + force_x**2)
+    total = both.sum(axis=1)
+    moved = np.einsum("pnd,pnc->dpc", both, arm.astype(np.float32), optimize=True)
+    middle = moved / np.where(total > 0, total, 1.0).T[..., None]
+    return size, middle.astype(float)
+
+
+def _alpha_of_draws(
+    profile: Profile, beta: FloatArray, gamma: FloatArray
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Alpha z and x of each draw in directions (n,), 0 where there is none, shape (n, draws)."""
+    if isinstance(profile, TableProfile):
+        weights = profile.weights(beta, gamma).astype(np.float32)
+        parts = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
+        z, x = (weights @ part for part in parts)
+    else:
+        z, x = (np.atleast_2d(alpha).astype(np.float32).T for alpha in profile.alpha(beta, gamma))
+    return (z, x) if np.isfinite(z.sum() + x.sum()) else (np.nan_to_num(z), np.nan_to_num(x))
+
+
+# --- The process over the motion.
+
+
+def longest(points_cm: FloatArray) -> float:
+    """Length of a body: the largest distance between two of its points (n, 2 or 3), within 0.5 %."""
+    if points_cm.shape[1] == 2:
+        angle = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        along = np.stack([np.cos(angle), np.sin(angle)])
+    else:
+        number = np.arange(20 * _DIRECTIONS) + 0.5
+        up = number / number.size
+        turn = np.pi * (1 + np.sqrt(5)) * number
+        level = np.sqrt(1 - up**2)
+        along = np.stack([level * np.cos(turn), level * np.sin(turn), up])
+    return float(np.ptp(points_cm @ along, axis=0).max())
+
+
+def outline_points(outline: Outline) -> FloatArray:
+    """Ends of the elements of an outline, cm, shape (2 n, 2)."""
+    x, z, along_x, along_z, half = outline.body.T
+    ends = [
+        np.stack([x + side * half * along_x, z + side * half * along_z], axis=1) for side in (-1, 1)
+    ]
+    return np.concatenate(ends)
+
+
+def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> FloatArray:
+    """Place of each pose on the motion, in lengths of g, from turns and ways between poses, shape (p - 1,).
+
+    A turn of `LENGTH_DEG` counts as much as a way of `LENGTH_BODIES` lengths of the body.
+    """
+    turns = np.abs(turned_rad) / math.radians(LENGTH_DEG)
+    ways = moved_cm / (LENGTH_BODIES * length_cm)
+    return np.concatenate([[0.0], np.cumsum(np.nan_to_num(np.hypot(turns, ways)))])
+
+
+def outline_progress(outline: Outline, poses: FloatArray) -> FloatArray:
+    """`progress` of the poses (p, 6) of an outline."""
+    steps = np.diff(poses[:, :3], axis=0)
+    moved = np.hypot(steps[:, 0], steps[:, 1])
+    return progress(steps[:, 2], moved, longest(outline_points(outline)))[: len(poses)]
+
+
+def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
+    """`progress` of the poses (p, 18) of a body in space."""
+    turns = frames[:, 9:].reshape(-1, 3, 3)
+    trace = np.einsum("pij,pij->p", turns[1:], turns[:-1])
+    turned = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    moved = np.linalg.norm(np.diff(frames[:, :3], axis=0), axis=1)
+    return progress(turned, moved, longest(points_cm))[: len(frames)]
+
+
+def error_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
+    """Draws of g over the motion, of `step` poses after another: shape (draws, axes, poses).
+
+    Matern 3/2 is a Markov process of its value and its rate, so any number of poses takes one pass. Each
+    draw has its negative beside it: the draws of every pose lie evenly about 0.
+    """
+    if 0 < progress.size <= step:
+        # the legs of a campaign turn alike
+        yield _short_paths(np.asarray(progress, dtype=float).tobytes(), draws, axes)
+        return
+    yield from _make_paths(progress, draws, axes, step)
+
+
+@lru_cache(maxsize=4)
+def _short_paths(progress: bytes, draws: int, axes: int) -> FloatArray:
+    places = np.frombuffer(progress)
+    made = [*_make_paths(places, draws, axes, max(places.size, 1))]
+    whole = made[0] if made else np.zeros((draws, axes, 0))
+    whole.setflags(write=False)
+    return whole
+
+
+def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
+    from scipy.special import ndtri
+
+    random = np.random.default_rng(SEED)
+    scores = ndtri((np.arange(draws) + 0.5) / draws)[None, :, None]
+    half = (draws + 1) // 2
+    value, rate = random.standard_normal((2, half, axes))
+    gaps = np.sqrt(3) * np.diff(progress)
+    for start in range(0, progress.size, step):
+        stop = min(start + step, progress.size)
+        part = np.empty((stop - start, half, axes))
+        for pose in range(start, stop):
+            if pose and (gap := gaps[pose - 1]) > 0:
+                value, rate = _next(value, rate, float(gap), random)
+            part[pose - start] = value
+        both = np.concatenate([part, -part], axis=1)[:, :draws]
+        # ranks choose normal scores: quantiles of every pose are those of a normal, without the noise of few draws
+        even = np.empty_like(both)
+        np.put_along_axis(even, both.argsort(axis=1), scores, axis=1)
+        yield even.transpose(1, 2, 0)
+
+
+def _next(
+    value: FloatArray, rate: FloatArray, gap: float, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Value and rate (in units of its own standard deviation) one gap farther."""
+    fade = math.exp(-gap)
+    a, b, c = fade * (1 + gap), fade * gap, fade * (1 - gap)
+    # covariance of what is new: 1 less that of what is left of the old
+    new_value = max(1 - a * a - b * b, 0.0)
+    across = b * (a - c)
+    new_rate = max(1 - b * b - c * c, 0.0)
+    first = math.sqrt(new_value)
+    shared = across / first if first > 0 else 0.0
+    second = math.sqrt(max(new_rate - shared * shared, 0.0))
+    normals = random.standard_normal((2, *value.shape))
+    return (
+        a * value + b * rate + first * normals[0],
+        c * rate - b * value + shared * normals[0] + second * normals[1],
+    )
+
+
+def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
+    """Errors of force z and force x, N, and with a centre of the moment, N cm, shape (draws, p)."""
+    size = eps * load.size
+    error_z, error_x = size * paths[:, 0], size * paths[:, 1]
+    if not load.centre.shape[-1]:
+        return error_z, error_x
+    moment = load.centre[..., 1] * error_x - load.centre[..., 0] * error_z
+    return error_z, error_x, moment
+
+
+def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
+    """Errors of force x, y, z (N) and moment x, y, z (N cm) of a body in space, shape (draws, p, 6)."""
+    force = eps * load.size[..., None] * paths.transpose(0, 2, 1)
+    return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
+
+
+def beyond_tested(length_cm: float, fastest_cm_per_s: float) -> list[str]:
+    """Say where a body leaves the sizes and speeds on which `EPS` was chosen and tested.
+
+    Parameters
+    ----------
+    length_cm : float
+        Largest distance between two points of the body.
+    fastest_cm_per_s : float
+        Greatest speed of a point below the surface.
+
+    Returns
+    -------
+    list of str
+        A sentence for each.
+    """
+    low, high = TESTED_LENGTH_CM
+    limits = []
+    if not 0.95 * low <= length_cm <= 1.05 * high:
+        limits.append(
+            f"the model's own error ({EPS:g}) was never tested on a body of {length_cm:.3g} cm: it is from legs and a wheel "
+            f"of {low:.3g} to {high:.3g} cm"
+        )
+    if fastest_cm_per_s > 1.05 * TESTED_SPEED_CM_PER_S:
+        limits.append(
+            f"the model's own error ({EPS:g}) was never tested at {fastest_cm_per_s:.3g} cm/s: it is from bodies of at most "
+            f"{TESTED_SPEED_CM_PER_S:.2g} cm/s"
+        )
+    return limits

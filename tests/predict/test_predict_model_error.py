@@ -1,0 +1,238 @@
+"""The model's own error: its size, its course over a motion, and the intervals with it."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import rftfit
+from rftfit.model import model_error as errors
+from rftfit.model.draws import end_names, model_end_names, next_end_names
+from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.prediction import QUANTITIES, find_peaks, predict_with_peaks
+from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.reference_kernel import element_forces, place
+from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
+
+POPPY = rftfit.published_medium("poppy_LP")
+LEG = rftfit.model_leg("reversed_c_leg")
+TURN = rftfit.rotation()
+ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.35]})
+
+
+def paths(progress, count=4000, step=10**6):
+    return np.concatenate([*errors.error_paths(np.asarray(progress), count, 1, step)], axis=-1)[
+        :, 0
+    ]
+
+
+def test_the_process_has_variance_one_and_the_correlation_of_matern():
+    g = paths([0.0, 0.25, 1.0, 3.0], 20_000)
+    np.testing.assert_allclose(g.std(axis=0), 1, atol=0.03)
+    np.testing.assert_allclose(g.mean(axis=0), 0, atol=1e-12)
+    for place_of, distance in ((1, 0.25), (2, 1.0), (3, 3.0)):
+        wanted = (1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance)
+        assert np.corrcoef(g[:, 0], g[:, place_of])[0, 1] == pytest.approx(wanted, abs=0.02)
+
+
+def test_the_correlation_hangs_on_the_way_and_not_on_the_number_of_poses():
+    fine = paths(np.linspace(0, 1, 101), 20_000)
+    wanted = (1 + np.sqrt(3)) * np.exp(-np.sqrt(3))
+    assert np.corrcoef(fine[:, 0], fine[:, -1])[0, 1] == pytest.approx(wanted, abs=0.02)
+    np.testing.assert_array_equal(
+        paths(np.linspace(0, 1, 101)), paths(np.linspace(0, 1, 101), step=7)
+    )
+    still = paths([0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(still[:, 0], still[:, 1])
+
+
+def test_a_length_is_30_degrees_of_turn_or_half_a_body():
+    assert errors.outline_progress(LEG, rftfit.rotation([0, 30, 90]).poses) == pytest.approx(
+        [0, 1, 3]
+    )
+    plate = rftfit.polyline([(-4, 0), (4, 0)], 5.0)
+    down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -4, -10], [0, 0, 0])
+    assert errors.outline_progress(plate, down.poses) == pytest.approx([0, 1, 2.5], rel=0.01)
+    mesh = rftfit.Mesh.extrude(rftfit.polyline([(-4, 0), (4, 0)], 3.0))
+    moved = rftfit.Motion3D.path([0, 1, 2], [[0, 0, 0]] * 3, [[0, 0, 0], [0, 30, 0], [0, 90, 0]])
+    assert errors.frames_progress(mesh.vertices_cm, moved.frames) == pytest.approx([0, 1, 3])
+
+
+def bare_load(profile, pose):
+    """Load without cancellation, element by element."""
+    forces = np.abs(element_forces(profile, place(LEG.body, LEG.width_cm, pose[None]))[0, :, :2])
+    return np.hypot(*forces.sum(axis=0))
+
+
+def test_the_error_is_eps_times_the_load_without_cancellation():
+    table = rftfit.predict(POPPY, LEG, TURN)
+    loads = np.array([bare_load(POPPY, pose) for pose in TURN.poses])
+    wanted = 1.96 * 0.28 * np.hypot(loads, 0.2 * loads.max()) * (loads > 0)
+    for name in ("force_z_N", "force_x_N"):
+        lo, hi = (table[end].to_numpy() for end in model_end_names(name))
+        np.testing.assert_allclose((hi - lo) / 2, wanted, rtol=0.02, atol=1e-12)
+        np.testing.assert_allclose((hi + lo) / 2, table[name], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only", "scaled"])
+def test_every_kind_of_profile_has_it(kind):
+    profile: Profile
+    if kind == "map":
+        profile = rftfit.estimate_map(ONE_PUSH).profile
+    elif kind == "scaled":
+        profile = rftfit.scale(0.35, 0.02).profile
+    else:
+        profile = rftfit.published_medium("poppy_LP", kind)
+    table, half, none = (
+        rftfit.predict(profile, LEG, TURN, model_error=eps) for eps in (None, 0.14, 0)
+    )
+    for name in QUANTITIES:
+        lo, hi = (table[end].to_numpy() for end in model_end_names(name))
+        assert (lo <= table[name] + 1e-9).all()
+        assert (hi >= table[name] - 1e-9).all()
+        half_lo, half_hi = (half[end].to_numpy() for end in model_end_names(name))
+        assert (hi - lo).sum() > (half_hi - half_lo).sum()
+        assert not {*model_end_names(name)} & {*none}
+        if kind in ("map", "scaled"):
+            below, above = (table[end].to_numpy() for end in end_names(name))
+            assert (hi - lo).sum() > 1.02 * (above - below).sum()
+            np.testing.assert_array_equal(below, none[end_names(name)[0]])
+        else:
+            assert not {*end_names(name)} & {*table}
+    pd.testing.assert_frame_equal(table, rftfit.predict(profile, LEG, TURN, model_error=0.28))
+    air = (table["force_z_N"] == 0) & (table["force_x_N"] == 0)
+    assert air.any()
+    assert (table.loc[air, [*model_end_names("force_z_N")]] == 0).all(axis=None)
+
+
+def test_the_next_bed_is_looser_or_denser_as_a_whole():
+    profile = rftfit.estimate_map(ONE_PUSH).profile
+    profile.bed_spread = 0.1
+    table, peaks = predict_with_peaks(profile, LEG)
+    for name in ("force_z_N", "force_x_N"):
+        value, (lo, hi), (low, high) = (
+            table[name].to_numpy(),
+            (table[end].to_numpy() for end in model_end_names(name)),
+            (table[end].to_numpy() for end in next_end_names(name)),
+        )
+        np.testing.assert_allclose(high, value + np.hypot(hi - value, 0.196 * value), rtol=1e-3)
+        np.testing.assert_allclose(
+            low, value - np.hypot(lo - value, 0.196 * value), rtol=1e-3, atol=1e-9
+        )
+    for peak in peaks:
+        assert peak.model_lo < peak.value < peak.model_hi
+        for of_bed, of_mean in ((peak.next_lo, peak.model_lo), (peak.next_hi, peak.model_hi)):
+            # an end at 0 stays there: the greatest force of one sign is none of the other one
+            wider = abs(of_bed - peak.value) > abs(of_mean - peak.value)
+            assert wider or of_bed == of_mean == 0
+    assert sum(0 not in (peak.model_lo, peak.model_hi) for peak in peaks) >= 2
+
+
+def test_a_moment_errs_as_the_forces_at_the_centre_of_the_load():
+    """A small plate at the end of a long arm: its moment is its force times the arm."""
+    blade = rftfit.polyline([(9.99, 0), (10.01, 0)], 2.0)
+    down = rftfit.path([0, 1, 2], [0, 0, 0], [-1, -2, -3], [0, 0, 0])
+    table = rftfit.predict(POPPY, blade, down)
+    for end, other in zip(
+        model_end_names("moment_N_cm"), model_end_names("force_z_N")[::-1], strict=True
+    ):
+        np.testing.assert_allclose(table[end], -10 * table[other], rtol=1e-3)
+
+
+def test_a_mesh_of_an_outline_has_the_errors_of_the_outline():
+    plane = rftfit.predict(POPPY, LEG, TURN)
+    turned = np.column_stack(
+        [0 * TURN.columns["theta_deg"], TURN.columns["theta_deg"], 0 * TURN.columns["theta_deg"]]
+    )
+    height = np.tile([0.0, 0.0, 2.0], (271, 1))
+    motion = rftfit.Motion3D.path(np.radians(TURN.columns["theta_deg"]) / 0.2, height, turned)
+    space = rftfit.predict(POPPY, rftfit.Mesh.extrude(LEG), motion)
+    for name, other in (
+        ("force_z_N", "force_z_N"),
+        ("force_x_N", "force_x_N"),
+        ("moment_y_N_cm", "moment_N_cm"),
+    ):
+        in_space, in_plane = (
+            (table[hi] - table[lo]).sum()
+            for table, (lo, hi) in ((space, model_end_names(name)), (plane, model_end_names(other)))
+        )
+        assert in_space == pytest.approx(in_plane, rel=0.05)
+    bare = mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
+    assert np.hypot(bare[0], bare[1]) == pytest.approx(bare_load(POPPY, TURN.poses[100]), rel=0.02)
+
+
+def test_draws_of_alpha_carry_their_own_load():
+    """Twice the size of a draw is twice its error: without alpha's error of shape the widths follow the sizes."""
+    profile = TableProfile.published("poppy_LP")
+    alpha_z, alpha_x = (
+        np.stack([size * one for size in np.linspace(0.5, 1.5, 400)])
+        for one in (profile.alpha_z, profile.alpha_x)
+    )
+    spread = TableProfile(alpha_z, alpha_x, profile.beta[:, None], profile.gamma)
+    load = errors.outline_load(spread, LEG, TURN.poses)
+    best = errors.outline_load(profile, LEG, TURN.poses)
+    np.testing.assert_allclose(
+        load.size, np.linspace(0.5, 1.5, 400)[:, None] * best.size, rtol=1e-5
+    )
+    np.testing.assert_allclose(load.centre[0], best.centre[0], atol=1e-4)
+
+
+def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
+    profile = rftfit.estimate_map(ONE_PUSH).profile
+    table, peaks = predict_with_peaks(profile, rftfit.model_leg("c_leg"))
+    lift = next(peak for peak in peaks if peak.name == "lift")
+    row = int(table["force_z_N"].argmax())
+    assert (lift.value, lift.at) == (table["force_z_N"][row], table["theta_deg"][row])
+    assert lift.model_lo < lift.lo < lift.value < lift.hi < lift.model_hi
+    assert [peak.name for peak in find_peaks(profile, rftfit.model_leg("c_leg"))] == [
+        peak.name for peak in peaks
+    ]
+
+
+def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
+    """A flat curve with independent draws in every pose: their maxima lie above it, their interval does not."""
+    from rftfit.model.peaks import DrawStatistics, Extreme
+
+    random = np.random.default_rng(0)
+    lift = Extreme("lift", "force_z_N", 1)
+    spread = DrawStatistics(["force_z_N"], [lift], 0.95)
+    spread.add({"force_z_N": 10 + random.standard_normal((1000, 300))}, np.ones(300, bool))
+    lo, hi = spread.peak_ends(lift, 10.0)
+    assert (lo + hi) / 2 == pytest.approx(10, abs=0.2)
+    assert lo < 10 < hi
+
+
+def with_hole(beta_deg, gamma_deg):
+    alpha = np.stack(alpha_grid("poppy_LP"))
+    line = np.abs(GAMMA_DEG - gamma_deg).argmin()
+    alpha[:, beta_deg == BETA_DEG, line] = np.nan
+    return rftfit.TableProfile(*alpha)
+
+
+def test_no_peak_where_a_pose_without_a_number_may_hold_it():
+    leg = rftfit.model_leg("c_leg")
+    whole = {peak.name: peak for peak in find_peaks(POPPY, leg)}
+    assert {*whole} == {"lift", "suction", "thrust", "moment_negative"}
+    for hole, lost in (((30, -56), {"suction"}), ((0, 0), {*whole}), ((60, 34), set())):
+        table, peaks = predict_with_peaks(with_hole(*hole), leg)
+        assert table["force_z_N"].isna().any()
+        assert {*whole} - {peak.name for peak in peaks} == lost
+        for peak in peaks:
+            assert (peak.value, peak.at) == (whole[peak.name].value, whole[peak.name].at)
+
+
+def test_a_mesh_has_no_peak_where_a_pose_is_missing():
+    poses = rftfit.Motion3D(np.array([[0, 0, -1], [0, 0, np.nan], [0, 0, 5.0]]), [0, 0, -1])
+    assert find_peaks(POPPY, rftfit.Mesh.sphere(1, 8), poses) == []
+    poses = rftfit.Motion3D(np.array([[0, 0, -1], [0, 0, 5.0]]), [0, 0, -1])
+    lift = next(
+        peak
+        for peak in find_peaks(POPPY, rftfit.Mesh.sphere(1, 8), poses)
+        if peak.name == "force_z"
+    )
+    assert 0 < lift.model_lo < lift.value < lift.model_hi
+
+
+def test_a_wrong_error_is_refused():
+    for eps in (-0.1, np.nan, np.inf):
+        with pytest.raises(ValueError, match="0 or a positive number"):
+            rftfit.predict(POPPY, LEG, TURN, model_error=eps)
