@@ -6,6 +6,7 @@ Everything is measured in this one process, in turns, in processor time; the qui
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,16 +48,21 @@ def main() -> None:
     }
     for law in faces.LAWS:
         friction = None if law == "measured" else 0.4
+        of_law = partial(mesh_forces, table, ball, many, law, friction)
+        of_law_in_numpy = partial(faces.mesh_forces, table, ball, one, law, friction)
         tasks |= {
-            f"space: {law}": (lambda law=law, mu=friction: mesh_forces(table, ball, many, law, mu), 40 * triangles),  # type: ignore[misc]
-            f"space, numpy: {law}": (lambda law=law, mu=friction: faces.mesh_forces(table, ball, one, law, mu), triangles),  # type: ignore[misc]
-        }  # fmt: skip
+            f"space: {law}": (of_law, 40 * triangles),
+            f"space, numpy: {law}": (of_law_in_numpy, triangles),
+        }
     for function, _ in tasks.values():
         function()  # compiled, or read from disk, before the clock starts
     turns = [{name: seconds(task[0]) for name, task in tasks.items()} for _ in range(TURNS)]
     each = {name: 1e9 * min(turn[name] for turn in turns) / task[1] for name, task in tasks.items()}
     plane = next(iter(each.values()))
-    lines = ["| submerged piece, half of the ball's lead | ns each | over the plane's |", "|---|---|---|"]  # fmt: skip
+    lines = [
+        "| submerged piece, half of the ball's lead | ns each | over the plane's |",
+        "|---|---|---|",
+    ]
     lines += [f"| {name} | {value:.0f} | {value / plane:.1f} |" for name, value in each.items()]
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")
