@@ -109,13 +109,17 @@ def main() -> None:
     bag, tdms = RosBagReader(), TdmsReader()
     with tempfile.TemporaryDirectory() as made:
         cases: list[tuple[str, Path, Callable[[Path], object], Callable[[Path], object]]] = [
-            ("ROS 1, rokubimini_msgs/Reading", given / "cmu-sand/force-displacement_7.bag",
-             library_ros1, bag.load),
+            (
+                "ROS 1, rokubimini_msgs/Reading",
+                given / "cmu-sand/force-displacement_7.bag",
+                library_ros1,
+                bag.load,
+            ),
             ("ROS 1, WrenchStamped", given / "logs/ros1/ur3_wrench.bag", library_ros1, bag.load),
             ("ROS 2 (mcap), WrenchStamped", make_ros2(Path(made)), library_ros2, bag.load),
             ("TDMS, 35 kB", given / "logs/tdms/raw1.tdms", library_tdms, tdms.load),
             ("TDMS, made", make_tdms(Path(made)), library_tdms, tdms.load),
-        ]  # fmt: skip
+        ]
         print("| file | MB | library alone, MB/s | reader, MB/s | reader / library, time |")
         print("|---|---|---|---|---|")
         for name, path, alone, reader in cases:

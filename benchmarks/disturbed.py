@@ -52,9 +52,12 @@ CAMPAIGNS, DRAWS, SEED = 40, 500, 2013
 INDEX = ["told", "medium", "campaign", "level"]
 LEVELS = {
     **{name.removesuffix(" quarter"): f"alpha, {name}" for name in QUARTERS},
-    "M": "M (lsq)", "zeta": "zeta (lsq)", "chi": "chi (lsq)", "leg peak": "leg peak",
+    "M": "M (lsq)",
+    "zeta": "zeta (lsq)",
+    "chi": "chi (lsq)",
+    "leg peak": "leg peak",
     "peak error": "peak error",
-}  # fmt: skip
+}
 """Head of a column and its level."""
 
 STRESS = {f"{depth:g} cm": f"stress at {depth:g} cm" for depth in STRESS_DEPTHS_CM}

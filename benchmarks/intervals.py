@@ -60,10 +60,13 @@ def robot_shares(scenario: Scenario, campaigns: int) -> Shares:
     parts = [
         cover_robot(
             simulate(medium, max(each, bests if medium == BEST_IN else 0), SEED + place),
-            scenario, config, SEED + place, bests,
+            scenario,
+            config,
+            SEED + place,
+            bests,
         )
         for place, medium in enumerate(MEDIA)
-    ]  # fmt: skip
+    ]
     names = dict.fromkeys(name for part in parts for name in part)
     return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
 

@@ -85,8 +85,10 @@ def main() -> None:
     cells = reference.load("table_s5").query("medium == 'poppy_LP'")
     nine = FourierProfile(as_array(fit_lsq(*directions(cells), *alpha_columns(cells))))
     profiles: dict[str, Profile] = {
-        "nine terms": nine, "table": table, "depth-only": DepthOnlyProfile.of(table),
-    }  # fmt: skip
+        "nine terms": nine,
+        "table": table,
+        "depth-only": DepthOnlyProfile.of(table),
+    }
     leg, theta = model_leg("c_leg"), np.radians(THETA_DEG)
     lines = [
         f"| one core; leg: {theta.size} angles x {len(leg.body)} elements | "
@@ -95,9 +97,11 @@ def main() -> None:
     ]
     lines[0] += " |"
     rows: dict[str, list[str]] = {
-        "elements in the sand a second, million": [], "sweep, ms": [],
-        "plain numpy loop over angles, ms": [], "ratio": [],
-    }  # fmt: skip
+        "elements in the sand a second, million": [],
+        "sweep, ms": [],
+        "plain numpy loop over angles, ms": [],
+        "ratio": [],
+    }
     for profile in profiles.values():
         ours = sweep(profile, leg)  # compiled, or read from disk, before the clock starts
         theirs = plain_loop(profile, leg.body, theta)
@@ -112,8 +116,12 @@ def main() -> None:
             for _ in range(TURNS)
         ]
         each_s, sweep_s, loop_s = (min(turn[k] for turn in turns) for k in range(3))
-        values = (f"{theta.size * len(leg.body) / each_s / 1e6:.0f}", f"{1e3 * sweep_s:.3f}",
-                  f"{1e3 * loop_s:.1f}", f"{loop_s / sweep_s:.0f}")  # fmt: skip
+        values = (
+            f"{theta.size * len(leg.body) / each_s / 1e6:.0f}",
+            f"{1e3 * sweep_s:.3f}",
+            f"{1e3 * loop_s:.1f}",
+            f"{loop_s / sweep_s:.0f}",
+        )
         for row, value in zip(rows.values(), values, strict=True):
             row.append(value)
     lines += [f"| {name} | {' | '.join(values)} |" for name, values in rows.items()]

@@ -83,8 +83,10 @@ def main() -> None:
     table = TableProfile.published("poppy_LP")
     nine = FourierProfile(as_array(reference.coefficients("poppy_LP")))
     profiles: dict[str, Profile] = {
-        "nine terms": nine, "table": table, "depth-only": DepthOnlyProfile.of(table),
-    }  # fmt: skip
+        "nine terms": nine,
+        "table": table,
+        "depth-only": DepthOnlyProfile.of(table),
+    }
     what = f"270 elements, step {STEP_S:g} s, {FREQUENCY_HZ:g} Hz, one core"
     lines = [
         f"| {what} | legs | simulated s per s | plain numpy | ratio | ratio to the paper's 0.1 |",

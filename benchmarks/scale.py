@@ -286,11 +286,19 @@ def one_size(root: Path, logs: int, size: int) -> list[str]:
 
 
 HEADS = (
-    "logs", "GB", "logs to alpha in one process, ms a log", "its processor time, ms a log", "its peak, MB",
-    f"`rftfit run` to alpha, {CORES} cores: s (ms a log)", "largest process, MB",
-    "all the rest to the page, s", "largest process, MB", "nothing to do, s", "page, MB",
+    "logs",
+    "GB",
+    "logs to alpha in one process, ms a log",
+    "its processor time, ms a log",
+    "its peak, MB",
+    f"`rftfit run` to alpha, {CORES} cores: s (ms a log)",
+    "largest process, MB",
+    "all the rest to the page, s",
+    "largest process, MB",
+    "nothing to do, s",
+    "page, MB",
     "page opens in",
-)  # fmt: skip
+)
 
 
 def floor(root: Path, logs: int) -> list[str]:
@@ -344,11 +352,18 @@ def long_table(path: Path, rows: int) -> dict[tuple[int, int], float]:
     cells = [(b, g) for b in range(-75, 91, 15) for g in (-90, -80, -50, -20, 20, 50, 80, 90)]
     for beta, gamma in cells:
         depth = np.linspace(0.5, 8, rows // len(cells)).round(5)[:: 1 if gamma > 0 else -1]
-        force = [(a * depth + random.normal(0, 0.01, depth.size)).round(5)
-                 for a in table_s5("poppy_LP", beta, gamma)]  # fmt: skip
+        force = [
+            (a * depth + random.normal(0, 0.01, depth.size)).round(5)
+            for a in table_s5("poppy_LP", beta, gamma)
+        ]
         slopes[beta, gamma] = float(force[0] @ depth / (depth @ depth))
-        columns = {"beta_deg": beta, "gamma_deg": gamma, "depth_cm": depth,
-                   "stress_z_N_per_cm2": force[0], "stress_x_N_per_cm2": force[1]}  # fmt: skip
+        columns = {
+            "beta_deg": beta,
+            "gamma_deg": gamma,
+            "depth_cm": depth,
+            "stress_z_N_per_cm2": force[0],
+            "stress_x_N_per_cm2": force[1],
+        }
         parts.append(pd.DataFrame(columns).assign(run_id=f"b{beta}_g{gamma}"))
     pd.concat(parts).to_csv(path, index=False)
     return slopes
@@ -407,9 +422,14 @@ def of_table(folder: Path, rows: int) -> list[str]:
         for row in alpha.to_dict("records")
     ]
     heads = [
-        "", f"{rows:,} rows, s", "processor, s", f"{THIN:,} rows, s", "processor, s",
-        "difference of processor, times pandas", "largest process, MB",
-    ]  # fmt: skip
+        "",
+        f"{rows:,} rows, s",
+        "processor, s",
+        f"{THIN:,} rows, s",
+        "processor, s",
+        "difference of processor, times pandas",
+        "largest process, MB",
+    ]
     end = f"{len(apart)} of {len(slopes[rows])} runs, alpha_z within {max(apart):.1e} of numpy"
     return [*table(heads, told), "", end]
 

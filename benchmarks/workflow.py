@@ -39,9 +39,8 @@ def timed(checkout: Path, root: Path, *words: str) -> float:
     python = str(own) if own.is_file() else sys.executable
     start = time.perf_counter()
     done = subprocess.run(
-        [python, *words], cwd=root, capture_output=True, text=True, check=False,
-        env=environment,
-    )  # fmt: skip
+        [python, *words], cwd=root, capture_output=True, text=True, check=False, env=environment
+    )
     took = time.perf_counter() - start
     if done.returncode:
         sys.exit(f"{' '.join(words)} failed:\n{done.stdout}\n{done.stderr}")

@@ -12,8 +12,14 @@ project = "rftfit"
 author = "The rftfit developers"
 release = version = installed("rftfit")
 extensions = [
-    "myst_parser", "offline_math", "generated", "drawings", "quality_sheets", "examples", "offline_check",
-]  # fmt: skip
+    "myst_parser",
+    "offline_math",
+    "generated",
+    "drawings",
+    "quality_sheets",
+    "examples",
+    "offline_check",
+]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_campaigns", "live"]
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]

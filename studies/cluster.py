@@ -45,8 +45,11 @@ def rftfit(folder, log, *words):
     with log.open("wb") as out:
         return subprocess.Popen(
             [sys.executable, "-m", "rftfit.cli.main", *words],
-            cwd=folder.root, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
-        )  # fmt: skip
+            cwd=folder.root,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=out,
+        )
 
 
 def finish(child, log):

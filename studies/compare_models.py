@@ -194,9 +194,10 @@ def picture(path: Path, rows: pd.DataFrame, table: pd.DataFrame) -> None:
     page = style.new_figure(style.DOUBLE_CM, 8.9, dpi=220)
     peak = "CRPS (% of measured peak)"
     panels = {
-        "z": ("A  lift on legs", peak), "x": ("B  thrust on legs", peak),
+        "z": ("A  lift on legs", peak),
+        "x": ("B  thrust on legs", peak),
         ROBOT: ("C  speed of the robot", "error (% of measured speed)"),
-    }  # fmt: skip
+    }
     if ROBOT not in set(rows["component"]):
         del panels[ROBOT]
     width_cm = (style.DOUBLE_CM - 3.9) / len(panels)

@@ -46,8 +46,16 @@ def step_convergence(
                 run = simulate(with_numerics(robot, method, step), profile, *where)
                 off = 100 * (run.speed_cm_per_s / best.speed_cm_per_s - 1)
                 rows.append((*where, method, step, run.speed_cm_per_s, run.outcome, off))
-    names = ["frequency_Hz", "curvature_times_R", "phase_turns", "method", "step_s",
-             "speed_cm_per_s", "outcome", "difference_percent"]  # fmt: skip
+    names = [
+        "frequency_Hz",
+        "curvature_times_R",
+        "phase_turns",
+        "method",
+        "step_s",
+        "speed_cm_per_s",
+        "outcome",
+        "difference_percent",
+    ]
     return pd.DataFrame(rows, columns=names)
 
 

@@ -85,9 +85,11 @@ def learn_error(
 
 
 def learn_error_by_coverage(
-    differences: Sequence[FloatArray], variances: Sequence[FloatArray], loads: Sequence[FloatArray],
+    differences: Sequence[FloatArray],
+    variances: Sequence[FloatArray],
+    loads: Sequence[FloatArray],
     confidence: float = 0.95,
-) -> float:  # fmt: skip
+) -> float:
     """Error over the load at which the interval holds this share of the poses, as `learn_error` for the rest."""
     from scipy.optimize import brentq
     from scipy.special import ndtri

@@ -73,8 +73,11 @@ class Trials:
         """One command that writes onto a full disk."""
         done = subprocess.run(
             [sys.executable, "-m", "rftfit.cli.main", *words.format(disk).split()],
-            cwd=self.folder.root, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            cwd=self.folder.root,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         made = [path.name for path in disk.rglob("*") if path.is_file() and path.stat().st_size]
         good = done.returncode == 3 and "cannot write" in done.stderr and made == ["filled"]
         good = good and "Traceback" not in done.stdout + done.stderr

@@ -49,9 +49,13 @@ COUNTS = (1, 2, 4, 6, 8, 12, 20, 30)
 FRICTIONS = ("0.2", "0.4", "0.8")
 FOREIGN = ("isotropic", "depth only", "alpha_x doubled")
 GRADED = {
-    "medium out": MEDIA, "material out": MEDIA, "3D-RFT": FRICTIONS, "rough 5": MEDIA, "rough 10": MEDIA,
+    "medium out": MEDIA,
+    "material out": MEDIA,
+    "3D-RFT": FRICTIONS,
+    "rough 5": MEDIA,
+    "rough 10": MEDIA,
     "prior": ("first", "second"),
-}  # fmt: skip
+}
 PARTS = GRADED | {"planned": (*FRICTIONS, *MEDIA), "foreign": FOREIGN}
 PUBLISHED = ("medium out", "material out")
 _LEAST_WORK = shapes_module.LEAST_WORK
@@ -62,10 +66,24 @@ PEAKS = {"lift": 0, "thrust": 1}
 ENDS = ("", "_lo", "_hi")
 KEYS = ["part", "name", "set", "count"]
 COLUMNS = [
-    *KEYS, "raised", "coverage", "score", "rms", "half", "off_mean", "not_passive", "belongs", "seconds", "nine",
-    *(f"{peak}_{leg}_{way}" for peak in PEAKS for leg in LEGS
-      for way in ("true", *(how + end for how in "ab" for end in ENDS))),
-]  # fmt: skip
+    *KEYS,
+    "raised",
+    "coverage",
+    "score",
+    "rms",
+    "half",
+    "off_mean",
+    "not_passive",
+    "belongs",
+    "seconds",
+    "nine",
+    *(
+        f"{peak}_{leg}_{way}"
+        for peak in PEAKS
+        for leg in LEGS
+        for way in ("true", *(how + end for how in "ab" for end in ENDS))
+    ),
+]
 """Alpha in % of its largest; forces in N: a at the pose where the mean is largest, b of the draws' own peaks."""
 
 _ONE_NUMBER = np.abs(GAMMA_DEG).round() == 90
@@ -290,10 +308,13 @@ def report(file: Path, parent: Path | None) -> None:
     lowest.loc["min without rough 10"] = cover.drop("rough 10", errors="ignore").min()
     table("Coverage of alpha, %, by pushes", pd.concat([cover, lowest]))
     for title, column, digits in (
-        ("Rms error, % of the largest alpha", "rms", 1), ("Half width, % of the largest alpha", "half", 1),
-        ("Interval score, % of the largest alpha", "score", 1), ("Draws left out, %", "not_passive", 0),
-        ("Value against the mean of its own draws, largest, s.d.", "off_mean", 2), ("Seconds", "seconds", 3),
-    ):  # fmt: skip
+        ("Rms error, % of the largest alpha", "rms", 1),
+        ("Half width, % of the largest alpha", "half", 1),
+        ("Interval score, % of the largest alpha", "score", 1),
+        ("Draws left out, %", "not_passive", 0),
+        ("Value against the mean of its own draws, largest, s.d.", "off_mean", 2),
+        ("Seconds", "seconds", 3),
+    ):
         table(f"{title}; median", cells(kept, column, "part", how="median"), digits)
     for way, meaning in (("a", "where the mean is largest"), ("b", "the draws' own peaks")):
         forces = peaks(kept, way)

@@ -43,10 +43,41 @@ KEPT_CSV = ROOT / "studies" / "mutants.csv"
 WORK = ROOT / ".mutants"
 LINES = WORK / "lines"
 JUDGED = WORK / "judged.csv"
-COPIED = ("src", "tests", "config", "docs", "examples", "profiles", "studies", "workflow",
-          "benchmarks", "requirements", ".github", ".ci", "raw", "pyproject.toml", "Snakefile", "README.md",
-          "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile", "noxfile.py")  # fmt: skip
-PRELOADED = ("numpy", "scipy.special", "scipy.linalg", "pandas", "hypothesis", "numba", "pydantic", "yaml", "pytest")  # fmt: skip
+COPIED = (
+    "src",
+    "tests",
+    "config",
+    "docs",
+    "examples",
+    "profiles",
+    "studies",
+    "workflow",
+    "benchmarks",
+    "requirements",
+    ".github",
+    ".ci",
+    "raw",
+    "pyproject.toml",
+    "Snakefile",
+    "README.md",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
+    "LICENSE",
+    "Makefile",
+    "noxfile.py",
+)
+PRELOADED = (
+    "numpy",
+    "scipy.special",
+    "scipy.linalg",
+    "pandas",
+    "hypothesis",
+    "numba",
+    "pydantic",
+    "yaml",
+    "pytest",
+)
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 NUMBER_DRAWN, SEED = 400, 2013
 FEWEST_OF_A_ROOM = 8
@@ -182,13 +213,29 @@ def record_lines(*, is_older_enough: bool = False) -> Recording:
     if not is_current:
         print("recording which test runs which line: the whole suite once ...", flush=True)
         shutil.rmtree(LINES, ignore_errors=True)
-        words = ["-p", "line_recorder", "--record-lines", str(LINES), "-q", "-m", "not page", "-n", str(os.cpu_count()),
-                 "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:cacheprovider"]  # fmt: skip
+        words = [
+            "-p",
+            "line_recorder",
+            "--record-lines",
+            str(LINES),
+            "-q",
+            "-m",
+            "not page",
+            "-n",
+            str(os.cpu_count()),
+            "--dist",
+            "loadfile",
+            "--no-loadscope-reorder",
+            "-p",
+            "no:cacheprovider",
+        ]
         paths = os.pathsep.join([str(ROOT / "studies"), str(WORK / "tool")])
         subprocess.run(
             [sys.executable, "-m", "pytest", *words],
-            cwd=ROOT, env=os.environ | {"PYTHONPATH": paths, **dict.fromkeys(THREADS, "1")}, check=False,
-        )  # fmt: skip
+            cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": paths, **dict.fromkeys(THREADS, "1")},
+            check=False,
+        )
         stamp.write_text(digest, encoding="utf-8")
     return read_recording(LINES)
 
@@ -408,9 +455,10 @@ class Bench:
             if (ROOT / name).is_dir():
                 keep_all = name in ("src", "tests")
                 shutil.copytree(
-                    ROOT / name, self.tree / name,
+                    ROOT / name,
+                    self.tree / name,
                     ignore=shutil.ignore_patterns("__pycache__") if keep_all else ignored,
-                )  # fmt: skip
+                )
             elif (ROOT / name).exists():
                 shutil.copy(ROOT / name, self.tree / name)
         self.stamp = 1_000_000_000
@@ -475,8 +523,20 @@ def run_tests(tree: Path, tests: list[str], nominal_s: float) -> int:
             if report.failed:
                 failed.write_text(report.nodeid, encoding="utf-8")
 
-    options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-showlocals", "--tb=short",
-               "--basetemp", str(scratch / "pytest"), "-W", "ignore::pytest.PytestAssertRewriteWarning"]  # fmt: skip
+    options = [
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:xdist",
+        "--no-showlocals",
+        "--tb=short",
+        "--basetemp",
+        str(scratch / "pytest"),
+        "-W",
+        "ignore::pytest.PytestAssertRewriteWarning",
+    ]
     return int(pytest.main([*options, *tests], plugins=[FirstFailure()]))
 
 
@@ -540,7 +600,11 @@ class Judge:
         while waiting or running:
             while waiting and free:
                 mutant = waiting.pop()
-                source = (PACKAGE / mutant.module).read_text(encoding="utf-8") if (PACKAGE / mutant.module).exists() else ""  # fmt: skip
+                source = (
+                    (PACKAGE / mutant.module).read_text(encoding="utf-8")
+                    if (PACKAGE / mutant.module).exists()
+                    else ""
+                )
                 changed = mutated_source(source, mutant)
                 if changed is None:
                     mutant.verdict = "gone"
@@ -650,9 +714,11 @@ def difference(mutant: Mutant) -> str:
         difflib.unified_diff(
             mutant.removed.splitlines(keepends=True),
             mutant.added.splitlines(keepends=True),
-            place, mutant.function, n=0,
+            place,
+            mutant.function,
+            n=0,
         )
-    )  # fmt: skip
+    )
 
 
 def parse() -> argparse.Namespace:

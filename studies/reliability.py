@@ -148,9 +148,14 @@ def checked(job):
     effects = {*found.checks["effect"]}
     verdict = next((one for one in ("unusable", "doubtful") if one in effects), SOUND)
     return _row(
-        job, told="stated" if is_stated(job.seed) else "default", bed=bed_of(job.seed), design=str(case),
-        verdict=verdict, failed=" ".join(found.failed), flags=" ".join(sorted(found.flags)),
-    )  # fmt: skip
+        job,
+        told="stated" if is_stated(job.seed) else "default",
+        bed=bed_of(job.seed),
+        design=str(case),
+        verdict=verdict,
+        failed=" ".join(found.failed),
+        flags=" ".join(sorted(found.flags)),
+    )
 
 
 FEW_THRICE, PAPER_ONCE = Case("few", "paper"), Case("paper", "paper")
@@ -178,9 +183,15 @@ def without_fault(seed, case):
     told = as_disturbed(sizes).model_dump(exclude_none=True)
     with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():
         made = enacted(
-            bed if bed in MEDIA else str(luck.choice(MEDIA)), seed, told if is_stated(seed) else None,
-            directions, 3 if case == FEW_THRICE else 1, disturb, case.protocol, case.tare,
-        )  # fmt: skip
+            bed if bed in MEDIA else str(luck.choice(MEDIA)),
+            seed,
+            told if is_stated(seed) else None,
+            directions,
+            3 if case == FEW_THRICE else 1,
+            disturb,
+            case.protocol,
+            case.tare,
+        )
     if is_stated(seed):
         made.config["transducer"]["slow_noise_N"] = slow_noise(sizes)
     return made
@@ -192,10 +203,14 @@ def covered(job):
     found = campaigns_of(sizes, COVERAGE_OF_ONE_ROW, int(job.size), seed).reset_index()
     levels = found.pivot_table(index="told", columns="level", values="inside")
     return [
-        _row(job, told=str(told), bed=REAL_LAB,
-             **{name: f"{shares[level]:.4f}" for name, level in LEVELS.items()})
+        _row(
+            job,
+            told=str(told),
+            bed=REAL_LAB,
+            **{name: f"{shares[level]:.4f}" for name, level in LEVELS.items()},
+        )
         for told, shares in levels.iterrows()
-    ]  # fmt: skip
+    ]
 
 
 @lru_cache(maxsize=1)
@@ -212,11 +227,16 @@ def narrowed(job):
     found = judged(with_mistake(base, name, job.seed)[0])
     cells = found.narrower(sound, EQUAL) if name.startswith("copies") else found.narrower(sound)
     return _row(
-        job, told="stated" if is_stated(job.seed) else "default", bed=base.rows[0]["medium"], mistake=name,
-        narrower=str(len(cells)), silently=str(len(found.silently(sound))),
+        job,
+        told="stated" if is_stated(job.seed) else "default",
+        bed=base.rows[0]["medium"],
+        mistake=name,
+        narrower=str(len(cells)),
+        silently=str(len(found.silently(sound))),
         least=f"{cells['share'].min():.2f}" if len(cells) else "",
-        failed=" ".join(found.failed.keys() - sound.failed), flags=" ".join(sorted(found.flags - sound.flags)),
-    )  # fmt: skip
+        failed=" ".join(found.failed.keys() - sound.failed),
+        flags=" ".join(sorted(found.flags - sound.flags)),
+    )
 
 
 def _row(job, **cells):
@@ -291,11 +311,16 @@ def report(rows, kinds):
 def _narrow(table):
     counts = table.assign(**{name: table[name].astype(int) for name in ("narrower", "silently")})
     rows = [
-        {"mistake": mistake, "narrower": own["narrower"].max(), "share left": pd.to_numeric(own["least"]).min(),
-         "silently": own["silently"].max(),
-         "told by": " ".join(sorted({*" ".join([*own["failed"], *own["flags"]]).split()})) or "-"}
+        {
+            "mistake": mistake,
+            "narrower": own["narrower"].max(),
+            "share left": pd.to_numeric(own["least"]).min(),
+            "silently": own["silently"].max(),
+            "told by": " ".join(sorted({*" ".join([*own["failed"], *own["flags"]]).split()}))
+            or "-",
+        }
         for mistake, own in counts.groupby("mistake", sort=False)
-    ]  # fmt: skip
+    ]
     print(f"cells with a narrower interval, the most of {table['seed'].nunique()} campaigns:")
     print(pd.DataFrame(rows).to_string(index=False, na_rep=""))
     copied_too = counts["mistake"].str.startswith("copies") & (counts["narrower"] > 0)
@@ -327,8 +352,10 @@ def _power(table, kind):
     for by, own in table.groupby("by"):
         least = kind.least.get(float(str(by)), 0) * len(own) / 50
         good &= bool(own["told"].sum() >= least)
-        print(f"{kind.what}, {by:g}: named by {' or '.join(kind.told)} in {own['told'].sum()} of {len(own)}, "
-              f"doubted in {own['doubted'].sum()}" + (f"; must be {least:g}" if least else ""))  # fmt: skip
+        print(
+            f"{kind.what}, {by:g}: named by {' or '.join(kind.told)} in {own['told'].sum()} of {len(own)}, "
+            f"doubted in {own['doubted'].sum()}" + (f"; must be {least:g}" if least else "")
+        )
     share = 100 * table.pivot_table(index="bed", columns="size", values="told")
     print(f"named, percent, by medium:\n{share.round().to_string()}")
     return good

@@ -45,20 +45,41 @@ def circumstances(locales):
     made = {"LOCPATH": str(locales)}
     return [
         Circumstances("as it is, 2 cores", environment={"PYTHONHASHSEED": "0"}),
-        Circumstances("1 core, hash seed 1, umask 077", cores=1, umask=0o077,
-                      environment={"PYTHONHASHSEED": "1"}),
-        Circumstances("folder `été 2013 ü`, sheet shuffled and with CRLF", "été 2013 ü",
-                      shuffled=True, line_end="\r\n"),
-        Circumstances("`LC_ALL=C`, `PYTHONUTF8=0` (ASCII), folder with accents", "été 2013 ü",
-                      environment=ASCII),
-        *(Circumstances(f"`OPENBLAS_NUM_THREADS={n}`", environment={"OPENBLAS_NUM_THREADS": n})
-          for n in ("1", "2", "4")),
-        Circumstances("`LC_ALL=tr_TR.UTF-8`, `TZ=Asia/Kathmandu`",
-                      environment={**made, "LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"}),
-        Circumstances("`LC_ALL=de_DE.ISO-8859-1`, `PYTHONUTF8=0`, `TZ=America/St_Johns`",
-                      environment={**made, "LC_ALL": "de_DE.ISO-8859-1", "PYTHONUTF8": "0",
-                                   "TZ": "America/St_Johns"}),
-    ]  # fmt: skip
+        Circumstances(
+            "1 core, hash seed 1, umask 077",
+            cores=1,
+            umask=0o077,
+            environment={"PYTHONHASHSEED": "1"},
+        ),
+        Circumstances(
+            "folder `été 2013 ü`, sheet shuffled and with CRLF",
+            "été 2013 ü",
+            shuffled=True,
+            line_end="\r\n",
+        ),
+        Circumstances(
+            "`LC_ALL=C`, `PYTHONUTF8=0` (ASCII), folder with accents",
+            "été 2013 ü",
+            environment=ASCII,
+        ),
+        *(
+            Circumstances(f"`OPENBLAS_NUM_THREADS={n}`", environment={"OPENBLAS_NUM_THREADS": n})
+            for n in ("1", "2", "4")
+        ),
+        Circumstances(
+            "`LC_ALL=tr_TR.UTF-8`, `TZ=Asia/Kathmandu`",
+            environment={**made, "LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"},
+        ),
+        Circumstances(
+            "`LC_ALL=de_DE.ISO-8859-1`, `PYTHONUTF8=0`, `TZ=America/St_Johns`",
+            environment={
+                **made,
+                "LC_ALL": "de_DE.ISO-8859-1",
+                "PYTHONUTF8": "0",
+                "TZ": "America/St_Johns",
+            },
+        ),
+    ]
 
 
 def make_locale(place, name):

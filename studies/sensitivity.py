@@ -136,8 +136,10 @@ def sensitivity(
         runs = run_all(of, profile, conditions, threads)
         reasons = ["" if run.outcome == "steady" else run.reason for run in runs]
         return [*(run.speed_cm_per_s for run in runs), *optimum(of, profile, threads)], [
-            *reasons, "", "",
-        ]  # fmt: skip
+            *reasons,
+            "",
+            "",
+        ]
 
     reference, _ = values(robot)
     rows = []

@@ -297,9 +297,7 @@ def picture(path: Path) -> None:
     write_bytes(path, style.content(page, "png"))
 
 
-PARTS = {
-    "chance": against_chance, "sands": natural_sands, "robot": robot,
-}  # fmt: skip
+PARTS = {"chance": against_chance, "sands": natural_sands, "robot": robot}
 
 
 def main() -> int:

@@ -49,9 +49,12 @@ def prepare(say=print):
             ("install", "-y", "--no-install-recommends", "slurm-wlm", "munge"),
         ):
             done = subprocess.run(
-                ["apt-get", "-q", *words], capture_output=True, text=True, check=False,
+                ["apt-get", "-q", *words],
+                capture_output=True,
+                text=True,
+                check=False,
                 env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"},
-            )  # fmt: skip
+            )
         if done.returncode:
             raise CannotRun(f"apt-get install slurm-wlm munge failed:\n{done.stderr[-800:]}")
 
@@ -84,10 +87,16 @@ class SlurmHost:
         conf.write_text(self._conf(), encoding="utf-8")
         self._put_conf(conf)
         self._daemon(
-            "munged", "munged", "--foreground", "--force", f"--key-file={key}",
-            f"--socket={self.socket}", f"--pid-file={self.folder / 'munged.pid'}",
-            f"--log-file={self.folder / 'munged.log'}", f"--seed-file={self.folder / 'munged.seed'}",
-        )  # fmt: skip
+            "munged",
+            "munged",
+            "--foreground",
+            "--force",
+            f"--key-file={key}",
+            f"--socket={self.socket}",
+            f"--pid-file={self.folder / 'munged.pid'}",
+            f"--log-file={self.folder / 'munged.log'}",
+            f"--seed-file={self.folder / 'munged.seed'}",
+        )
         self._wait(self.socket.exists, "munged")
         self._daemon("slurmctld", "slurmctld", "-D", "-c")
         for node in NODES:
@@ -104,23 +113,38 @@ class SlurmHost:
         memory = min(8000, psutil.virtual_memory().total // 2**20 // 2)
         here = self.folder
         lines = [
-            "ClusterName=rftfit", f"SlurmctldHost={host}(127.0.0.1)",
-            f"SlurmctldPort={_CONTROLLER_PORT}", "AuthType=auth/munge", "CredType=cred/munge",
-            f"AuthInfo=socket={self.socket}", "SlurmUser=root", "SlurmdUser=root",
-            f"StateSaveLocation={here / 'state'}", f"SlurmdSpoolDir={here}/spool-%n",
-            f"SlurmctldPidFile={here / 'slurmctld.pid'}", f"SlurmdPidFile={here}/slurmd-%n.pid",
-            f"SlurmctldLogFile={here / 'slurmctld.log'}", f"SlurmdLogFile={here}/slurmd-%n.log",
-            "ProctrackType=proctrack/linuxproc", "TaskPlugin=task/none",
-            "AccountingStorageType=accounting_storage/none", "SelectType=select/cons_tres",
-            "SelectTypeParameters=CR_Core", "ReturnToService=2", "MpiDefault=none",
-            "SwitchType=switch/none", "MinJobAge=3600", "SlurmctldTimeout=30", "SlurmdTimeout=30",
+            "ClusterName=rftfit",
+            f"SlurmctldHost={host}(127.0.0.1)",
+            f"SlurmctldPort={_CONTROLLER_PORT}",
+            "AuthType=auth/munge",
+            "CredType=cred/munge",
+            f"AuthInfo=socket={self.socket}",
+            "SlurmUser=root",
+            "SlurmdUser=root",
+            f"StateSaveLocation={here / 'state'}",
+            f"SlurmdSpoolDir={here}/spool-%n",
+            f"SlurmctldPidFile={here / 'slurmctld.pid'}",
+            f"SlurmdPidFile={here}/slurmd-%n.pid",
+            f"SlurmctldLogFile={here / 'slurmctld.log'}",
+            f"SlurmdLogFile={here}/slurmd-%n.log",
+            "ProctrackType=proctrack/linuxproc",
+            "TaskPlugin=task/none",
+            "AccountingStorageType=accounting_storage/none",
+            "SelectType=select/cons_tres",
+            "SelectTypeParameters=CR_Core",
+            "ReturnToService=2",
+            "MpiDefault=none",
+            "SwitchType=switch/none",
+            "MinJobAge=3600",
+            "SlurmctldTimeout=30",
+            "SlurmdTimeout=30",
             *(
                 f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={_PORTS[node]} "
                 f"CPUs=1 RealMemory={memory}"
                 for node in NODES
             ),
             f"PartitionName=main Nodes={','.join(NODES)} Default=YES MaxTime=INFINITE State=UP",
-        ]  # fmt: skip
+        ]
         return "\n".join(lines) + "\n"
 
     def _put_conf(self, conf):

@@ -39,7 +39,9 @@ def bodies() -> dict[str, tuple[Mesh, Motion3D]]:
 def weights(mesh: Mesh, motion: Motion3D) -> FloatArray:
     """Force and moment for an alpha of 1 at each node, z and x: shape (2 n, 6); the measured law is linear in alpha."""
     unit, count = np.eye(2 * BETA_DEG.size), BETA_DEG.size
-    return mesh_draws(TableProfile(unit[:, :count], unit[:, count:], *NODES), mesh, motion, "measured", None)[:, 0, :6]  # fmt: skip
+    return mesh_draws(
+        TableProfile(unit[:, :count], unit[:, count:], *NODES), mesh, motion, "measured", None
+    )[:, 0, :6]
 
 
 def coverage(trials: int = TRIALS) -> None:

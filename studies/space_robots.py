@@ -56,10 +56,14 @@ def paper_robot_in_mujoco(
     data.qpos[1] = start_state(robot, assemble(robot, 1.0), 0.0)[1] / 100
     data.qpos[3:] = [2 * math.pi * hip.phase_turns for hip in robot.legs.hips]
     data.qvel[3:] = 4 * math.pi
-    return data, attach(model, data, POPPY, meshes=meshes, triangle_cm=9, delta_mm=delta_mm, tau_s=tau_s)  # fmt: skip
+    return data, attach(
+        model, data, POPPY, meshes=meshes, triangle_cm=9, delta_mm=delta_mm, tau_s=tau_s
+    )
 
 
-def speed_of_paper_robot(delta_mm: float, tau_s: float, strides: int = 8, step_s: float = 0.001) -> tuple[float, float]:  # fmt: skip
+def speed_of_paper_robot(
+    delta_mm: float, tau_s: float, strides: int = 8, step_s: float = 0.001
+) -> tuple[float, float]:
     """Speed over the last two strides, cm/s, and the least energy that the ground took in one stride, J."""
     data, ground = paper_robot_in_mujoco(delta_mm, tau_s, step_s)
     places, taken = [0.0], []
@@ -87,15 +91,18 @@ def robot() -> None:
     )
     for delta, tau, step in cases:
         speed, least = speed_of_paper_robot(delta, tau, step_s=step)
-        print(f"delta {delta:g} mm, step {1e3 * step:g} ms: {speed:.3f} cm/s, the ground takes at least "
-              f"{1e3 * least:.2f} mJ a stride")  # fmt: skip
+        print(
+            f"delta {delta:g} mm, step {1e3 * step:g} ms: {speed:.3f} cm/s, the ground takes at least "
+            f"{1e3 * least:.2f} mJ a stride"
+        )
 
 
 LEGS = "".join(
     f'<body pos="{x} {y} 0"><geom type="capsule" fromto="0 0 0 0 0 -.2" size=".015" mass=".3" contype="0" '
     f'conaffinity="0"/><geom name="foot{x}{y}" type="box" pos="0 0 -.21" size=".035 .035 .01" mass=".2"/></body>'
-    for x in (-0.2, 0.2) for y in (-0.15, 0.15)
-)  # fmt: skip
+    for x in (-0.2, 0.2)
+    for y in (-0.15, 0.15)
+)
 QUADRUPED = f"""<mujoco><option timestep="{{step}}"/><worldbody>
 <body name="trunk" pos="0 0 .215"><freejoint/><geom type="box" size=".25 .12 .05" mass="7" contype="0" conaffinity="0"/>
 {LEGS}</body></worldbody></mujoco>"""
@@ -126,14 +133,18 @@ def rest() -> None:
     cases = [(1e-3, 0.3, 2e-3), (5e-4, 0.3, 2e-3), (2e-3, 0.3, 1e-3), (1e-3, 0.1, 2e-3), (1e-3, 0.9, 2e-3), (1e-3, 0.0, 0.0)]  # fmt: skip
     for step, delta, tau in cases:
         depth, moved = drift(step, delta, tau)
-        print(f"step {1e3 * step:g} ms, delta {delta:g} mm, tau {1e3 * tau:g} ms: {depth:.1f} mm deep, "
-              f"moves {moved:.1f} micrometres in 5 s")  # fmt: skip
+        print(
+            f"step {1e3 * step:g} ms, delta {delta:g} mm, tau {1e3 * tau:g} ms: {depth:.1f} mm deep, "
+            f"moves {moved:.1f} micrometres in 5 s"
+        )
 
 
 def speed() -> None:
     """Simulated seconds a second of processor time at steps of 1 ms."""
-    for name, (data, ground) in {"paper's robot": paper_robot_in_mujoco(0.3, 2e-3),
-                                 "quadruped": quadruped(1e-3, 0.3, 2e-3)}.items():  # fmt: skip
+    for name, (data, ground) in {
+        "paper's robot": paper_robot_in_mujoco(0.3, 2e-3),
+        "quadruped": quadruped(1e-3, 0.3, 2e-3),
+    }.items():
         ground.step()
         began, start = time.process_time(), data.time
         while data.time < start + 2:

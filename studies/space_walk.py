@@ -36,10 +36,19 @@ def load(path: str, step_s: float) -> Any:
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
     for number, geom in enumerate(spec.geoms):
         geom.name = geom.name or f"geom {number}"
-    sand = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[3, 3, 0.1], rgba=[0.85, 0.75, 0.55, 0.7])  # fmt: skip
+    sand = spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE, size=[3, 3, 0.1], rgba=[0.85, 0.75, 0.55, 0.7]
+    )
     sand.contype = sand.conaffinity = 0
-    spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-                     width=64, height=64, rgb1=white, rgb2=white)  # fmt: skip
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        width=64,
+        height=64,
+        rgb1=white,
+        rgb2=white,
+    )
     spec.visual.headlight.ambient[:] = [0.4] * 3
     return spec.compile()
 
@@ -60,7 +69,10 @@ class Legs:
         last = np.isin(model.body_weldid[model.geom_bodyid], model.body_weldid[bodies])
         collides = np.flatnonzero(last & (model.geom_contype | model.geom_conaffinity != 0))
         self.geoms = [model.geom(number).name for number in collides]
-        self.stance, self.trot = self.reach(self.home), [self.reach(self.home + self.path(at)) for at in np.arange(50) / 50]  # fmt: skip
+        self.stance, self.trot = (
+            self.reach(self.home),
+            [self.reach(self.home + self.path(at)) for at in np.arange(50) / 50],
+        )
         self.drawn_in = self.reach(self.home + np.array([0, 0, options.lift_cm / 100]))
 
     def above(self, body: int) -> list[int]:
@@ -74,8 +86,12 @@ class Legs:
         """How far the feet are from the stance, m: they go back on the ground, forward in the air."""
         phase = (stride + PHASES) % 1
         swing = np.pi * np.clip(2 * phase - 1, 0, 1)
-        along = self.options.stride_cm * np.where(phase < 0.5, 0.5 - 2 * phase, -0.5 * np.cos(swing))  # fmt: skip
-        return np.stack([along, 0 * along, self.options.lift_cm * np.sin(swing) ** 2], axis=-1) / 100  # fmt: skip
+        along = self.options.stride_cm * np.where(
+            phase < 0.5, 0.5 - 2 * phase, -0.5 * np.cos(swing)
+        )
+        return (
+            np.stack([along, 0 * along, self.options.lift_cm * np.sin(swing) ** 2], axis=-1) / 100
+        )
 
     def reach(self, places: FloatArray) -> FloatArray:
         """Positions of the joints that bring the feet to these places."""
@@ -120,7 +136,10 @@ def walk(options: argparse.Namespace, step_s: float, delta_mm: float) -> str:
             torque = STIFFNESS * wanted - DAMPING * data.qvel[legs.rates]
             data.qfrc_applied[legs.rates] = np.clip(torque, -TORQUE, TORQUE)
             ground.step()
-            power = ground.forces[:, :3] * ground.frames[:, 3:6] + ground.forces[:, 3:6] * ground.frames[:, 6:9]  # fmt: skip
+            power = (
+                ground.forces[:, :3] * ground.frames[:, 3:6]
+                + ground.forces[:, 3:6] * ground.frames[:, 6:9]
+            )
             taken[number] -= step_s * float(power.sum()) / 100
             tilted = max(tilted, float(np.degrees(np.arccos(min(1.0, data.xmat[trunk, 8])))))
             deep = max(deep, -100 * float(data.geom_xpos[legs.feet, 2].min()))
@@ -133,22 +152,31 @@ def walk(options: argparse.Namespace, step_s: float, delta_mm: float) -> str:
         with mujoco.Renderer(model, 400, 640) as renderer:
             renderer.update_scene(data, camera)
             Image.fromarray(renderer.render()).save(options.picture, quality=70)
-    (along, aside), drift = 100 * (at[-1] - at[3])[:2] / (STRIDES - 2) * options.hz, 1e6 * np.linalg.norm(at[1] - at[0])  # fmt: skip
-    return (f"| {1e3 * step_s:g} | {delta_mm:g} | {along:.1f} | {aside:.1f} | {tilted:.0f} | {deep:.1f} | {drift:.1f} | "
-            f"{taken[4:].mean():.1f} ({taken[4:].min():.1f}) | {pace:.2f} |")  # fmt: skip
+    (along, aside), drift = (
+        100 * (at[-1] - at[3])[:2] / (STRIDES - 2) * options.hz,
+        1e6 * np.linalg.norm(at[1] - at[0]),
+    )
+    return (
+        f"| {1e3 * step_s:g} | {delta_mm:g} | {along:.1f} | {aside:.1f} | {tilted:.0f} | {deep:.1f} | {drift:.1f} | "
+        f"{taken[4:].mean():.1f} ({taken[4:].min():.1f}) | {pace:.2f} |"
+    )
 
 
 def main() -> None:
     """Four runs: two steps, three elastic lengths."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("model", help="MJCF, or a URDF that MuJoCo loads")
-    parser.add_argument("--feet", nargs=4, required=True, help="geoms: front left and right, rear left and right")  # fmt: skip
+    parser.add_argument(
+        "--feet", nargs=4, required=True, help="geoms: front left and right, rear left and right"
+    )
     parser.add_argument("--picture", help="file for the last moment of a run")
     for name, default in (("times", 1.0), ("hz", 2.5), ("stride-cm", 8.0), ("lift-cm", 7.0)):
         parser.add_argument(f"--{name}", type=float, default=default)
     options = parser.parse_args()
-    print("| step, ms | delta, mm | speed, cm/s | aside, cm/s | greatest tilt, deg | deepest foot, cm | drift in 3 s, micrometres | "
-          "taken in a stride (least), J | simulated s a s |\n" + "|---" * 9 + "|")  # fmt: skip
+    print(
+        "| step, ms | delta, mm | speed, cm/s | aside, cm/s | greatest tilt, deg | deepest foot, cm | drift in 3 s, micrometres | "
+        "taken in a stride (least), J | simulated s a s |\n" + "|---" * 9 + "|"
+    )
     try:
         for step_s, delta_mm in ((1e-3, 0.3), (5e-4, 0.3), (1e-3, 0.1), (1e-3, 0.9)):
             print(walk(options, step_s, delta_mm), flush=True)

@@ -196,8 +196,10 @@ def main() -> None:
     for environment in environments:
         version = subprocess.run(
             [str(environment.program), "-c", "import platform; print(platform.python_version())"],
-            check=True, capture_output=True, text=True,
-        ).stdout.strip()  # fmt: skip
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.strip()
         code, told = environment.test(asked)
         failed |= code != 0
         print(f"| {environment.name} | {version} | {told} |", flush=True)

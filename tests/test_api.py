@@ -257,10 +257,14 @@ def test_a_log_and_its_slope(tmp_path):
 
 def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
     events: Any = (
-        *({"event": "job_info", "jobid": one, "rule_name": rule, "wildcards": {"m": "sand"}}
-          for one, rule in enumerate(("tare", "slopes"))),
-        {"skipped": 0}, {"event": "job_finished", "job_id": 0}, {"event": "job_finished", "job_id": 1},
-    )  # fmt: skip
+        *(
+            {"event": "job_info", "jobid": one, "rule_name": rule, "wildcards": {"m": "sand"}}
+            for one, rule in enumerate(("tare", "slopes"))
+        ),
+        {"skipped": 0},
+        {"event": "job_finished", "job_id": 0},
+        {"event": "job_finished", "job_id": 1},
+    )
     called = []
 
     def listen(words, _, on_line, **__):

@@ -178,7 +178,12 @@ def test_the_pages_are_made_from_it(monkeypatch):
         for column in one.columns:
             assert f"`{column.names[0]}`" in text
     text = generated.commands()
-    for words in ("## `rftfit run`", "| `--robot` | FILE |", "| `--frequency` | Hz | required |", "| 130 |"):  # fmt: skip
+    for words in (
+        "## `rftfit run`",
+        "| `--robot` | FILE |",
+        "| `--frequency` | Hz | required |",
+        "| 130 |",
+    ):
         assert words in text
     disturbed = generated.disturbances()
     assert all(f"| `{name}` | {one.size:g}" in disturbed for name, one in DISTURBANCES.items())
@@ -190,5 +195,9 @@ def test_numbers_beside_texts_have_six_digits_too(tmp_path):
     table = pd.DataFrame({"paper": [0.25642210000000004, "not stated", float("nan"), 3, True]})
     write_csv(table, tmp_path / "a.csv")
     assert (tmp_path / "a.csv").read_text().splitlines()[1:] == [
-        "0.256422", "not stated", '""', "3", "True",
-    ]  # fmt: skip
+        "0.256422",
+        "not stated",
+        '""',
+        "3",
+        "True",
+    ]

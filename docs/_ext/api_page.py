@@ -8,18 +8,35 @@ import re
 GROUPS = {
     "Campaigns and results": ("open", "Results", "Medium", "check", "run"),
     "Media": (
-        "published_medium", "Profile", "TableProfile", "FourierProfile", "DepthOnlyProfile",
-        "scaled_generic", "rft3d_profile", "read_profile", "write_profile",
+        "published_medium",
+        "Profile",
+        "TableProfile",
+        "FourierProfile",
+        "DepthOnlyProfile",
+        "scaled_generic",
+        "rft3d_profile",
+        "read_profile",
+        "write_profile",
     ),
     "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
     "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
     "Forces": (
-        "predict", "beyond_measured", "Outline", "model_leg", "arc", "polyline", "Motion", "rotation", "path",
-        "Mesh", "Motion3D", "simulate",
+        "predict",
+        "beyond_measured",
+        "Outline",
+        "model_leg",
+        "arc",
+        "polyline",
+        "Motion",
+        "rotation",
+        "path",
+        "Mesh",
+        "Motion3D",
+        "simulate",
     ),
     "Logs and tables": ("read_log", "fit_slope", "published_table"),
     "Errors": ("RftfitError",),
-}  # fmt: skip
+}
 
 _SECTION = re.compile(r"^(\w[\w ]*)\n-+\n", re.MULTILINE)
 

@@ -58,9 +58,13 @@ def arrow(axes: Axes, start: Any, vector: Any, colour: str, label: str = "", **h
     (x, z), (dx, dz) = start, vector
     if float(np.hypot(dx, dz)) > 0.02:
         look = {
-            "arrowstyle": "-|>", "color": colour, "linewidth": how.pop("width", 1.6),
-            "mutation_scale": how.pop("head", 9), "shrinkA": 0, "shrinkB": 0,
-        }  # fmt: skip
+            "arrowstyle": "-|>",
+            "color": colour,
+            "linewidth": how.pop("width", 1.6),
+            "mutation_scale": how.pop("head", 9),
+            "shrinkA": 0,
+            "shrinkB": 0,
+        }
         axes.annotate("", (x + dx, z + dz), (x, z), arrowprops=look)
     if label:
         at = how.pop("at", (x + 1.12 * dx, z + 1.12 * dz))
@@ -358,9 +362,15 @@ def push(samples: pd.DataFrame, fits: pd.DataFrame, runs: dict[str, str]) -> Fig
 
 
 DRAWINGS: dict[str, Callable[[], Figure]] = {
-    "angles": angles, "directions": directions, "frames": frames, "legs": legs, "mirrored": mirrored,
-    "nine_terms": nine_terms, "superposition": superposition, "where_it_fails": where_it_fails,
-}  # fmt: skip
+    "angles": angles,
+    "directions": directions,
+    "frames": frames,
+    "legs": legs,
+    "mirrored": mirrored,
+    "nine_terms": nine_terms,
+    "superposition": superposition,
+    "where_it_fails": where_it_fails,
+}
 
 
 def svg(figure: Figure) -> bytes:

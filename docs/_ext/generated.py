@@ -243,9 +243,14 @@ For BibTeX:
 
 
 PAGES: dict[str, Callable[[], str]] = {
-    "api": api, "citation": citation, "commands": commands, "disturbances": disturbances, "outputs": outputs,
-    "profile": profile, "robot": robot,
-}  # fmt: skip
+    "api": api,
+    "citation": citation,
+    "commands": commands,
+    "disturbances": disturbances,
+    "outputs": outputs,
+    "profile": profile,
+    "robot": robot,
+}
 """What can be generated."""
 
 

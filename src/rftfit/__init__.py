@@ -54,7 +54,7 @@ __all__ = [
     "scaled_generic",
     "simulate",
     "write_profile",
-]  # fmt: skip
+]
 
 _FOUND_IN = {
     "api": ("check", "fit_slope", "read_log", "run", "simulate"),
@@ -65,14 +65,20 @@ _FOUND_IN = {
     "model.planning": ("Plan", "Rig", "plan"),
     "model.prediction": ("beyond_measured", "predict"),
     "model.profile_file": ("read_profile", "write_profile"),
-    "model.profiles": ("DepthOnlyProfile", "FourierProfile", "Profile", "TableProfile",
-                       "published_medium", "scaled_generic"),
+    "model.profiles": (
+        "DepthOnlyProfile",
+        "FourierProfile",
+        "Profile",
+        "TableProfile",
+        "published_medium",
+        "scaled_generic",
+    ),
     "model.rft3d": ("rft3d_profile",),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
-}  # fmt: skip
+}
 """Modules by what they define of it; one is imported when a name of it is first used."""
 
 _INSIDE = {"open": "open_results", "published_reference": "published", "published_table": "load"}

@@ -237,6 +237,10 @@ def simulate(
     elif not isinstance(robot, config.Robot):
         robot = config.read_robot(Path(robot))
     return walk(
-        robot, profile, frequency_Hz, curvature_times_R, phase_turns,
+        robot,
+        profile,
+        frequency_Hz,
+        curvature_times_R,
+        phase_turns,
         samples_per_stride=samples_per_stride,
-    )  # fmt: skip
+    )

@@ -15,9 +15,20 @@ if TYPE_CHECKING:
     from logging import LogRecord
 
 KEYS = (
-    "event", "jobid", "job_id", "rule_name", "rule_msg", "wildcards", "skipped", "log", "reason", "done", "total", "stats",
+    "event",
+    "jobid",
+    "job_id",
+    "rule_name",
+    "rule_msg",
+    "wildcards",
+    "skipped",
+    "log",
+    "reason",
+    "done",
+    "total",
+    "stats",
     "indent",
-)  # fmt: skip
+)
 
 
 class LogHandler(LogHandlerBase):

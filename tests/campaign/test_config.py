@@ -189,16 +189,29 @@ def test_keys_are_names_whatever_they_look_like():
 @pytest.mark.parametrize(
     ("section", "key", "said"),
     [
-        ("{dialect: delimited, text: {delimiter: ',', encoding: utf-99}}", ".text.encoding",
-         "no encoding is called 'utf-99'; common ones: utf-8, cp1252, latin-1, shift_jis"),
-        ("{columns: {F1: {column: Fx, factor: 0}}}", ".columns.F1", "a factor of 0 would erase the column"),
+        (
+            "{dialect: delimited, text: {delimiter: ',', encoding: utf-99}}",
+            ".text.encoding",
+            "no encoding is called 'utf-99'; common ones: utf-8, cp1252, latin-1, shift_jis",
+        ),
+        (
+            "{columns: {F1: {column: Fx, factor: 0}}}",
+            ".columns.F1",
+            "a factor of 0 would erase the column",
+        ),
         ("{columns: {F1: {unit: N}}}", ".columns.F1", "needs either a column or a constant"),
-        ("{dialect: delimited}", "",
-         "the dialect delimited needs `text`, the description of the format"),
-        ("{dialect: rig, text: {delimiter: ','}}", "",
-         "`text` goes with the dialect delimited, found rig"),
+        (
+            "{dialect: delimited}",
+            "",
+            "the dialect delimited needs `text`, the description of the format",
+        ),
+        (
+            "{dialect: rig, text: {delimiter: ','}}",
+            "",
+            "`text` goes with the dialect delimited, found rig",
+        ),
     ],
-)  # fmt: skip
+)
 def test_sections_of_logs(room, section, key, said):
     room.config += f"force_log: {section}\n"
     problem = room.only("config.inconsistent")

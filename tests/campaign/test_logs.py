@@ -79,31 +79,62 @@ def stroke(number, gamma, direction="intrusion"):
     return BOTH | {S: number, "gamma_deg": gamma, "direction": direction}
 
 
-@pytest.mark.parametrize(("change", "config", "codes"), [
-    # force and motion in one file need one clock
-    *(({"p1": {F: path}}, clock, [("one-file", 2, M)]) for path in (MOTION, "logs/./p1_motion.csv")
-      for clock in (SYNC, ESTIMATE)),
-    *(({"p1": {F: path}}, ONE, []) for path in (MOTION, "logs/./p1_motion.csv")),
-    *(({}, contact(path), [("rigid_contact.motion_log", "one-file")]) for path in (FORCE, "logs/./p1_force.csv")),
-    *(({}, contact(path) + ONE, []) for path in (FORCE, "logs/./p1_force.csv")),
-    ({}, contact(UPPER), [("rigid_contact.motion_log", "shared-file")]),
-    ({"p1": {F: MOTION}}, "clock: {method: same}\n", [("clock.method", "unknown-word")]),
-    ({"p1": {F: "./logs//P1_Motion.csv"}}, ONE, [("log-missing", 2, F), ("shared-file", 2, M)]),
-    # no two runs have a log in common
-    ({"t1": {F: FORCE}}, "", [("shared-file", 3, F)]),
-    ({"p1": {M: FORCE}, "t1": {F: FORCE}}, ONE, [("shared-file", 3, F)]),
-    ({"p1": {M: FORCE}, "t1": {F: FORCE, M: FORCE}}, ONE, [("shared-file", 3, F), ("shared-file", 3, M)]),
-    # but for strokes of one log that cannot be taken for one another
-    ({"b<p1": BOTH | {"direction": "extraction"}}, "", [("shared-file", 8, F), ("shared-file", 8, M)]),
-    ({"p1": {S: "1"}, "b<p1": stroke("1", "45", "extraction")}, "", []),
-    ({"p1": {S: "1"}, "p2<p1": stroke("1", "90")}, "", []),
-    ({"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("1", "45", "extraction")}, "", []),
-    ({"p1": {S: "1"}, "p2<p1": stroke("1", "48")}, "", [("shared-file", 8, F), ("shared-file", 8, M)]),
-    ({"p1": stroke("1", "90", "extraction"), "p2<p1": stroke("1", "-90", "extraction")}, "",
-     [("shared-file", 8, F), ("shared-file", 8, M)]),
-    ({"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("2", "45")}, "",
-     [("shared-file", 9, F), ("shared-file", 9, M)]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "config", "codes"),
+    [
+        # force and motion in one file need one clock
+        *(
+            ({"p1": {F: path}}, clock, [("one-file", 2, M)])
+            for path in (MOTION, "logs/./p1_motion.csv")
+            for clock in (SYNC, ESTIMATE)
+        ),
+        *(({"p1": {F: path}}, ONE, []) for path in (MOTION, "logs/./p1_motion.csv")),
+        *(
+            ({}, contact(path), [("rigid_contact.motion_log", "one-file")])
+            for path in (FORCE, "logs/./p1_force.csv")
+        ),
+        *(({}, contact(path) + ONE, []) for path in (FORCE, "logs/./p1_force.csv")),
+        ({}, contact(UPPER), [("rigid_contact.motion_log", "shared-file")]),
+        ({"p1": {F: MOTION}}, "clock: {method: same}\n", [("clock.method", "unknown-word")]),
+        ({"p1": {F: "./logs//P1_Motion.csv"}}, ONE, [("log-missing", 2, F), ("shared-file", 2, M)]),
+        # no two runs have a log in common
+        ({"t1": {F: FORCE}}, "", [("shared-file", 3, F)]),
+        ({"p1": {M: FORCE}, "t1": {F: FORCE}}, ONE, [("shared-file", 3, F)]),
+        (
+            {"p1": {M: FORCE}, "t1": {F: FORCE, M: FORCE}},
+            ONE,
+            [("shared-file", 3, F), ("shared-file", 3, M)],
+        ),
+        # but for strokes of one log that cannot be taken for one another
+        (
+            {"b<p1": BOTH | {"direction": "extraction"}},
+            "",
+            [("shared-file", 8, F), ("shared-file", 8, M)],
+        ),
+        ({"p1": {S: "1"}, "b<p1": stroke("1", "45", "extraction")}, "", []),
+        ({"p1": {S: "1"}, "p2<p1": stroke("1", "90")}, "", []),
+        (
+            {"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("1", "45", "extraction")},
+            "",
+            [],
+        ),
+        (
+            {"p1": {S: "1"}, "p2<p1": stroke("1", "48")},
+            "",
+            [("shared-file", 8, F), ("shared-file", 8, M)],
+        ),
+        (
+            {"p1": stroke("1", "90", "extraction"), "p2<p1": stroke("1", "-90", "extraction")},
+            "",
+            [("shared-file", 8, F), ("shared-file", 8, M)],
+        ),
+        (
+            {"p1": {S: "1"}, "p2<p1": stroke("2", "45"), "p3<p1": stroke("2", "45")},
+            "",
+            [("shared-file", 9, F), ("shared-file", 9, M)],
+        ),
+    ],
+)
 def test_logs_of_rows(room, change, config, codes):
     room.touch(UPPER)
     room.put(change)

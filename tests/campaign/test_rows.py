@@ -30,10 +30,16 @@ def written(folder, text, name="t.csv"):
     return path
 
 
-@pytest.mark.parametrize(("header", "cell", "depth"), [
-    ("depth_cm", "2.5", 2.5), ("depth_mm", "25", 2.5), ("Depth [mm]", "25", 2.5),
-    ("z (in)", "-0", 0.0), ("z_in", "1e1", 25.4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("header", "cell", "depth"),
+    [
+        ("depth_cm", "2.5", 2.5),
+        ("depth_mm", "25", 2.5),
+        ("Depth [mm]", "25", 2.5),
+        ("z (in)", "-0", 0.0),
+        ("z_in", "1e1", 25.4),
+    ],
+)
 def test_units_of_the_header(tmp_path, header, cell, depth):
     rows, problems = read_rows(
         written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA

@@ -77,9 +77,11 @@ def test_columns_missing_unknown_and_twice(room):
     room.columns = [names.get(name, name) for name in room.columns]
     found = {(one.code[6:], one.place.column): one for one in room.check()}
     assert set(found) == {
-        ("duplicate-column", "note"), ("unknown-column", "mediun"), ("missing-column", "medium"),
+        ("duplicate-column", "note"),
+        ("unknown-column", "mediun"),
+        ("missing-column", "medium"),
         ("missing-column", "force_log"),
-    }  # fmt: skip
+    }
     assert {one.place.row for one in found.values()} == {1}
     assert "column number 9" in found["duplicate-column", "note"].allowed
     assert found["unknown-column", "mediun"].nearest == "medium"
@@ -117,41 +119,86 @@ def test_a_blank_cell_that_is_needed(room, column):
     assert found == [("sheet.required", Place("runs.csv", 8, column))]
 
 
-@pytest.mark.parametrize(("run", "column", "cell", "code", "parts"), [
-    ("p1", "medium", "popy_LP", "sheet.unknown-word", ["poppy_LP, poppy_CP", "mean 'poppy_LP'?"]),
-    ("p1", "kind", "Plate", "sheet.unknown-word", ["plate, rod, leg, leg_air", "mean 'plate'?"]),
-    ("p1", "direction", "intrution", "sheet.unknown-word", ["mean 'intrusion'?"]),
-    ("p1", "intruder", "plat", "sheet.unknown-word", ["plate, disc, c_leg", "mean 'plate'?"]),
-    ("p1", "intruder", "c_leg", "sheet.intruder-kind", ["shape plate or disc or flat for a plate run: plate, disc"]),
-    ("c1", "intruder", "disc", "sheet.intruder-kind", ["shape leg for a leg run: c_leg, flat_leg"]),
-    ("p1", "direction", "rotation", "sheet.direction-kind", ["intrusion or extraction or hor"]),
-    ("c1", "direction", "intrusion", "sheet.direction-kind", ["rotation for a leg run"]),
-    ("p1", "beta_deg", "thirty", "sheet.not-a-number", ["found 'thirty'", "-90 to 90 degrees"]),
-    ("p1", "beta_deg", "3_0", "sheet.not-a-number", []),
-    ("p1", "beta_deg", "\N{MINUS SIGN}30", "sheet.not-a-number", ["did you mean '-30'?"]),
-    ("p1", "beta_deg", "30,5", "sheet.decimal-comma", ["decimal point", "mean '30.5'?"]),
-    ("p1", "beta_deg", "NaN", "sheet.not-finite", ["found 'NaN'"]),
-    ("p1", "surface_z_mm", "-inf", "sheet.not-finite", []),
-    ("p1", "surface_z_mm", "1e999", "sheet.not-finite", []),
-    ("p1", "beta_deg", "90.1", "sheet.out-of-range", ["-90 to 90 degrees"]),
-    ("p1", "beta_deg", "-91", "sheet.out-of-range", []),
-    ("p1", "gamma_deg", "-91", "sheet.out-of-range", ["-90 to 90 degrees", "way down, also for an extraction"]),
-    ("p1", "gamma_deg", "-45", "sheet.gamma-up", ["above 0 for an intrusion", "a negative gamma is an extraction"]),
-    ("p1", "gamma_deg", "91", "sheet.out-of-range", []),
-    ("h1", "depth_cm", "0", "sheet.out-of-range", ["a number above 0 cm"]),
-    ("h1", "depth_cm", "", "sheet.required", ["must not be blank"]),
-    ("p1", "run_id", "p 1", "sheet.bad-name", ["letters A-Z a-z, digits"]),
-    ("p1", "run_id", "../p", "sheet.bad-name", []),
-    ("p1", "run_id", ".p", "sheet.bad-name", ["not beginning with . or -"]),
-    ("p1", "run_id", "p" * 101, "sheet.bad-name", ["at most 100"]),
-    ("p1", "excluded", "maybe", "sheet.bad-flag", ["yes, no or blank"]),
-    ("p1", "excluded", "yes", EXCLUDED, []),
-    ("p1", "reason", "dropped", "sheet.reason-without-excluded", ["only where excluded is yes"]),
-    ("c1", "beta_deg", "30", "sheet.ignored", ["a leg does not use this cell"]),
-    ("p1", "depth_cm", "3", "sheet.ignored", ["a plate run that is not horizontal"]),
-    ("a1", "medium", "poppy_LP", "sheet.ignored", ["a leg_air does not use"]),
-    ("t1", "tare_run", "t1", "sheet.ignored", ["a rod does not use"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("run", "column", "cell", "code", "parts"),
+    [
+        (
+            "p1",
+            "medium",
+            "popy_LP",
+            "sheet.unknown-word",
+            ["poppy_LP, poppy_CP", "mean 'poppy_LP'?"],
+        ),
+        (
+            "p1",
+            "kind",
+            "Plate",
+            "sheet.unknown-word",
+            ["plate, rod, leg, leg_air", "mean 'plate'?"],
+        ),
+        ("p1", "direction", "intrution", "sheet.unknown-word", ["mean 'intrusion'?"]),
+        ("p1", "intruder", "plat", "sheet.unknown-word", ["plate, disc, c_leg", "mean 'plate'?"]),
+        (
+            "p1",
+            "intruder",
+            "c_leg",
+            "sheet.intruder-kind",
+            ["shape plate or disc or flat for a plate run: plate, disc"],
+        ),
+        (
+            "c1",
+            "intruder",
+            "disc",
+            "sheet.intruder-kind",
+            ["shape leg for a leg run: c_leg, flat_leg"],
+        ),
+        ("p1", "direction", "rotation", "sheet.direction-kind", ["intrusion or extraction or hor"]),
+        ("c1", "direction", "intrusion", "sheet.direction-kind", ["rotation for a leg run"]),
+        ("p1", "beta_deg", "thirty", "sheet.not-a-number", ["found 'thirty'", "-90 to 90 degrees"]),
+        ("p1", "beta_deg", "3_0", "sheet.not-a-number", []),
+        ("p1", "beta_deg", "\N{MINUS SIGN}30", "sheet.not-a-number", ["did you mean '-30'?"]),
+        ("p1", "beta_deg", "30,5", "sheet.decimal-comma", ["decimal point", "mean '30.5'?"]),
+        ("p1", "beta_deg", "NaN", "sheet.not-finite", ["found 'NaN'"]),
+        ("p1", "surface_z_mm", "-inf", "sheet.not-finite", []),
+        ("p1", "surface_z_mm", "1e999", "sheet.not-finite", []),
+        ("p1", "beta_deg", "90.1", "sheet.out-of-range", ["-90 to 90 degrees"]),
+        ("p1", "beta_deg", "-91", "sheet.out-of-range", []),
+        (
+            "p1",
+            "gamma_deg",
+            "-91",
+            "sheet.out-of-range",
+            ["-90 to 90 degrees", "way down, also for an extraction"],
+        ),
+        (
+            "p1",
+            "gamma_deg",
+            "-45",
+            "sheet.gamma-up",
+            ["above 0 for an intrusion", "a negative gamma is an extraction"],
+        ),
+        ("p1", "gamma_deg", "91", "sheet.out-of-range", []),
+        ("h1", "depth_cm", "0", "sheet.out-of-range", ["a number above 0 cm"]),
+        ("h1", "depth_cm", "", "sheet.required", ["must not be blank"]),
+        ("p1", "run_id", "p 1", "sheet.bad-name", ["letters A-Z a-z, digits"]),
+        ("p1", "run_id", "../p", "sheet.bad-name", []),
+        ("p1", "run_id", ".p", "sheet.bad-name", ["not beginning with . or -"]),
+        ("p1", "run_id", "p" * 101, "sheet.bad-name", ["at most 100"]),
+        ("p1", "excluded", "maybe", "sheet.bad-flag", ["yes, no or blank"]),
+        ("p1", "excluded", "yes", EXCLUDED, []),
+        (
+            "p1",
+            "reason",
+            "dropped",
+            "sheet.reason-without-excluded",
+            ["only where excluded is yes"],
+        ),
+        ("c1", "beta_deg", "30", "sheet.ignored", ["a leg does not use this cell"]),
+        ("p1", "depth_cm", "3", "sheet.ignored", ["a plate run that is not horizontal"]),
+        ("a1", "medium", "poppy_LP", "sheet.ignored", ["a leg_air does not use"]),
+        ("t1", "tare_run", "t1", "sheet.ignored", ["a rod does not use"]),
+    ],
+)
 def test_one_bad_cell(room, run, column, cell, code, parts):
     room.rows[run][column] = cell
     found = [problem for problem in room.check() if problem.code == code]
@@ -162,10 +209,18 @@ def test_one_bad_cell(room, run, column, cell, code, parts):
         assert part in str(found[0])
 
 
-@pytest.mark.parametrize(("word", "value"), [
-    ("yes", True), ("TRUE", True), ("1", True), ("no", False), ("0", False), ("False", False),
-    ("", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("word", "value"),
+    [
+        ("yes", True),
+        ("TRUE", True),
+        ("1", True),
+        ("no", False),
+        ("0", False),
+        ("False", False),
+        ("", False),
+    ],
+)
 def test_flags(room, word, value):
     room.rows["p1"]["tare_shared"] = word
     assert room.campaign().by_id["p1"].tare_shared is value

@@ -44,10 +44,15 @@ def test_names_and_units_of_a_file(tmp_path):
     path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
     table = Table(
         holds="alpha",
-        columns={"beta_deg": "b", "gamma_deg": "g", "alpha_z_N_per_cm3": "kz", "alpha_x_N_per_cm3": "kx"},
+        columns={
+            "beta_deg": "b",
+            "gamma_deg": "g",
+            "alpha_z_N_per_cm3": "kz",
+            "alpha_x_N_per_cm3": "kx",
+        },
         angle_unit="rad",
         alpha_unit="N/m^3",
-    )  # fmt: skip
+    )
     (push,), problems = read(path, table)
     assert not problems
     assert push.run.beta_deg == pytest.approx(30)
@@ -60,14 +65,20 @@ def test_names_and_units_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "column", "said"),
     [
-        ("depth (mm)", "depth_cm", "depth_unit: mm"), ("depth_mm", "depth_cm", "depth_unit: mm"),
-        ("Tiefe [m]", "depth_cm", "depth_unit: m"), ("depth in cm", "depth_cm", ""), ("depth", "depth_cm", ""),
-        ("depth (mean)", "depth_cm", ""), ("z stress in kPa", "stress_z_N_per_cm2", "stress_unit: kPa"),
-        ("sigma (N/m²)", "stress_z_N_per_cm2", "stress_unit: Pa"), ("s_N_per_cm2", "stress_z_N_per_cm2", ""),
-        ("s (N cm^-2)", "stress_z_N_per_cm2", ""), ("tilt (rad)", "beta_deg", "angle_unit: rad"),
+        ("depth (mm)", "depth_cm", "depth_unit: mm"),
+        ("depth_mm", "depth_cm", "depth_unit: mm"),
+        ("Tiefe [m]", "depth_cm", "depth_unit: m"),
+        ("depth in cm", "depth_cm", ""),
+        ("depth", "depth_cm", ""),
+        ("depth (mean)", "depth_cm", ""),
+        ("z stress in kPa", "stress_z_N_per_cm2", "stress_unit: kPa"),
+        ("sigma (N/m²)", "stress_z_N_per_cm2", "stress_unit: Pa"),
+        ("s_N_per_cm2", "stress_z_N_per_cm2", ""),
+        ("s (N cm^-2)", "stress_z_N_per_cm2", ""),
+        ("tilt (rad)", "beta_deg", "angle_unit: rad"),
         ("tilt (°)", "beta_deg", ""),
     ],
-)  # fmt: skip
+)
 def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, said):
     """A depth in mm under its own name was read as cm."""
     head = STRESS_HEAD.split(",")
@@ -102,15 +113,21 @@ def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):
 
 def test_everything_that_is_wrong_is_told(tmp_path):
     path = written(
-        tmp_path / "a.csv", f"{HEAD},medium,n",
-        "100,90,0.3,0,sand,1", "0,90,x,0,sand,1", "0,45,0.3,0,clay,1", "0,30,0.3,,sand,1.5",
-    )  # fmt: skip
+        tmp_path / "a.csv",
+        f"{HEAD},medium,n",
+        "100,90,0.3,0,sand,1",
+        "0,90,x,0,sand,1",
+        "0,45,0.3,0,clay,1",
+        "0,30,0.3,,sand,1.5",
+    )
     table = Table(holds="alpha")
     problems = read_pushes(path, "a.csv", table, ("sand",), "a.csv")[1]
     assert [(one.code[12:], one.place.row, one.place.column) for one in problems] == [
-        ("out-of-range", 2, "beta_deg"), ("not-a-number", 3, "alpha_z_N_per_cm3"), ("unknown-medium", 4, "medium"),
+        ("out-of-range", 2, "beta_deg"),
+        ("not-a-number", 3, "alpha_z_N_per_cm3"),
+        ("unknown-medium", 4, "medium"),
         ("not-whole", 5, "n"),
-    ]  # fmt: skip
+    ]
 
 
 def test_stress_by_run_or_by_direction(tmp_path):
@@ -134,9 +151,16 @@ def test_stress_by_run_or_by_direction(tmp_path):
 
 def test_nothing_in_a_block_is_lost_in_silence(tmp_path):
     path = written(
-        tmp_path / "b.csv", "alpha_z (N/cm^3)", "beta,45,90,95", "0,0.2,0.3,0.1", "30,0.1,x,",
-        "alpha_x (N/cm^3)", "beta,45,90,95", "0,0.1,0,0", "30,,0.2,",
-    )  # fmt: skip
+        tmp_path / "b.csv",
+        "alpha_z (N/cm^3)",
+        "beta,45,90,95",
+        "0,0.2,0.3,0.1",
+        "30,0.1,x,",
+        "alpha_x (N/cm^3)",
+        "beta,45,90,95",
+        "0,0.1,0,0",
+        "30,,0.2,",
+    )
     pushes, problems = read(path)
     told = "\n".join(problems)
     assert (
@@ -164,10 +188,15 @@ def test_a_block_given_twice_and_cut_short(tmp_path):
 def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):
     """Intruders are welcome, to predict forces on them; the table's stress is stress already."""
     values = {
-        "title": "t", "raw": "raw", "run_sheet": "raw/s.csv", "table": {"holds": "stress"},
+        "title": "t",
+        "raw": "raw",
+        "run_sheet": "raw/s.csv",
+        "table": {"holds": "stress"},
         "media": {"sand": {"title": "sand"}},
-        "intruders": {"plate": {"shape": "flat", "area_cm2": 9.0, "length_cm": 3.0, "thickness_cm": 1.0}},
-    }  # fmt: skip
+        "intruders": {
+            "plate": {"shape": "flat", "area_cm2": 9.0, "length_cm": 3.0, "thickness_cm": 1.0}
+        },
+    }
     config = Config.model_validate(values)
     head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
     path = written(tmp_path / "s.csv", head, "0,90,1,0.3,0")
@@ -219,9 +248,13 @@ def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tm
     (tmp_path / "raw").mkdir()
     written(tmp_path / "raw" / "t.csv", HEAD, "0,90,0.35,0")
     config = written(
-        tmp_path / "config" / "config.yaml", "title: a", "raw: raw", "run_sheet: raw/t.csv",
-        "table: {holds: alpha}", "media: {sand: {title: sand, colour: red}}",
-    )  # fmt: skip
+        tmp_path / "config" / "config.yaml",
+        "title: a",
+        "raw: raw",
+        "run_sheet: raw/t.csv",
+        "table: {holds: alpha}",
+        "media: {sand: {title: sand, colour: red}}",
+    )
     campaign, problems = check_campaign(config)
     assert campaign is None
     assert len(problems) == 1
@@ -237,29 +270,80 @@ def each(rows, *more):
     return [",".join([row, *more]) for row in rows]
 
 
-@pytest.mark.parametrize(("head", "rows", "code", "place", "words"), [
-    ("", DOWN * 3, "starts-again", "row 6, column depth_cm", "which column identifies the runs?"),
-    ("", UP * 2, "starts-again", "row 6", ""),
-    ("", DOWN + UP + DOWN, "starts-again", "row 10", ""),
-    # sorted by depth, as a spreadsheet does
-    ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
-    ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "occurs 3 times"),
-    ("", DOWN[:1] * 3, "depths-repeated", "row 2", "occurs 3 times"),
-    ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
-    ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
-    (",run", each(DOWN, "1") + each(DOWN, "2"), "unknown-column", "row 1, column run", "did you mean 'run_id'?"),
-    (",run", each(DOWN, "1") + each(DOWN, "2"), "starts-again", "row 6", ""),
-    (",run_id", each(DOWN * 2, "a"), "starts-again", "row 6", "give each push a run_id of its own"),
-    (",colour", each(DOWN, "red"), "unknown-column", "row 1, column colour", "is not read"),
-    (",excluded", each(DOWN, "yes"), "excluded-without-reason", "row 2, column reason", ""),
-    (",excluded,reason", each(DOWN[:2], "yes", "dust") + each(DOWN[2:], "", ""), "two-in-one", "row 4, column excluded", ""),
-    (",exclude", each(DOWN, "yes"), "unknown-column", "column exclude", "did you mean 'excluded'?"),
-    ("", [*DOWN, "0,90,5,1,5,0"], "no-header", "row 6", ""),
-    ("", [row.replace("90", "1.57") for row in DOWN], "looks-like-rad", "column gamma_deg", "angle_unit: rad"),
-    ("", [row.replace("90", "91") for row in DOWN], "out-of-range", "row 2, column gamma_deg", "the first of 4 rows"),
-    ("", [*DOWN, *DOWN[2::-1]], "other-sense", "row 6", "3 rows of the run b0_g90 are left out: with gamma > 0 depth grows"),
-    ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "4 rows"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("head", "rows", "code", "place", "words"),
+    [
+        (
+            "",
+            DOWN * 3,
+            "starts-again",
+            "row 6, column depth_cm",
+            "which column identifies the runs?",
+        ),
+        ("", UP * 2, "starts-again", "row 6", ""),
+        ("", DOWN + UP + DOWN, "starts-again", "row 10", ""),
+        # sorted by depth, as a spreadsheet does
+        ("", [row.replace(",90,", ",-90,") for row in DOWN * 2], "starts-again", "row 6", ""),
+        ("", [row for row in DOWN for _ in range(3)], "depths-repeated", "row 2", "occurs 3 times"),
+        ("", DOWN[:1] * 3, "depths-repeated", "row 2", "occurs 3 times"),
+        ("", [f"0,0,{d},0,{d}" for d in (2, 5, 7, 2, 5, 7)], "starts-again", "row 5", ""),
+        ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
+        (
+            ",run",
+            each(DOWN, "1") + each(DOWN, "2"),
+            "unknown-column",
+            "row 1, column run",
+            "did you mean 'run_id'?",
+        ),
+        (",run", each(DOWN, "1") + each(DOWN, "2"), "starts-again", "row 6", ""),
+        (
+            ",run_id",
+            each(DOWN * 2, "a"),
+            "starts-again",
+            "row 6",
+            "give each push a run_id of its own",
+        ),
+        (",colour", each(DOWN, "red"), "unknown-column", "row 1, column colour", "is not read"),
+        (",excluded", each(DOWN, "yes"), "excluded-without-reason", "row 2, column reason", ""),
+        (
+            ",excluded,reason",
+            each(DOWN[:2], "yes", "dust") + each(DOWN[2:], "", ""),
+            "two-in-one",
+            "row 4, column excluded",
+            "",
+        ),
+        (
+            ",exclude",
+            each(DOWN, "yes"),
+            "unknown-column",
+            "column exclude",
+            "did you mean 'excluded'?",
+        ),
+        ("", [*DOWN, "0,90,5,1,5,0"], "no-header", "row 6", ""),
+        (
+            "",
+            [row.replace("90", "1.57") for row in DOWN],
+            "looks-like-rad",
+            "column gamma_deg",
+            "angle_unit: rad",
+        ),
+        (
+            "",
+            [row.replace("90", "91") for row in DOWN],
+            "out-of-range",
+            "row 2, column gamma_deg",
+            "the first of 4 rows",
+        ),
+        (
+            "",
+            [*DOWN, *DOWN[2::-1]],
+            "other-sense",
+            "row 6",
+            "3 rows of the run b0_g90 are left out: with gamma > 0 depth grows",
+        ),
+        ("", [*UP[::-1], *UP[1:]], "other-sense", "row 2", "4 rows"),
+    ],
+)
 def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, code, place, words):
     path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
     problems = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")[1]
@@ -269,20 +353,23 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, co
     assert words in told[0]
 
 
-@pytest.mark.parametrize(("depths", "gamma", "left_out", "again"), [
-    ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
-    ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
-    ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
-    ([4, 3, 2, 1], 90, [], 0),
-    ([1, 2, 3, 4], -90, [], 0),
-    ([3, 3, 3], 90, [], 0),
-    ([5], 90, [], 0),
-    ([3, 1, 2], 90, [], 1),
-    ([1, 2, 3, 2, 1, 2, 3], 90, [], 4),
-    ([2.54, 2.55, 5.08, 5.07, 7.62], 0, [], 0),
-    ([7.62, 2.54, 5.08], 0, [], 0),
-    ([2.54, 5.08, 2.5], 0, [], 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("depths", "gamma", "left_out", "again"),
+    [
+        ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
+        ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
+        ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
+        ([4, 3, 2, 1], 90, [], 0),
+        ([1, 2, 3, 4], -90, [], 0),
+        ([3, 3, 3], 90, [], 0),
+        ([5], 90, [], 0),
+        ([3, 1, 2], 90, [], 1),
+        ([1, 2, 3, 2, 1, 2, 3], 90, [], 4),
+        ([2.54, 2.55, 5.08, 5.07, 7.62], 0, [], 0),
+        ([7.62, 2.54, 5.08], 0, [], 0),
+        ([2.54, 5.08, 2.5], 0, [], 2),
+    ],
+)
 def test_the_sense_of_depth(depths, gamma, left_out, again):
     wrong, found = rows_against_gamma(np.array(depths, dtype=float), gamma)
     assert (np.flatnonzero(wrong).tolist() if not found else [], found) == (left_out, again)
@@ -343,9 +430,12 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
         found.append((str(columns), [str(one) for one in problems]))
     assert all(one == found[0] for one in found)
     assert [line.split(":")[0] for line in found[0][1]] == [
-        "s.csv, row 52, column depth_cm", "s.csv, row 74, column stress_x_N_per_cm2",
-        "s.csv, row 75, column depth_cm", "s.csv, row 76, column stress_z_N_per_cm2", "s.csv, row 76, column run_id",
-    ]  # fmt: skip
+        "s.csv, row 52, column depth_cm",
+        "s.csv, row 74, column stress_x_N_per_cm2",
+        "s.csv, row 75, column depth_cm",
+        "s.csv, row 76, column stress_z_N_per_cm2",
+        "s.csv, row 76, column run_id",
+    ]
 
 
 def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(tmp_path, monkeypatch):

@@ -94,15 +94,23 @@ def test_numbers_and_truth_values_as_cells(room):
     assert campaign.by_id["t1"].note == "2.5"
 
 
-@pytest.mark.parametrize(("column", "value", "code", "part"), [
-    ("beta_deg", dt.datetime(2024, 3, 1), "sheet.date", "found 'the date 2024-03-01T00:00:00'"),
-    ("beta_deg", dt.time(3, 1), "sheet.date", "format to Text"),
-    ("beta_deg", "#N/A", "sheet.cell-error", "the spreadsheet shows an error here"),
-    ("beta_deg", "=15+15", "sheet.formula", "found '=15+15'; allowed: a value; this formula was"),
-    ("note", "=A1", "sheet.formula", "never calculated"),
-    ("beta_deg", "30,5", "sheet.decimal-comma", "did you mean '30.5'?"),
-    ("beta_deg", True, "sheet.not-a-number", "found 'yes'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("column", "value", "code", "part"),
+    [
+        ("beta_deg", dt.datetime(2024, 3, 1), "sheet.date", "found 'the date 2024-03-01T00:00:00'"),
+        ("beta_deg", dt.time(3, 1), "sheet.date", "format to Text"),
+        ("beta_deg", "#N/A", "sheet.cell-error", "the spreadsheet shows an error here"),
+        (
+            "beta_deg",
+            "=15+15",
+            "sheet.formula",
+            "found '=15+15'; allowed: a value; this formula was",
+        ),
+        ("note", "=A1", "sheet.formula", "never calculated"),
+        ("beta_deg", "30,5", "sheet.decimal-comma", "did you mean '30.5'?"),
+        ("beta_deg", True, "sheet.not-a-number", "found 'yes'"),
+    ],
+)
 def test_cells_that_are_not_what_they_look_like(room, column, value, code, part):
     problem = room.only(code, book_of(room, **{address(room, column, 2): value}), NAME)
     assert problem.place == Place(NAME, 2, column)

@@ -38,9 +38,10 @@ def here(tmp_path, monkeypatch):
 def results(here):
     """Results of a campaign: three published media and a sand with one cell."""
     return make_campaign(
-        here / "results é", dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
+        here / "results é",
+        dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
         {medium: reference.alpha_grid(medium) for medium in MEASURED} | {"sand": one_cell(0.7)},
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="session")

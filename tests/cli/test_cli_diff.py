@@ -14,8 +14,11 @@ from rftfit.workflow.diff import compare
 from rftfit.workflow.provenance import FORMAT
 
 COEFFICIENTS, ERRORS, ALPHA, SCALING = (
-    "coefficients.csv", "leg_errors.csv", "alpha/sand.csv", "penetration.csv"
-)  # fmt: skip
+    "coefficients.csv",
+    "leg_errors.csv",
+    "alpha/sand.csv",
+    "penetration.csv",
+)
 RUNS = [f"rep{bed}_{run}" for bed in (1, 3) for run in range(20)]
 JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
 
@@ -30,17 +33,33 @@ def filled(name, **columns):
 
 TABLES = {
     COEFFICIENTS: filled(
-        COEFFICIENTS, method="lsq", medium="sand", coefficient="B11", value_N_per_cm3=0.2, lo=0.15,
-        hi=0.25, relative_to_A00=0.8, kept=True, published=np.nan,
+        COEFFICIENTS,
+        method="lsq",
+        medium="sand",
+        coefficient="B11",
+        value_N_per_cm3=0.2,
+        lo=0.15,
+        hi=0.25,
+        relative_to_A00=0.8,
+        kept=True,
+        published=np.nan,
     ),
     ERRORS: filled(
-        ERRORS, medium="sand", leg="c_leg", profile="table", component="z", peak_predicted_N=5.0,
-        peak_predicted_lo_N=4.0, peak_predicted_hi_N=6.0, peak_error_percent=10.0,
-        peak_error_lo_percent=6.0, peak_error_hi_percent=14.0,
+        ERRORS,
+        medium="sand",
+        leg="c_leg",
+        profile="table",
+        component="z",
+        peak_predicted_N=5.0,
+        peak_predicted_lo_N=4.0,
+        peak_predicted_hi_N=6.0,
+        peak_error_percent=10.0,
+        peak_error_lo_percent=6.0,
+        peak_error_hi_percent=14.0,
     ),
     ALPHA: alpha_frame("sand", one_cell(0.5)),
     SCALING: filled(SCALING, method="lsq", medium="sand", zeta=0.4, zeta_lo=0.3, zeta_hi=0.5),
-}  # fmt: skip
+}
 
 
 def write(folder, runs, tables=None):
@@ -120,8 +139,8 @@ SAME = "made from is the same"
     ],
 )
 def test_what_results_were_made_from_is_said_only_where_it_is_known(
-    rftfit, tmp_path, change, is_same, told,
-):  # fmt: skip
+    rftfit, tmp_path, change, is_same, told
+):
     folders = [write(tmp_path / name, RUNS) for name in "ab"]
     change(folders[1])
     found = rftfit("diff", *folders).out

@@ -63,9 +63,11 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, here):
     rftfit("export", "--pushes", "two.csv", "--output", "p.json")
     assert content(here / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
     for name, words in (
-        ("a", ("--pushes", "two.csv")), ("b", ("--profile-file", "p.json")),
-        ("c", ("--pushes", "all.csv")), ("d", ("--pushes", "one.csv", "--profile-file", "p.json")),
-    ):  # fmt: skip
+        ("a", ("--pushes", "two.csv")),
+        ("b", ("--profile-file", "p.json")),
+        ("c", ("--pushes", "all.csv")),
+        ("d", ("--pushes", "one.csv", "--profile-file", "p.json")),
+    ):
         rftfit("scale", *words, "--output", f"{name}.csv")
         rftfit("plan", *words, "--count", "2", "--output", f"{name}_plan.csv")
     for one, other in (("a", "b"), ("c", "d")):
@@ -114,8 +116,13 @@ def test_marks_are_handed_on(rftfit, here, results):
 
     for name in (*MEASURED, "sand"):
         bad = name == "poppy_LP"
-        row = {"medium": name, "check": "work", "verdict": "failed" if bad else "passed",
-               "effect": UNUSABLE if bad else "", "sentence": "x"}  # fmt: skip
+        row = {
+            "medium": name,
+            "check": "work",
+            "verdict": "failed" if bad else "passed",
+            "effect": UNUSABLE if bad else "",
+            "sentence": "x",
+        }
         table = pd.DataFrame([row]).reindex(columns=COLUMNS)
         write_csv(table, results / "checks" / f"{name}.csv")
     said = rftfit("export", "--results", results, "--medium", "poppy_LP")
@@ -214,7 +221,9 @@ def test_words_that_do_not_go_together(words, message, rftfit, here):
         (("--method", "lsq"), "found --method with --profile-file"),
     ],
 )
-@pytest.mark.parametrize("command", [("predict", "--leg", "c_leg"), ("simulate", "--frequency", "2", "--curvature", "1")])  # fmt: skip
+@pytest.mark.parametrize(
+    "command", [("predict", "--leg", "c_leg"), ("simulate", "--frequency", "2", "--curvature", "1")]
+)
 def test_one_medium_only(command, words, message, rftfit):
     assert message in rftfit(*command, "--profile-file", "profile.json", *words, code=2).err
 

@@ -13,9 +13,13 @@ from rftfit.logs.registry import dialect, source_reader
 from rftfit.measure.pairs import columns_asked, mapped
 
 UNITS = {
-    **dict.fromkeys(("F1", "F2", "F3"), "N"), "time": "s", "x": "mm", "z": "mm", "angle": "deg",
+    **dict.fromkeys(("F1", "F2", "F3"), "N"),
+    "time": "s",
+    "x": "mm",
+    "z": "mm",
+    "angle": "deg",
     "arm_moving": "",
-}  # fmt: skip
+}
 
 
 def block(said):
@@ -86,8 +90,9 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
     assert refused is not None
     assert refused.code == "clocks"
     assert [list(found.units.items()) for found in (force, motion)] == [
-        [("time", "s"), ("Force z", "N")], [("time", "s"), ("z", "mm")],
-    ]  # fmt: skip
+        [("time", "s"), ("Force z", "N")],
+        [("time", "s"), ("z", "mm")],
+    ]
     assert (force.used, motion.used) == (30, 30)
     said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
     assert said.err == ""
@@ -119,8 +124,11 @@ def test_channels_on_three_clocks(tmp_path):
     surveys, refused = survey_file(dialect("tdms"), path)
     assert refused is not None
     assert [[column.name for column in found.columns] for found in surveys] == [
-        ["time", "Fx", "Fz"], ["time", "x", "z"], ["time", "angle"], ["note"],
-    ]  # fmt: skip
+        ["time", "Fx", "Fz"],
+        ["time", "x", "z"],
+        ["time", "angle"],
+        ["note"],
+    ]
     assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
@@ -210,8 +218,10 @@ def test_german_columns_and_a_depth(rftfit, tmp_path):
     found = block(rftfit("inspect", path))
     assert found["force_log"]["columns"] == {"time": "Zeit", "F1": "Kraft x", "F3": "Kraft z"}
     assert found["motion_log"]["columns"] == {
-        "time": "Zeit", "x": "Weg x", "z": {"column": "Tiefe", "unit": "mm", "factor": -1},
-    }  # fmt: skip
+        "time": "Zeit",
+        "x": "Weg x",
+        "z": {"column": "Tiefe", "unit": "mm", "factor": -1},
+    }
 
 
 def test_a_text_with_zero_bytes_is_a_damaged_text(rftfit, tmp_path):
@@ -260,11 +270,12 @@ def test_a_channel_that_was_never_connected(rftfit, tmp_path):
 @pytest.mark.parametrize(
     ("name", "given", "line"),
     [
-        ("log.xlsx", {"sheet": "Ru*"}, 'options: {sheet: "Ru*"}'), ("log.xlsx", {"sheet": 2}, "options: {sheet: 2}"),
+        ("log.xlsx", {"sheet": "Ru*"}, 'options: {sheet: "Ru*"}'),
+        ("log.xlsx", {"sheet": 2}, "options: {sheet: 2}"),
         ("log.npz", {"rate_Hz": 50}, "options: {rate_Hz: 50}"),
         ("log.csv", {"rate_Hz": 50}, 'text: {delimiter: ",", rate_Hz: 50}'),
     ],
-)  # fmt: skip
+)
 def test_options_that_were_given_stand_in_the_lines_for_the_config(
     name, given, line, rftfit, tmp_path
 ):

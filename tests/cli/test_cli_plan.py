@@ -110,8 +110,18 @@ def test_a_plan_goes_on_from_a_campaign(rftfit, here):
     roles = {"full": LABORATORY, "sand": SAND}
     alpha = {"full": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     make_campaign(here / "c", roles, alpha)
-    said = rftfit("plan", "--results", "c", "--medium", "sand", "--count", "2", "--beta", "0,15",
-                  "--gamma=-45,45,90")  # fmt: skip
+    said = rftfit(
+        "plan",
+        "--results",
+        "c",
+        "--medium",
+        "sand",
+        "--count",
+        "2",
+        "--beta",
+        "0,15",
+        "--gamma=-45,45,90",
+    )
     assert "1 made already" in said.out
     rows = list(csv.DictReader((here / "plan.csv").read_text().splitlines()))
     assert {row["beta_deg"] for row in rows} <= {"0", "15"}

@@ -160,8 +160,11 @@ def test_one_penetration_test(rftfit, here):
     rftfit("predict", *plate)
     pushed = read_forces(here / "forces.csv")
     lines = [line for line in (here / "alpha.csv").read_text().splitlines() if line[0] != "#"]
-    cell = next(row for row in csv.DictReader(lines)
-                if (row["beta_deg"], row["gamma_deg"]) == ("0.00", "90.00"))  # fmt: skip
+    cell = next(
+        row
+        for row in csv.DictReader(lines)
+        if (row["beta_deg"], row["gamma_deg"]) == ("0.00", "90.00")
+    )
     for end in ("", "_lo", "_hi"):
         alpha = float(cell[f"alpha_z{end}_N_per_cm3"])
         # published rounding: the nine generic terms add up to 1 within 1e-6
@@ -277,7 +280,10 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         ((*LEG, "--medium", "popy_LP"), "did you mean 'poppy_LP'? (published media;"),
         ((*LEG, "--medium", "yuma"), "--alpha for one penetration test"),
         ((*LEG, *POPPY, "--profile", "forier"), "did you mean 'fourier'?"),
-        ((*LEG, "--alpha", "0.9", "--profile", "table"), "allowed: map, generic (pushes give no other profile)"),
+        (
+            (*LEG, "--alpha", "0.9", "--profile", "table"),
+            "allowed: map, generic (pushes give no other profile)",
+        ),
         ((*LEG, "--alpha", "-1"), "--alpha: found -1; allowed: a positive number"),
         ((*LEG, "--alpha", "0.9", "--se", "-1"), "--se: found -1;"),
         ((*LEG, "--alpha", "0.9", "--confidence", "95"), "--confidence: found 95;"),
@@ -288,7 +294,7 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         (("--outline", "none.csv", "--width", "1", *POPPY), "none.csv"),
         ((*LEG, "--path", "none.csv", *POPPY), "none.csv"),
     ],
-)  # fmt: skip
+)
 def test_messages(rftfit, here, words, text):
     said = rftfit("predict", *words, code=2)
     # a usage error is drawn in a frame that breaks its lines
@@ -402,8 +408,20 @@ def test_one_missing_cell(rftfit, here):
     # straight down; then along gamma = 45 degrees; then level
     steps = "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n3,-1,-4,0\n4,-2,-5,0\n5,-3,-5,0\n6,-4,-5,0\n"
     (here / "path.csv").write_text(PATH + steps)
-    words = ("--outline", "plate.csv", "--width", "3", "--path", "path.csv",
-             "--results", folder, "--medium", "poppy_LP", "--profile", "table")  # fmt: skip
+    words = (
+        "--outline",
+        "plate.csv",
+        "--width",
+        "3",
+        "--path",
+        "path.csv",
+        "--results",
+        folder,
+        "--medium",
+        "poppy_LP",
+        "--profile",
+        "table",
+    )
     assert "no alpha at (beta, gamma) in degrees (0, 45): no run" in rftfit("predict", *words).err
     found = read_forces(here / "forces.csv")
     # velocities are differences: at 2 s and 4 s the plate turns from one direction to the other,

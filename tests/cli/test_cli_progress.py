@@ -45,9 +45,12 @@ def write_log(root, rule, text):
 def test_jobs_are_counted():
     progress = Progress()
     lines = [
-        event(event="run_info", stats={"total": 3}), begun(1, "ingest"),
-        event(event="job_finished", job_id=1), event(event="progress", done=1, total=3), "a line",
-    ]  # fmt: skip
+        event(event="run_info", stats={"total": 3}),
+        begun(1, "ingest"),
+        event(event="job_finished", job_id=1),
+        event(event="progress", done=1, total=3),
+        "a line",
+    ]
     finished = [job.rule for line in lines if (job := progress.feed(line))]
     assert finished == ["ingest"]
     assert (progress.done, progress.total, progress.plain) == (1, 3, ["a line"])
@@ -87,9 +90,14 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
     write_log(tmp_path, "ingest", "rftfit ingest: sand_b/x.csv: empty\n  in row 3\n")
     write_log(tmp_path, "tare", "rftfit tare: no tare\n")
     progress = watch(
-        event(event="run_info", stats={"total": 9}), begun(1, "ingest"), begun(3, "tare"),
-        *ended(1, "ingest"), *ended(3, "tare"), *ended(3, "tare"), event(STOPPED, event="error"),
-    )  # fmt: skip
+        event(event="run_info", stats={"total": 9}),
+        begun(1, "ingest"),
+        begun(3, "tare"),
+        *ended(1, "ingest"),
+        *ended(3, "tare"),
+        *ended(3, "tare"),
+        event(STOPPED, event="error"),
+    )
     text = failure_text(progress, tmp_path, tmp_path / "log", 1)
     assert text.splitlines()[:6] == [
         "the workflow stopped: 2 jobs failed; 0 of 9 are done, and what is done is kept.",
@@ -106,7 +114,12 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
 def test_a_traceback_becomes_its_last_line(tmp_path):
     trace = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no sand\n'
     write_log(tmp_path, "tare", trace)
-    text = failure_text(watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")), tmp_path, tmp_path, 1)  # fmt: skip
+    text = failure_text(
+        watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")),
+        tmp_path,
+        tmp_path,
+        1,
+    )
     assert "    ValueError: no sand\n    (an error that the program did not expect" in text
     assert "File " not in text
 

@@ -75,7 +75,7 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
 def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
     said = rftfit("run", *fake, "--dry-run")
-    assert said.err == '1 warning on the campaign; `rftfit check` shows them.\n'  # fmt: skip
+    assert said.err == "1 warning on the campaign; `rftfit check` shows them.\n"
     assert said.out.startswith("4 jobs would run")
     assert said.out.splitlines()[2].split() == ["ingest", "2"]
     assert not (campaign / "results").exists()

@@ -149,8 +149,9 @@ def test_intervals_hold_for_a_medium_left_out():
     for i, medium in enumerate(whole.media):
         rest = [j for j in range(5) if j != i]
         scaled = whole.scaled[rest]
-        four = Reference("", tuple(whole.media[j] for j in rest), whole.chi[rest],
-                         scaled.mean(axis=0), scaled)  # fmt: skip
+        four = Reference(
+            "", tuple(whole.media[j] for j in rest), whole.chi[rest], scaled.mean(axis=0), scaled
+        )
         alpha = reference.alpha_grid(medium)[0][3, -1]
         result = scale(alpha, 0.0, four)
         own = whole.scaled[i] * alpha / whole.chi[i]

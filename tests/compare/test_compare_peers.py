@@ -31,7 +31,7 @@ def published(medium):
         for i, beta in enumerate(reference.BETA_DEG)
         for j, gamma in enumerate(np.round(reference.GAMMA_DEG, 4))
         if beta > -90
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)

@@ -118,9 +118,22 @@ class Room:
 def plate_run(run_id="r1", **cells):
     """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
     values: dict[str, Any] = {
-        "run_id": run_id, "kind": "plate", "medium": "poppy_LP", "intruder": "plate",
-        "direction": "intrusion", "beta_deg": 0.0, "gamma_deg": 90.0, "depth_cm": math.nan,
-        "force_log": f"{run_id}.csv", "motion_log": "b.csv", "tare_run": "", "tare_shared": False,
-        "surface_z_mm": None, "excluded": False, "reason": "", "note": "", "row": 2,
-    }  # fmt: skip
+        "run_id": run_id,
+        "kind": "plate",
+        "medium": "poppy_LP",
+        "intruder": "plate",
+        "direction": "intrusion",
+        "beta_deg": 0.0,
+        "gamma_deg": 90.0,
+        "depth_cm": math.nan,
+        "force_log": f"{run_id}.csv",
+        "motion_log": "b.csv",
+        "tare_run": "",
+        "tare_shared": False,
+        "surface_z_mm": None,
+        "excluded": False,
+        "reason": "",
+        "note": "",
+        "row": 2,
+    }
     return Run(**values | cells)

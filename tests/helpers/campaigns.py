@@ -37,8 +37,18 @@ class Folder:
     root: Path
 
     def snakemake(self, *words, cores=2):
-        command = [sys.executable, "-m", "snakemake", "--snakefile", str(PROJECT / "Snakefile"),
-                   "--directory", str(self.root), "--cores", str(cores), *words]  # fmt: skip
+        command = [
+            sys.executable,
+            "-m",
+            "snakemake",
+            "--snakefile",
+            str(PROJECT / "Snakefile"),
+            "--directory",
+            str(self.root),
+            "--cores",
+            str(cores),
+            *words,
+        ]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
     def run(self, *words, cores=2):

@@ -42,21 +42,37 @@ def coefficient_table():
                 value = printed[term] + shift * (-1) ** i or 0.0012
                 half = 0.004 + 0.02 * abs(value)
                 rows.append(
-                    {"method": method, "medium": medium, "coefficient": term, "value_N_per_cm3": value,
-                     "se": half / 2, "lo": value - half, "hi": value + half,
-                     "relative_to_A00": value / printed["A00"], "kept": printed[term] != 0}
-                )  # fmt: skip
+                    {
+                        "method": method,
+                        "medium": medium,
+                        "coefficient": term,
+                        "value_N_per_cm3": value,
+                        "se": half / 2,
+                        "lo": value - half,
+                        "hi": value + half,
+                        "relative_to_A00": value / printed["A00"],
+                        "kept": printed[term] != 0,
+                    }
+                )
     return pd.DataFrame(rows)
 
 
 def penetration_table():
     zetas = {m: sum(reference.coefficients(m)[term] for term in TERMS[:5]) for m in reference.MEDIA}
     rows = [
-        {"method": method, "medium": medium, "zeta": zeta, "zeta_lo": 0.98 * zeta, "zeta_hi": 1.02 * zeta,
-         "chi": 1.2, "chi_lo": 1.1, "chi_hi": 1.3}
+        {
+            "method": method,
+            "medium": medium,
+            "zeta": zeta,
+            "zeta_lo": 0.98 * zeta,
+            "zeta_hi": 1.02 * zeta,
+            "chi": 1.2,
+            "chi_lo": 1.1,
+            "chi_hi": 1.3,
+        }
         for method in ("lsq", "dft-index")
         for medium, zeta in zetas.items()
-    ]  # fmt: skip
+    ]
     return pd.DataFrame(rows)
 
 
@@ -86,9 +102,16 @@ def one_run(run, kind, level, alpha_z, alpha_x, rng, samples):
     trace = pd.DataFrame({"run_id": run, "depth_cm": depth, "path_cm": path, "in_window": window})
     low, high = (level, level) if flat else (0.6, 6.5)
     fit: dict[str, object] = {
-        "run_id": run, "direction": kind, "mirrored": kind == "extraction", "flags": "", "note": "",
-        "reason": "", "depth_from_cm": low, "depth_to_cm": high, "n_points": int(window.sum()),
-    }  # fmt: skip
+        "run_id": run,
+        "direction": kind,
+        "mirrored": kind == "extraction",
+        "flags": "",
+        "note": "",
+        "reason": "",
+        "depth_from_cm": low,
+        "depth_to_cm": high,
+        "n_points": int(window.sum()),
+    }
     turn = -1 if kind == "extraction" else 1
     for c, alpha, sign in (("z", alpha_z, 1), ("x", alpha_x, turn)):
         noise = np.convolve(rng.normal(0, 0.012, samples), np.ones(5) / 5, "same")

@@ -33,10 +33,19 @@ def run_commands(commands, cwd, script_folder, env=None):
     script_folder.mkdir(exist_ok=True)
     script.write_text(_SCRIPT, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, str(script), json.dumps([[str(word) for word in words] for words in commands])],
-        cwd=cwd, env=env, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL,
+        [
+            sys.executable,
+            str(script),
+            json.dumps([[str(word) for word in words] for words in commands]),
+        ],
+        cwd=cwd,
+        env=env,
+        capture_output=True,
+        text=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
         timeout=LONGEST_S,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stdout
     answers = [json.loads(line) for line in done.stdout.splitlines()]

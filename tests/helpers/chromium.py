@@ -126,8 +126,13 @@ class Chromium:
 
     def open(self, url, width=1280, height=900):
         """Show a page and wait until it is loaded."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
-                  deviceScaleFactor=1, mobile=width < 600)  # fmt: skip
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=width < 600,
+        )
         # a page that is still scrolling smoothly is no target for a click
         calm = [{"name": "prefers-reduced-motion", "value": "reduce"}]
         self.call("Emulation.setEmulatedMedia", features=calm)
@@ -152,8 +157,10 @@ class Chromium:
         """Scroll to an element and click it with the mouse, by default in its middle."""
         chosen = f"document.querySelector({json.dumps(selector)})"
         self.evaluate(f"{chosen}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
-        box = self.evaluate(f"(() => {{ const b = {chosen}.getBoundingClientRect(); "
-                            "return [b.x, b.y, b.width, b.height]; })()")  # fmt: skip
+        box = self.evaluate(
+            f"(() => {{ const b = {chosen}.getBoundingClientRect(); "
+            "return [b.x, b.y, b.width, b.height]; })()"
+        )
         at = {"x": box[0] + x_part * box[2], "y": box[1] + y_part * box[3]}
         self.call("Input.dispatchMouseEvent", type="mouseMoved", **at)
         for kind in ("mousePressed", "mouseReleased"):
@@ -163,8 +170,13 @@ class Chromium:
         """Press a key named in `KEYS`."""
         for _ in range(times):
             for kind in ("rawKeyDown", "keyUp"):
-                self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key,
-                          windowsVirtualKeyCode=KEYS[key])  # fmt: skip
+                self.call(
+                    "Input.dispatchKeyEvent",
+                    type=kind,
+                    key=key,
+                    code=key,
+                    windowsVirtualKeyCode=KEYS[key],
+                )
 
     def type_text(self, text):
         """Type into what has the focus, over what stands there."""

@@ -83,8 +83,10 @@ def quarters_inside(table):
     """Quarters of all cells of both components by the size of the true alpha."""
     lo, truth, hi = (part.ravel() for part in alpha_cells(table))
     parts = np.array_split(np.abs(truth).argsort(kind="stable"), 4)
-    return {f"alpha, {name}": within(lo[part], truth[part], hi[part])
-            for name, part in zip(QUARTERS, parts, strict=True)}  # fmt: skip
+    return {
+        f"alpha, {name}": within(lo[part], truth[part], hi[part])
+        for name, part in zip(QUARTERS, parts, strict=True)
+    }
 
 
 def stress_inside(table, power):
@@ -138,10 +140,7 @@ def true_curve(medium, leg, config):
     return {"z": force.force_z_N, "x": force.force_x_N}
 
 
-def measured_leg(
-    true, medium, leg, random, spread,
-    sizes, odd, session, item, slow_noise_N,
-):  # fmt: skip
+def measured_leg(true, medium, leg, random, spread, sizes, odd, session, item, slow_noise_N):
     """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
 
     `sizes`: Of the disturbances, which go with the force as in `rftfit.lab`; `odd`: their random
@@ -293,9 +292,12 @@ def stated(**sizes):
 
 
 STATED_AS = {
-    "surface": "surface_run_mm", "surface-session": "surface_session_mm", "turn": "turn_deg",
-    "spread-percent": "bed_percent", "tare-bed": "tare_percent",
-}  # fmt: skip
+    "surface": "surface_run_mm",
+    "surface-session": "surface_session_mm",
+    "turn": "turn_deg",
+    "spread-percent": "bed_percent",
+    "tare-bed": "tare_percent",
+}
 """Disturbances whose sizes can be stated, and the keys that do."""
 
 
@@ -346,10 +348,7 @@ SCENARIOS = (
 )
 
 
-def held(
-    ensembles, scenario, config, seed,
-    legs = True, methods = METHODS,
-):  # fmt: skip
+def held(ensembles, scenario, config, seed, legs=True, methods=METHODS):
     """Intervals of every campaign by level.
 
     One campaign takes each medium once; alpha and legs are those of one medium after the other.

@@ -12,9 +12,7 @@ from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 DEPTHS_CM = Fit().depths_cm
 
 
-def forces_held(
-    medium, campaigns, seed, sizes, errors = EXACT, *, line = False,
-):  # fmt: skip
+def forces_held(medium, campaigns, seed, sizes, errors=EXACT, *, line=False):
     """Coverage and width of the force at each depth, over campaigns and the cells whose windows hold the depth.
 
     `sizes`: Of the disturbances, ``power`` among them. `line`: Take alpha of the line through zero instead.
@@ -37,8 +35,9 @@ def forces_held(
         scatter = ((lo + hi) / 2).std(axis=0)
         needed = float(student_quantile(LEVEL, GIVEN_DOF)) * scatter
         rows[depth] = {
-            "cells": int(there.sum()), "inside": inside.mean(),
+            "cells": int(there.sum()),
+            "inside": inside.mean(),
             "worst": np.sort(inside.mean(axis=0))[inside.shape[1] // 20],
             "width": np.median(half.mean(axis=0)[needed > 0] / needed[needed > 0]),
-        }  # fmt: skip
+        }
     return pd.DataFrame(rows).T

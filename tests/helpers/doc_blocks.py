@@ -159,9 +159,15 @@ class Reader:
             script = f"trap 'pwd > \"{self._state}\"' EXIT\n{text}"
             command = ["bash", "-euo", "pipefail", "-c", script]
         done = subprocess.run(
-            command, cwd=self.here, env=self._env, check=False, text=True, encoding="utf-8",
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
+            command,
+            cwd=self.here,
+            env=self._env,
+            check=False,
+            text=True,
+            encoding="utf-8",
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
         self.printed = done.stdout
         self.said += done.stdout
         wanted = int(block.marks.get("fails", "0"))

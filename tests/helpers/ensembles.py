@@ -78,8 +78,10 @@ def plan(medium, repeats=1):
             name = f"b{beta:+03.0f}_g{gamma:+06.2f}"
             if gamma == 0:
                 travel = np.arange(640) / 100
-                runs += [Plan(f"{name}_h{depth}", beta, 0.0, np.full(640, depth), travel, alpha)
-                         for depth in (2.54, 5.08, 7.62)]  # fmt: skip
+                runs += [
+                    Plan(f"{name}_h{depth}", beta, 0.0, np.full(640, depth), travel, alpha)
+                    for depth in (2.54, 5.08, 7.62)
+                ]
                 continue
             steep = abs(np.sin(np.radians(gamma)))
             reach = 8.0 * np.tan(np.radians(abs(gamma))) if abs(gamma) < 89 else 99.0
@@ -88,8 +90,10 @@ def plan(medium, repeats=1):
             depth = depth if gamma > 0 else depth[::-1]
             count = repeats if abs(gamma) == 90 else 1
             travel = np.abs(depth - depth[0])
-            runs += [Plan(f"{name}_{number}", beta, gamma, depth, travel, alpha, number)
-                     for number in range(count)]  # fmt: skip
+            runs += [
+                Plan(f"{name}_{number}", beta, gamma, depth, travel, alpha, number)
+                for number in range(count)
+            ]
     return runs
 
 
@@ -100,10 +104,7 @@ def noise(random, k, n):
     return np.asarray(lfilter([scale], [1, -CORRELATION], white, axis=1)[:, 20:])
 
 
-def one_log(
-    random, k, n, sizes = NOTHING,
-    odd = None, slow_noise_N = 0.0,
-):  # fmt: skip
+def one_log(random, k, n, sizes=NOTHING, odd=None, slow_noise_N=0.0):
     """Noise of a stroke whose drifting zero has been removed; variance and dof of that zero.
 
     `odd`: Random numbers of disturbances, so that all else is the same with and without them.
@@ -134,10 +135,7 @@ def rod_stress(run, medium):
     return np.array([force_z, back * force_x]) / AREA_CM2
 
 
-def measure(
-    run, campaigns, random, medium, sizes,
-    odd, session, slow_noise_N = 0.0, at_cm = None,
-):  # fmt: skip
+def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.0, at_cm=None):
     """Simulate and fit one run in every campaign; all z, then all x, shape (2 campaigns,).
 
     `at_cm`: Where alpha is wanted by a power of depth, not by the line.
@@ -181,19 +179,32 @@ def measure(
 
 
 COLUMNS = {
-    "alpha": "alpha_{}_N_per_cm3", "se": "alpha_{}_se_N_per_cm3", "dof": "alpha_{}_dof",
-    "startup": "alpha_{}_startup_N_per_cm3", "intercept": "intercept_{}_N_per_cm2",
-    "free_slope": "free_slope_{}_N_per_cm3", "nonlinear_p": "nonlinear_{}_p",
-    "nonlinear_ratio": "nonlinear_{}_ratio", "tare": "alpha_{}_tare_N_per_cm3",
-    "curvature": "alpha_{}_curvature_N_per_cm3", "offset": "offset_{}", "offset_se": "offset_se_{}",
-}  # fmt: skip
+    "alpha": "alpha_{}_N_per_cm3",
+    "se": "alpha_{}_se_N_per_cm3",
+    "dof": "alpha_{}_dof",
+    "startup": "alpha_{}_startup_N_per_cm3",
+    "intercept": "intercept_{}_N_per_cm2",
+    "free_slope": "free_slope_{}_N_per_cm3",
+    "nonlinear_p": "nonlinear_{}_p",
+    "nonlinear_ratio": "nonlinear_{}_ratio",
+    "tare": "alpha_{}_tare_N_per_cm3",
+    "curvature": "alpha_{}_curvature_N_per_cm3",
+    "offset": "offset_{}",
+    "offset_se": "offset_se_{}",
+}
 """What is kept of a slope, and its column in the table of fits."""
 
 
 EXACT = Errors(
-    surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0,
-    hip_cm=0, arc_percent=0,
-)  # fmt: skip
+    surface_run_mm=0,
+    surface_session_mm=0,
+    angle_deg=0,
+    turn_deg=0,
+    tare_percent=0,
+    bed_percent=0,
+    hip_cm=0,
+    arc_percent=0,
+)
 """Stated to be none."""
 
 
@@ -221,8 +232,9 @@ class Ensemble:
         """
         assert not self.sizes
         runs = plan(medium, REPEATS)
-        ours, theirs = (np.array([run.alpha for run in part])[:, :, None]
-                        for part in (self.runs, runs))  # fmt: skip
+        ours, theirs = (
+            np.array([run.alpha for run in part])[:, :, None] for part in (self.runs, runs)
+        )
         rolled = {name: np.roll(values, 1, axis=2) for name, values in self.found.items()}
         for name in ("alpha", "free_slope"):
             rolled[name] = rolled[name] - ours + theirs
@@ -249,12 +261,14 @@ class Ensemble:
                 "direction": [run.direction for run in kept],
                 "mirrored": [run.gamma_deg < 0 for run in kept],
                 "tare_run": [f"{run.run_id}_rod" for run in kept],
-                "lever_per_cm": [lever for lever, keep in zip(self.levers, there, strict=True) if keep],
+                "lever_per_cm": [
+                    lever for lever, keep in zip(self.levers, there, strict=True) if keep
+                ],
                 "depth_from_cm": [run.depth.min() for run in kept],
                 "depth_to_cm": [run.depth.max() for run in kept],
                 "reason": "",
             }
-        )  # fmt: skip
+        )
         rods = [zero_intercept(run.depth, rod_stress(run, self.medium))[0] for run in kept]
         fixed = fixed.assign(
             alpha_z_rod_N_per_cm3=[rod[0] for rod in rods],
@@ -270,12 +284,21 @@ class Ensemble:
             }
             bent = []
             for c in "zx":
-                p, ratio, alpha = (own[COLUMNS[name].format(c)]
-                                   for name in ("nonlinear_p", "nonlinear_ratio", "alpha"))  # fmt: skip
+                p, ratio, alpha = (
+                    own[COLUMNS[name].format(c)]
+                    for name in ("nonlinear_p", "nonlinear_ratio", "alpha")
+                )
                 bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
-            flags = [flag_columns([remark("not-linear", component=c, percent=100.0)
-                                   for c, one in zip("zx", pair, strict=True) if one])
-                     for pair in zip(*bent, strict=True)]  # fmt: skip
+            flags = [
+                flag_columns(
+                    [
+                        remark("not-linear", component=c, percent=100.0)
+                        for c, one in zip("zx", pair, strict=True)
+                        if one
+                    ]
+                )
+                for pair in zip(*bent, strict=True)
+            ]
             offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
             yield fixed.assign(**own, **offset).join(pd.DataFrame(flags, index=fixed.index))
 
@@ -287,10 +310,7 @@ class Ensemble:
             yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, self.at_cm)
 
 
-def simulate(
-    medium, campaigns, seed, sizes = NOTHING, slow_noise_N = 0.0,
-    at_cm = None, repeats = REPEATS,
-):  # fmt: skip
+def simulate(medium, campaigns, seed, sizes=NOTHING, slow_noise_N=0.0, at_cm=None, repeats=REPEATS):
     """Simulate and measure every run of so many campaigns, cells at gamma = +-90 `repeats` times.
 
     `sizes`: Of the disturbances; all else is the same with and without them. `slow_noise_N`: What is

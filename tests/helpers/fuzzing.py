@@ -16,11 +16,40 @@ MEMORY = 64_000_000
 """Bytes that reading a file of some kilobytes may take."""
 SLOWEST_S = 10.0
 _WORDS = (
-    b"\n", b"\r", b"\r\n", b"\x00", b'"', b",", b";", b"\t", b" ", b"#", b"%", b"-", b"+", b"e", b"E9999",
-    b"nan", b"inf", b"0x10", b"1_0", b"\xff\xfe", b"\xef\xbb\xbf", b"1,000,000", b".", b"(s);(mm)\n",
-    b"***End_of_Header***\n", b"Channels\t2\n", b"Status (hex), RDT Sequence\n", b"%time,field.\n",
-    b"Delta_X\t0\n", b"RDT Sample Rate: 0\n", b"9" * 400, b"\xc3", b"\xe2\x88\x92",
-)  # fmt: skip
+    b"\n",
+    b"\r",
+    b"\r\n",
+    b"\x00",
+    b'"',
+    b",",
+    b";",
+    b"\t",
+    b" ",
+    b"#",
+    b"%",
+    b"-",
+    b"+",
+    b"e",
+    b"E9999",
+    b"nan",
+    b"inf",
+    b"0x10",
+    b"1_0",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"1,000,000",
+    b".",
+    b"(s);(mm)\n",
+    b"***End_of_Header***\n",
+    b"Channels\t2\n",
+    b"Status (hex), RDT Sequence\n",
+    b"%time,field.\n",
+    b"Delta_X\t0\n",
+    b"RDT Sample Rate: 0\n",
+    b"9" * 400,
+    b"\xc3",
+    b"\xe2\x88\x92",
+)
 
 
 @dataclass

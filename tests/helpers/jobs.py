@@ -44,10 +44,13 @@ def planned_jobs(config, targets=()):
     states = read_states(config)[0]
     campaign = states.campaign
     alike = (
-        campaign.media_with_runs, campaign.of_role("laboratory"), campaign.of_role("natural_sand"),
-        campaign.robot_medium, tuple((path, one[1]) for path, one in states.figures.items()),
+        campaign.media_with_runs,
+        campaign.of_role("laboratory"),
+        campaign.of_role("natural_sand"),
+        campaign.robot_medium,
+        tuple((path, one[1]) for path, one in states.figures.items()),
         tuple(targets),
-    )  # fmt: skip
+    )
     if alike not in _PLANS:
         _PLANS[alike] = _plan(config, targets)
     for job in _PLANS[alike]:

@@ -67,10 +67,13 @@ def start(folder, output, *words):
     """Start `rftfit run` in a session of its own, so that nothing but the test ends it."""
     with output.open("wb") as handle:
         return subprocess.Popen(
-            [sys.executable, "-m", "rftfit.cli.main", "run", *words], cwd=folder.root,
-            stdin=subprocess.DEVNULL, stdout=handle, stderr=subprocess.STDOUT,
+            [sys.executable, "-m", "rftfit.cli.main", "run", *words],
+            cwd=folder.root,
+            stdin=subprocess.DEVNULL,
+            stdout=handle,
+            stderr=subprocess.STDOUT,
             start_new_session=True,
-        )  # fmt: skip
+        )
 
 
 def run(folder, output, *words):

@@ -46,10 +46,15 @@ def memory(tables, media=reference.MEDIA, runs=(), **settings):
 def run(run_id, medium, kind="plate", direction="intrusion"):
     """A row of the run sheet."""
     return SimpleNamespace(
-        run_id=run_id, medium=medium, kind=kind, direction=direction, tare_run="",
+        run_id=run_id,
+        medium=medium,
+        kind=kind,
+        direction=direction,
+        tare_run="",
         intruder={"leg": "c_leg"}.get(kind, kind),
-        beta_deg=0.0, gamma_deg=90.0,
-    )  # fmt: skip
+        beta_deg=0.0,
+        gamma_deg=90.0,
+    )
 
 
 def of_runs(traces, fits, **settings):

@@ -63,8 +63,15 @@ def enacted(
     for run in made.runs:
         shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
         more = range(2, repeats + 1) if run.kind == "plate" else ()
-        runs += [shared, *(replace(shared, run_id=f"{run.run_id}_{number}",
-                                   clock_s=run.clock_s + 40 * (number - 1)) for number in more)]  # fmt: skip
+        runs += [
+            shared,
+            *(
+                replace(
+                    shared, run_id=f"{run.run_id}_{number}", clock_s=run.clock_s + 40 * (number - 1)
+                )
+                for number in more
+            ),
+        ]
     runs.sort(key=lambda run: run.clock_s)
     logs: dict[str, bytes | None] = {}
     for run in runs:
@@ -98,8 +105,11 @@ def plates(made):
 
 def one_push(made):
     """Return the first row of a level plate that is pushed straight down."""
-    return next(row for row in plates(made)
-                if (row["beta_deg"], row["gamma_deg"], row["direction"]) == ("0", "90", "intrusion"))  # fmt: skip
+    return next(
+        row
+        for row in plates(made)
+        if (row["beta_deg"], row["gamma_deg"], row["direction"]) == ("0", "90", "intrusion")
+    )
 
 
 def one_slanted(made, luck):
@@ -135,8 +145,7 @@ def of_logs(made, rows, how, log="force_log"):
     return [row["run_id"] for row in rows]
 
 
-def dead(made, luck, axis, share = 1, where = "random",
-         noise_N = 0.02):  # fmt: skip
+def dead(made, luck, axis, share=1, where="random", noise_N=0.02):
     """Let a channel read 1.2 N and noise."""
 
     def how(log):
@@ -145,8 +154,7 @@ def dead(made, luck, axis, share = 1, where = "random",
     return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def gain(made, luck, axis, factor, share = 1,
-         where = "random"):  # fmt: skip
+def gain(made, luck, axis, factor, share=1, where="random"):
     """Multiply a channel; a factor of -1 is a reversed wire."""
 
     def how(log):
@@ -194,8 +202,7 @@ def drift(made, _, axis, newtons_per_s):
     return of_logs(made, plates(made), how)
 
 
-def late(made, luck, seconds, share = 1,
-         where = "random"):  # fmt: skip
+def late(made, luck, seconds, share=1, where="random"):
     """Let the channels lag behind the sync line."""
     count = round(100 * seconds)
 
@@ -205,8 +212,7 @@ def late(made, luck, seconds, share = 1,
     return of_logs(made, some(made.rows, share, luck, where), how)
 
 
-def surface(made, luck, mm, share = 1,
-            where = "random"):  # fmt: skip
+def surface(made, luck, mm, share=1, where="random"):
     """Let the free surface be lower than the arm's z says, by so much."""
 
     def how(log):
@@ -258,9 +264,16 @@ def another_run(made, luck, other=False, turn_deg=0):
     own = row["medium"]
     beta = float(row["beta_deg"])
     run = Run(
-        row["run_id"], "plate", own, OTHER.get(own, "poppy_CP") if other else own, "plate", row["direction"],
-        beta + (turn_deg if beta <= 0 else -turn_deg), float(row["gamma_deg"]), clock_s=50_000.0,
-    )  # fmt: skip
+        row["run_id"],
+        "plate",
+        own,
+        OTHER.get(own, "poppy_CP") if other else own,
+        "plate",
+        row["direction"],
+        beta + (turn_deg if beta <= 0 else -turn_deg),
+        float(row["gamma_deg"]),
+        clock_s=50_000.0,
+    )
     logs = run_logs(run, Config.model_validate(made.config), int(luck.integers(1000)))
     for name in LOGS:
         made.logs[row[name]] = logs[getattr(run, name)] or b""
@@ -337,15 +350,18 @@ def _each():
         found |= {
             f"10 tares exchanged, {where}": (partial(swapped, count=10, where=where), "rods"),
             f"surface 3 mm, half, {where}": (
-                partial(surface, mm=3, share=0.5, where=where), "surface"
+                partial(surface, mm=3, share=0.5, where=where),
+                "surface",
             ),
             f"lag 0.2 s, half, {where}": (
-                partial(late, seconds=0.2, share=0.5, where=where), "surface"
+                partial(late, seconds=0.2, share=0.5, where=where),
+                "surface",
             ),
-        }  # fmt: skip
+        }
     found |= {
         "x reversed, 44% stretch": (
-            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"), "channels"
+            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"),
+            "channels",
         ),
         "lag 0.3 s": (partial(late, seconds=0.3), "surface"),
         "surface +3 mm": (partial(surface, mm=3), "surface"),
@@ -357,7 +373,7 @@ def _each():
         "one run of another medium": (partial(another_run, other=True), "repeats"),
         "one run in lbf": (pounds, "repeats"),
         "one run mislabelled": (partial(another_run, turn_deg=30), "repeats"),
-    }  # fmt: skip
+    }
     return {name: Mistake(make, (told,)) for name, (make, told) in found.items()}
 
 
@@ -407,8 +423,12 @@ class Judged(NamedTuple):
 
     def narrower(self, than, least=NARROWER):
         """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
-        return pd.concat([_narrower(self.alpha, than.alpha, (), least),
-                          _narrower(self.at_depth, than.at_depth, ("depth_cm",), least)])  # fmt: skip
+        return pd.concat(
+            [
+                _narrower(self.alpha, than.alpha, (), least),
+                _narrower(self.at_depth, than.at_depth, ("depth_cm",), least),
+            ]
+        )
 
     def silently(self, than):
         """Of these, cells without a flag where no check fails that did not fail before."""

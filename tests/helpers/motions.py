@@ -21,9 +21,26 @@ def row(gamma_deg, stroke=None, way="", depth_cm=NAN):
     """A row of a run sheet: an intrusion or a horizontal run, unless it says extraction."""
     way = way or ("intrusion" if gamma_deg else "horizontal")
     return Run(
-        "push", "plate", "sand", "plate", way, 0.0, gamma_deg, depth_cm, "log.csv", "log.csv",
-        "", False, None, False, "", "", 2, "", stroke,
-    )  # fmt: skip
+        "push",
+        "plate",
+        "sand",
+        "plate",
+        way,
+        0.0,
+        gamma_deg,
+        depth_cm,
+        "log.csv",
+        "log.csv",
+        "",
+        False,
+        None,
+        False,
+        "",
+        "",
+        2,
+        "",
+        stroke,
+    )
 
 
 @dataclass(frozen=True)
@@ -178,6 +195,14 @@ def any_pushes(seed):
     step = float(random.choice([0.0, 0.0001, 0.001, 0.01]))
     # an encoder whose step takes the arm a second says nothing of its speed
     return Pushes(
-        gamma, lengths, begins, back, stated, rate, speed,
-        float(random.choice([0.0, random.uniform(0, 1)])), (sd, min(step, 0.1 * speed)), seed,
-    )  # fmt: skip
+        gamma,
+        lengths,
+        begins,
+        back,
+        stated,
+        rate,
+        speed,
+        float(random.choice([0.0, random.uniform(0, 1)])),
+        (sd, min(step, 0.1 * speed)),
+        seed,
+    )

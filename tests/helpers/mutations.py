@@ -20,8 +20,14 @@ from rigroom import Room
 from rftfit.campaign.load import REENACTED
 from rftfit.lab.truth import table_s5
 
-RUNS = ("poppy_LP_bp30_g45_in", "poppy_LP_bp00_g90_in", "poppy_LP_bp00_g45_ex", "poppy_LP_bm30_g00_h254",
-        "poppy_LP_c_leg", "yuma_bp00_g90_in")  # fmt: skip
+RUNS = (
+    "poppy_LP_bp30_g45_in",
+    "poppy_LP_bp00_g90_in",
+    "poppy_LP_bp00_g45_ex",
+    "poppy_LP_bm30_g00_h254",
+    "poppy_LP_c_leg",
+    "yuma_bp00_g90_in",
+)
 MEASURED = (
     "ingest",
     "tare",
@@ -93,13 +99,25 @@ def bases():
             found[protocol] = Written.read(Path(folder))
     found["table"] = Written(
         {
-            "title": "a table", "raw": "raw/paper", "run_sheet": "raw/paper/stress.csv",
-            "table": {"holds": "stress", "angle_unit": "deg", "depth_unit": "cm", "stress_unit": "N/cm^2"},
-            "media": {"sand": {"title": "sand", "role": "laboratory"}, "dune": {"title": "dune", "role": "natural_sand"}},
-            "fit": {"submergence_cm": 0.5, "max_depth_cm": 7.0}, "fourier": {"draws": 200},
+            "title": "a table",
+            "raw": "raw/paper",
+            "run_sheet": "raw/paper/stress.csv",
+            "table": {
+                "holds": "stress",
+                "angle_unit": "deg",
+                "depth_unit": "cm",
+                "stress_unit": "N/cm^2",
+            },
+            "media": {
+                "sand": {"title": "sand", "role": "laboratory"},
+                "dune": {"title": "dune", "role": "natural_sand"},
+            },
+            "fit": {"submergence_cm": 0.5, "max_depth_cm": 7.0},
+            "fourier": {"draws": 200},
         },
-        [], {"stress.csv": _stress().encode()},
-    )  # fmt: skip
+        [],
+        {"stress.csv": _stress().encode()},
+    )
     return found
 
 
@@ -137,9 +155,24 @@ def _of_cell(luck, made):
     column = luck.choice(list(row))
     others = [other[column] for other in made.rows]
     row[column] = luck.choice(
-        [*others, "", "0", "45", "-90", "90", "18.43", "1e9", "-3", "nan", "yes", "rod", "horizontal",
-         "extraction", luck.choice(list(made.logs))]
-    )  # fmt: skip
+        [
+            *others,
+            "",
+            "0",
+            "45",
+            "-90",
+            "90",
+            "18.43",
+            "1e9",
+            "-3",
+            "nan",
+            "yes",
+            "rod",
+            "horizontal",
+            "extraction",
+            luck.choice(list(made.logs)),
+        ]
+    )
     return f"{row['run_id']}, {column}: {row[column]!r}"
 
 
@@ -160,9 +193,29 @@ def _of_setting(luck, made):
         section[key] = luck.choice([0, 0.1, 10, -1, 1000, 1e-6]) * (value or 1)
     else:
         section[key] = luck.choice(
-            ["N", "kN", "mm", "cm", "m", "estimate", "same_clock", "sync_line", "stated", "air", "find",
-             "flag", "refuse", "drop", "uneven", "+F1", "-F1", "-F3", "natural_sand", "dft-index"]
-        )  # fmt: skip
+            [
+                "N",
+                "kN",
+                "mm",
+                "cm",
+                "m",
+                "estimate",
+                "same_clock",
+                "sync_line",
+                "stated",
+                "air",
+                "find",
+                "flag",
+                "refuse",
+                "drop",
+                "uneven",
+                "+F1",
+                "-F1",
+                "-F3",
+                "natural_sand",
+                "dft-index",
+            ]
+        )
     return f"{'.'.join(path)}: {section[key]!r}"
 
 
@@ -268,6 +321,17 @@ def _unit(_, rows):
 
 
 DAMAGES: tuple[Callable[[random.Random, Table], Table], ...] = (
-    _cut, _late, _hole, _twice, _swapped, _scaled, _spoiled, _backwards, _shorter, _nothing, _header,
-    _another, _unit,
-)  # fmt: skip
+    _cut,
+    _late,
+    _hole,
+    _twice,
+    _swapped,
+    _scaled,
+    _spoiled,
+    _backwards,
+    _shorter,
+    _nothing,
+    _header,
+    _another,
+    _unit,
+)

@@ -26,12 +26,13 @@ SECTIONS = {
     "one-file": {"clock": {"method": "same_clock"}},
     "cyclic": {"clock": {"method": "same_clock"}},
     "constant-speed": {
-        "clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02},
-        "motion_log": {"columns": {
-            "time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}
-        }},
+        "clock": {"method": "same_clock"},
+        "zero": {"method": "stated", "sd_N": 0.02},
+        "motion_log": {
+            "columns": {"time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}}
+        },
     },
-}  # fmt: skip
+}
 MEDIUM = "poppy_CP"
 CELLS_OF_ONE = 0.8
 """Part of the numbers of one small campaign whose 95 % intervals must hold the truth."""
@@ -59,14 +60,20 @@ CASES = [
         for grid in ("coarse", "other", "no-vertical", "one-row", "scattered")
         for protocol in ("paper", "no-pause", "stroke-only", "separate-zero", "one-file")
     ),
-    Case("one-push", "paper"), Case("one-push", "stroke-only", tare=False),
-    Case("coarse", "paper", tare=False), Case("coarse", "one-file", tare=False, legs=True),
-    Case("scattered", "stroke-only", tare=False), Case("other", "paper", legs=True),
-    Case("coarse", "separate-zero", legs=True), Case("coarse", "cyclic"), Case("scattered", "cyclic"),
-    Case("straight-down", "constant-speed"), Case("straight-down", "cyclic", dialect="xlsx"),
+    Case("one-push", "paper"),
+    Case("one-push", "stroke-only", tare=False),
+    Case("coarse", "paper", tare=False),
+    Case("coarse", "one-file", tare=False, legs=True),
+    Case("scattered", "stroke-only", tare=False),
+    Case("other", "paper", legs=True),
+    Case("coarse", "separate-zero", legs=True),
+    Case("coarse", "cyclic"),
+    Case("scattered", "cyclic"),
+    Case("straight-down", "constant-speed"),
+    Case("straight-down", "cyclic", dialect="xlsx"),
     *(Case("coarse", "one-file", dialect=dialect) for dialect in ("instron", "lvm", "tdms")),
     *(Case("coarse", "paper", dialect=dialect) for dialect in ("delimited", "parquet", "arrays")),
-]  # fmt: skip
+]
 
 
 def make(folder, case):

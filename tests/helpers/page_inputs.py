@@ -56,8 +56,16 @@ SAND_ALPHA = 0.689
 HOLED = "glass3mm_CP"
 """The medium with missing cells."""
 THETA_DEG = np.arange(-135, 136, 5)
-SINGLE = ("coefficients", "penetration", "reproduction", "ledger", "predicted", "leg_errors",
-          "sands", "sand_correction")  # fmt: skip
+SINGLE = (
+    "coefficients",
+    "penetration",
+    "reproduction",
+    "ledger",
+    "predicted",
+    "leg_errors",
+    "sands",
+    "sand_correction",
+)
 OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
@@ -65,10 +73,27 @@ def bare_campaign(folder, names, *, robot=False, **changes):
     """A campaign that has media but not a row of results; `changes` are sections of its config."""
     config = paper_config(**(changes if robot else {"robot": None} | changes))
     runs = tuple(
-        Run(f"{medium}_1", "plate", medium, "plate", "intrusion", 0.0, 90.0, math.nan, "f.csv",
-            "m.csv", "", False, None, False, "", "", row)
+        Run(
+            f"{medium}_1",
+            "plate",
+            medium,
+            "plate",
+            "intrusion",
+            0.0,
+            90.0,
+            math.nan,
+            "f.csv",
+            "m.csv",
+            "",
+            False,
+            None,
+            False,
+            "",
+            "",
+            row,
+        )
         for row, medium in enumerate(names, start=2)
-    )  # fmt: skip
+    )
     results = Results(Campaign(folder, folder / "raw", folder / "runs.csv", config, runs))
     for name in [*SINGLE, *(f"{kind}/{medium}" for kind in OF_MEDIA for medium in names)]:
         write(results, f"{name}.csv", pd.DataFrame())
@@ -155,7 +180,9 @@ def paper_tables():
     flags = [remark("zero-drifted", newtons=0.3), remark("gap", seconds=1.51)]
     return found | {
         "alpha/yuma": _one_test("yuma"),
-        "runs/poppy_LP": pd.DataFrame([{"run_id": f"p{i}"} | flag_columns([one]) for i, one in enumerate(flags, 1)]),
+        "runs/poppy_LP": pd.DataFrame(
+            [{"run_id": f"p{i}"} | flag_columns([one]) for i, one in enumerate(flags, 1)]
+        ),
         "coefficients": pd.concat(
             [_coefficients(m, own) for m, own in {**fits, "generic": m0}.items()]
         ),
@@ -163,16 +190,35 @@ def paper_tables():
         "predicted": predicted,
         "leg_errors": leg_errors(legs, predicted),
         "sands": pd.DataFrame(
-            [{"medium": "yuma", "run_id": "y1", "window": "stated", "linear_to_cm": 2.0,
-              "alpha_z_N_per_cm3": SAND_ALPHA, "nonlinear_z_ratio": 0.11, "zeta": sand.zeta,
-              "zeta_lo": sand.zeta_lo, "zeta_hi": sand.zeta_hi}]
+            [
+                {
+                    "medium": "yuma",
+                    "run_id": "y1",
+                    "window": "stated",
+                    "linear_to_cm": 2.0,
+                    "alpha_z_N_per_cm3": SAND_ALPHA,
+                    "nonlinear_z_ratio": 0.11,
+                    "zeta": sand.zeta,
+                    "zeta_lo": sand.zeta_lo,
+                    "zeta_hi": sand.zeta_hi,
+                }
+            ]
         ),
         "sand_correction": pd.DataFrame(
-            [{"medium": "yuma", "model": "one factor", "factor_z": 0.66, "factor_x": 0.66,
-              "rms_fit_N": 1.93, "rms_cv_N": 2.41, "gain_cv_percent": 10.7,
-              "earns_its_place": True}]
+            [
+                {
+                    "medium": "yuma",
+                    "model": "one factor",
+                    "factor_z": 0.66,
+                    "factor_x": 0.66,
+                    "rms_fit_N": 1.93,
+                    "rms_cv_N": 2.41,
+                    "gain_cv_percent": 10.7,
+                    "earns_its_place": True,
+                }
+            ]
         ),
-    }  # fmt: skip
+    }
 
 
 def sand_results(folder):
@@ -255,9 +301,16 @@ def _run(curvature, frequency):
     """A run whose body sinks and whose legs turn from frame to frame."""
     poses = [[0.5 * i, 2 - 0.01 * i, 0.001 * i, 0.17 * i] for i in range(36)]
     arrows = [[-3.0, -1.0, 10 * i, 700 + i, 3.0, -1.5, -5, 770] for i in range(36)]
-    return {"frequency_Hz": frequency, "curvature": curvature, "speed_cm_per_s": 21.25 * frequency,
-            "outcome": "steady", "warning": "", "stride_s": 1 / frequency, "pose": poses,
-            "arrows": arrows}  # fmt: skip
+    return {
+        "frequency_Hz": frequency,
+        "curvature": curvature,
+        "speed_cm_per_s": 21.25 * frequency,
+        "outcome": "steady",
+        "warning": "",
+        "stride_s": 1 / frequency,
+        "pose": poses,
+        "arrows": arrows,
+    }
 
 
 FRAMES: dict[str, Any] = {
@@ -294,9 +347,15 @@ def _penetration(method, medium, alpha, zeta, chi):
 
 def _coefficients(medium, values):
     return pd.DataFrame(
-        {"method": "lsq", "medium": medium, "coefficient": list(TERMS), "value_N_per_cm3": values,
-         "lo": values - 0.001, "hi": values + 0.001}
-    )  # fmt: skip
+        {
+            "method": "lsq",
+            "medium": medium,
+            "coefficient": list(TERMS),
+            "value_N_per_cm3": values,
+            "lo": values - 0.001,
+            "hi": values + 0.001,
+        }
+    )
 
 
 def _reproduction(why):

@@ -70,8 +70,14 @@ def make_push(
     motion = np.interp(rows, fine, depth) + 0.0005 * random.standard_normal(rows.size)
     shift = start_s + offset_s + drift * (rows - moments[0])
     return Push(
-        start_s + moments, np.round(force, 4), rows + shift, np.round(motion, 4), offset_s, drift, surface,
-    )  # fmt: skip
+        start_s + moments,
+        np.round(force, 4),
+        rows + shift,
+        np.round(motion, 4),
+        offset_s,
+        drift,
+        surface,
+    )
 
 
 def estimate(push, max_se_s=0.2, max_drift=1e-3):

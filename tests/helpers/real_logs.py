@@ -55,47 +55,114 @@ class RealLog:
 
 
 REAL_LOGS = [
-    RealLog(f"{DAQ}1002_10inch1R_test2.csv", NOTHING, 0, words="a header and no data",
-            section={"dialect": "ati-daq", "columns": THROUGH}),
+    RealLog(
+        f"{DAQ}1002_10inch1R_test2.csv",
+        NOTHING,
+        0,
+        words="a header and no data",
+        section={"dialect": "ati-daq", "columns": THROUGH},
+    ),
     RealLog(f"{DAQ}1008_13inch_auto7.csv", ALL, 22512, speed_mm_per_s=1.0),
     RealLog(f"{NETFT}04_11_Thrust_Acro", ALL, 8412, 1961, words="lost packets"),
-    RealLog(f"{NETFT}04_11_Thrust_Acro_actually", NOTHING, 0, words="a header and no data",
-            section={"dialect": "ati-netft", "columns": THROUGH}),
-    RealLog(f"{NETFT}07_20_manual01", NOTHING, 0, words="Force Units: ?",
-            section={"dialect": "ati-netft", "columns": THROUGH}),
+    RealLog(
+        f"{NETFT}04_11_Thrust_Acro_actually",
+        NOTHING,
+        0,
+        words="a header and no data",
+        section={"dialect": "ati-netft", "columns": THROUGH},
+    ),
+    RealLog(
+        f"{NETFT}07_20_manual01",
+        NOTHING,
+        0,
+        words="Force Units: ?",
+        section={"dialect": "ati-netft", "columns": THROUGH},
+    ),
     RealLog(f"{NETFT}07_23_manual02_FT", ALL, 7344),
     # a tensile test: the crosshead goes up
     RealLog("instron/Tensile_test_PE.csv", NOTHING, 12660, words="surface not reached"),
-    RealLog("instron/Tensile_test_PE.csv", ALL, 12660, words="digits regrouped",
-            motion={"z": {"column": "Displacement", "unit": "mm", "factor": -1}}, speed_mm_per_s=0.8),
-    RealLog("instron/Tensile_test_PE.csv", ALL, 12660, speed_mm_per_s=0.8,
-            motion={"z": {"constant": 0, "unit": "mm", "rate": -0.8}}),
+    RealLog(
+        "instron/Tensile_test_PE.csv",
+        ALL,
+        12660,
+        words="digits regrouped",
+        motion={"z": {"column": "Displacement", "unit": "mm", "factor": -1}},
+        speed_mm_per_s=0.8,
+    ),
+    RealLog(
+        "instron/Tensile_test_PE.csv",
+        ALL,
+        12660,
+        speed_mm_per_s=0.8,
+        motion={"z": {"constant": 0, "unit": "mm", "rate": -0.8}},
+    ),
     # down and straight back, from contact on
-    RealLog("instron/cyclic_W27_PA_Cream.csv", ALL, 239, speed_mm_per_s=5.0,
-            motion={"z": {"column": "Extension", "unit": "mm", "factor": -1}}),
+    RealLog(
+        "instron/cyclic_W27_PA_Cream.csv",
+        ALL,
+        239,
+        speed_mm_per_s=5.0,
+        motion={"z": {"column": "Extension", "unit": "mm", "factor": -1}},
+    ),
     # over 2 mm: lengths are ten times as long here, for a stroke has 3 mm at least
-    RealLog("texture_analyser/frame_stiffness.tab.gz", ALL, 80001, speed_mm_per_s=0.1,
-            motion={"z": {"column": "Distance", "unit": "mm", "factor": -10}}),
+    RealLog(
+        "texture_analyser/frame_stiffness.tab.gz",
+        ALL,
+        80001,
+        speed_mm_per_s=0.1,
+        motion={"z": {"column": "Distance", "unit": "mm", "factor": -10}},
+    ),
     RealLog("ur_rtde/record_2023-07-03.csv", ALL, 392),
     # a tensile test, over 1 mm: what pulls counts as a push here
     # and the specimen slips towards the end
-    RealLog("zwick/Traction-10.xlsx", ALL, 3900, speed_mm_per_s=0.125, stroke="1",
-            motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -10}}),
-    RealLog("zwick/Traction-10.xlsx", NOTHING, 3900, words="surface not reached",
-            motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -1}}),
-    RealLog("labview/short.lvm", NOTHING, 10, words="surface not reached",
-            section={"columns": {"F3": "Excitation"}}),
-    RealLog("labview/with_comments.lvm", NOTHING, 9, words="MPa is no unit of F3",
-            section={"columns": {"F3": "Pressão ABS."}}),
+    RealLog(
+        "zwick/Traction-10.xlsx",
+        ALL,
+        3900,
+        speed_mm_per_s=0.125,
+        stroke="1",
+        motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -10}},
+    ),
+    RealLog(
+        "zwick/Traction-10.xlsx",
+        NOTHING,
+        3900,
+        words="surface not reached",
+        motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -1}},
+    ),
+    RealLog(
+        "labview/short.lvm",
+        NOTHING,
+        10,
+        words="surface not reached",
+        section={"columns": {"F3": "Excitation"}},
+    ),
+    RealLog(
+        "labview/with_comments.lvm",
+        NOTHING,
+        9,
+        words="MPa is no unit of F3",
+        section={"columns": {"F3": "Pressão ABS."}},
+    ),
     RealLog("ros1/ur3_wrench.bag", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.bag"),
     RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
     RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="1 of 1 cells give energy back"),
     RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="1 of 1 cells give energy back"),
-    RealLog("tdms/raw1.tdms", NOTHING, 2000, words="add `factor:`, so many N for each Volts",
-            section={"columns": {"F3": VOLTS}}),
-    RealLog("tdms/raw1.tdms", NOTHING, 2000, words="surface not reached",
-            section={"columns": {"F3": VOLTS | {"factor": 20}}}),
-]  # fmt: skip
+    RealLog(
+        "tdms/raw1.tdms",
+        NOTHING,
+        2000,
+        words="add `factor:`, so many N for each Volts",
+        section={"columns": {"F3": VOLTS}},
+    ),
+    RealLog(
+        "tdms/raw1.tdms",
+        NOTHING,
+        2000,
+        words="surface not reached",
+        section={"columns": {"F3": VOLTS | {"factor": 20}}},
+    ),
+]
 
 
 def campaign_around(log, root):
@@ -114,8 +181,10 @@ def campaign_around(log, root):
     force["columns"] = nobody_measured | force["columns"]
     of_force = {name: column for name, column in force["columns"].items() if name == "time"}
     motion = block.get("motion_log", deepcopy({**force, "columns": of_force}))
-    steady = {"x": {"constant": 0, "unit": "mm"},
-              "z": {"constant": 0, "unit": "mm", "rate": -log.speed_mm_per_s}}  # fmt: skip
+    steady = {
+        "x": {"constant": 0, "unit": "mm"},
+        "z": {"constant": 0, "unit": "mm", "rate": -log.speed_mm_per_s},
+    }
     motion["columns"] = steady | motion["columns"] | log.motion
     config = {
         "title": f"A campaign around {name}",
@@ -145,9 +214,19 @@ def campaign_around(log, root):
         "fourier": {"draws": 200},
     }
     write_yaml(folder.config, config)
-    row = {"run_id": RUN, "kind": "plate", "medium": MEDIUM, "intruder": "plate",
-           "direction": "intrusion", "beta_deg": "0", "gamma_deg": "90", "force_log": name,
-           "motion_log": name, "zero_log": zero_log, "stroke": log.stroke}  # fmt: skip
+    row = {
+        "run_id": RUN,
+        "kind": "plate",
+        "medium": MEDIUM,
+        "intruder": "plate",
+        "direction": "intrusion",
+        "beta_deg": "0",
+        "gamma_deg": "90",
+        "force_log": name,
+        "motion_log": name,
+        "zero_log": zero_log,
+        "stroke": log.stroke,
+    }
     sheet = "\n".join([",".join(row), ",".join(row.values())]) + "\n"
     (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
     return folder
@@ -170,8 +249,13 @@ def judge(log, folder, *, page):
     html = folder.root / "results" / "report.html"
     if page:
         text = " ".join(html.read_text(encoding="utf-8").split())
-        untrue = ['id="reproduction"' in text, 'href="#viewer"' in text, "was fitted with" in text,
-                  (log.outcome == ALL) == ("1 dropped." in text), "subtracted at the same" in text]  # fmt: skip
+        untrue = [
+            'id="reproduction"' in text,
+            'href="#viewer"' in text,
+            "was fitted with" in text,
+            (log.outcome == ALL) == ("1 dropped." in text),
+            "subtracted at the same" in text,
+        ]
         if log.words not in text or any(untrue):
             wrong.append(f"the page lacks {log.words!r}, or says what is not so: {untrue}")
     if log.outcome == ALL and log.file in OTHERWISE and "z" in log.motion:
@@ -204,13 +288,26 @@ def by_openpyxl(path, sheet, width, header):
 WRENCH = dict(zip(["F1", "F2", "F3", "T1", "T2", "T3"], range(1, 7), strict=True))
 OTHERWISE: dict[str, tuple[Callable[[Path], np.ndarray], dict[str, int], float]] = {
     "instron/cyclic_W27_PA_Cream.csv": (
-        lambda path: by_csv(path, ",", 2), {"time": 0, "z": 1, "F3": 2}, 1.0),
+        lambda path: by_csv(path, ",", 2),
+        {"time": 0, "z": 1, "F3": 2},
+        1.0,
+    ),
     "texture_analyser/frame_stiffness.tab.gz": (
-        lambda path: by_csv(path, "\t", 3), {"F3": 0, "z": 1, "time": 2}, 9.80665e-3),
-    "ur_rtde/record_2023-07-03.csv": (lambda path: by_csv(path, ",", 1), {"time": 0, **WRENCH}, 1.0),
+        lambda path: by_csv(path, "\t", 3),
+        {"F3": 0, "z": 1, "time": 2},
+        9.80665e-3,
+    ),
+    "ur_rtde/record_2023-07-03.csv": (
+        lambda path: by_csv(path, ",", 1),
+        {"time": 0, **WRENCH},
+        1.0,
+    ),
     "zwick/Traction-10.xlsx": (
-        lambda path: by_openpyxl(path, "Values Specimen 10", 5, 3), {"time": 0, "F3": 1, "z": 3}, 1.0),
-}  # fmt: skip
+        lambda path: by_openpyxl(path, "Values Specimen 10", 5, 3),
+        {"time": 0, "F3": 1, "z": 3},
+        1.0,
+    ),
+}
 """Of a file: another reader, the columns of the quantities, newtons of its unit of force."""
 
 

@@ -7,16 +7,25 @@ from rftfit.model import kernel, reference_kernel
 NOTHING = np.empty((0, 0))
 
 
-def step(
-    profile, parts, state, turn, rate, step_s,
-    steps, rk4 = False, every = 0, samples = NOTHING,
-):  # fmt: skip
+def step(profile, parts, state, turn, rate, step_s, steps, rk4=False, every=0, samples=NOTHING):
     """State after some steps."""
     state = np.array(state, dtype=float)
     kernel.advance(
-        profile.pack, parts.bodies, parts.widths_cm, parts.group, parts.hips, parts.inertia, state,
-        turn, rate, step_s, steps, rk4, every, samples,
-    )  # fmt: skip
+        profile.pack,
+        parts.bodies,
+        parts.widths_cm,
+        parts.group,
+        parts.hips,
+        parts.inertia,
+        state,
+        turn,
+        rate,
+        step_s,
+        steps,
+        rk4,
+        every,
+        samples,
+    )
     return state
 
 
@@ -32,10 +41,7 @@ def net(profile, parts, state, turn, rate):
     return reference_kernel.net(np.concatenate(each), state[0], state[1])
 
 
-def plain_steps(
-    profile, parts, state, turn, rate, step_s,
-    steps, rk4 = False,
-):  # fmt: skip
+def plain_steps(profile, parts, state, turn, rate, step_s, steps, rk4=False):
     """States before the first step and after each, shape (steps + 1, 6)."""
 
     def slope(now, at):

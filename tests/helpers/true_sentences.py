@@ -25,8 +25,10 @@ def texts(results):
     body = re.sub(
         r"<(table|figcaption|svg|form|noscript)\b.*?</\1>"
         r'|<section id="(calculator|reproduction)".*?</section>',
-        "", body, flags=re.DOTALL,
-    )  # fmt: skip
+        "",
+        body,
+        flags=re.DOTALL,
+    )
     parts = {"page": body, "methods": methods.partition("<ol>")[0]}
     found = {name: html.unescape(re.sub(r"<[^>]+>", "", text)) for name, text in parts.items()}
     return found | {
@@ -59,8 +61,10 @@ class Records:
         self.nine = len(fitted) > 0
         self.dropped_terms = not fitted["kept"].all()
         self.several = fitted["medium"].nunique() > 2
-        ends = [results.joined("alpha/{medium}.csv")["alpha_z_lo_N_per_cm3"],
-                results.table("predicted.csv")["force_z_lo_N"]]  # fmt: skip
+        ends = [
+            results.joined("alpha/{medium}.csv")["alpha_z_lo_N_per_cm3"],
+            results.table("predicted.csv")["force_z_lo_N"],
+        ]
         self.intervals = any(one.notna().any() for one in ends)
         speed = self.of_robot("speed")
         simulated = speed[speed["speed_cm_per_s"].notna()]["profile"] if len(speed) else ()

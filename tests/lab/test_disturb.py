@@ -26,8 +26,11 @@ from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import bed_of, ideal, nuisance
 
 PUSH, ROD, LEG, AIR = (
-    "poppy_CP_bp00_g90_in", "poppy_CP_bp00_g90_in_rod", "poppy_CP_c_leg", "air_c_leg",
-)  # fmt: skip
+    "poppy_CP_bp00_g90_in",
+    "poppy_CP_bp00_g90_in_rod",
+    "poppy_CP_c_leg",
+    "air_c_leg",
+)
 SLANTED = "poppy_CP_bp30_g34_in"
 SEED = 5
 NONE: Mapping[str, float] = {}
@@ -68,10 +71,17 @@ def depth(run, config):
 
 
 CHANGED = {
-    "surface": {PUSH, ROD, LEG}, "surface-session": {PUSH, ROD, LEG}, "lag": {PUSH, ROD, LEG, AIR},
-    "spread-percent": {PUSH, LEG}, "pink": {PUSH, ROD, LEG, AIR}, "patches": {PUSH, LEG},
-    "deep-noise": {PUSH, LEG}, "power": {PUSH}, "tare-bed": {ROD}, "turn": {PUSH, ROD, LEG, AIR},
-}  # fmt: skip
+    "surface": {PUSH, ROD, LEG},
+    "surface-session": {PUSH, ROD, LEG},
+    "lag": {PUSH, ROD, LEG, AIR},
+    "spread-percent": {PUSH, LEG},
+    "pink": {PUSH, ROD, LEG, AIR},
+    "patches": {PUSH, LEG},
+    "deep-noise": {PUSH, LEG},
+    "power": {PUSH},
+    "tare-bed": {ROD},
+    "turn": {PUSH, ROD, LEG, AIR},
+}
 
 
 @pytest.mark.parametrize("name", DISTURBANCES)
@@ -106,8 +116,10 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
         # rod and mount feel it too, a little
         assert moved[inside] == pytest.approx(up, abs=0.03)
         # the plate touches it higher by as much
-        on = [np.argmax(log[0] - log[0][:150].mean() > 1.0)
-              for log in (force(run, config), force(run, config, {name: 2.0}))]  # fmt: skip
+        on = [
+            np.argmax(log[0] - log[0][:150].mean() > 1.0)
+            for log in (force(run, config), force(run, config, {name: 2.0}))
+        ]
         assert below[on[0]] - below[on[1]] == pytest.approx(up, abs=0.035)
         assert bed_of(run, SEED, 0, {name: 2.0}).surface_cm == pytest.approx(up, abs=0.02)
         assert bed_of(run, SEED, 0, {name: 4.0}).surface_cm == pytest.approx(2 * up, abs=0.04)
@@ -237,9 +249,14 @@ def test_many_campaigns_at_once(name, common):
 @pytest.mark.parametrize(("name", "apart_cm"), [("patches", 2.0), ("deep-noise", 0.1)])
 def test_unevenness_of_the_logs(config, runs, name, apart_cm):
     """Relative to the force, by as much at every depth, over a length; patches common to z and x."""
-    many = [run for run in runs.values()
-            if run.kind == "plate" and run.medium in ("poppy_CP", "glass3mm_CP")
-            and (run.gamma_deg or 0) > 40 and run.direction == "intrusion"]  # fmt: skip
+    many = [
+        run
+        for run in runs.values()
+        if run.kind == "plate"
+        and run.medium in ("poppy_CP", "glass3mm_CP")
+        and (run.gamma_deg or 0) > 40
+        and run.direction == "intrusion"
+    ]
     shallow, deep, same = [], [], []
     near: list[tuple[float, float]] = []
     far: list[tuple[float, float]] = []
@@ -322,15 +339,21 @@ def test_draws_know_nothing_of_each_other(config, runs):
 def test_same_seed_same_bytes(config, tmp_path):
     few = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
     written = []
-    for number, (media, asked) in enumerate([
-        (["poppy_LP", "poppy_CP", "glass3mm_CP"], ["real-lab", "turn=2"]),
-        (["glass3mm_CP"], ["turn=2", "real-lab"]), (["glass3mm_CP"], []),
-    ]):  # fmt: skip
+    for number, (media, asked) in enumerate(
+        [
+            (["poppy_LP", "poppy_CP", "glass3mm_CP"], ["real-lab", "turn=2"]),
+            (["glass3mm_CP"], ["turn=2", "real-lab"]),
+            (["glass3mm_CP"], []),
+        ]
+    ):
         raw = tmp_path / str(number)
-        reenact(config, raw, raw / "runs.csv", media=media, directions=few,
-                disturb=asked, seed=3)  # fmt: skip
-        written.append({path.relative_to(raw).as_posix(): path.read_bytes()
-                        for path in raw.rglob("*_force.csv")})  # fmt: skip
+        reenact(config, raw, raw / "runs.csv", media=media, directions=few, disturb=asked, seed=3)
+        written.append(
+            {
+                path.relative_to(raw).as_posix(): path.read_bytes()
+                for path in raw.rglob("*_force.csv")
+            }
+        )
     assert len(written[1]) == 2 * 6 + 6
     assert written[1].items() <= written[0].items()
     assert all(written[2][name] != content for name, content in written[1].items())
@@ -356,13 +379,18 @@ def test_sizes():
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ("surfce", r"found 'surfce'; allowed: surface=1 mm, .* power=1.1, .*; did you mean 'surface'"),
+        (
+            "surfce",
+            r"found 'surfce'; allowed: surface=1 mm, .* power=1.1, .*; did you mean 'surface'",
+        ),
         ("real-lab=2", r"turn=1 deg, real-lab \(all of these sizes\)"),
         ("surface=", r"--disturb surface: found ''; allowed: a number from 0 to 20 mm"),
-        ("surface=-1", "from 0 to 20 mm"), ("pink=nan", "from 0 to 10 N"),
-        ("power=0", "from 0.3 to 3 .exponent"), ("lag=1,5", "from 0 to 2 s"),
+        ("surface=-1", "from 0 to 20 mm"),
+        ("pink=nan", "from 0 to 10 N"),
+        ("power=0", "from 0.3 to 3 .exponent"),
+        ("lag=1,5", "from 0 to 2 s"),
     ],
-)  # fmt: skip
+)
 def test_sizes_that_cannot_be(asked, words):
     with pytest.raises(InputError, match=words):
         sizes_of([asked])

@@ -211,7 +211,7 @@ BOMBS: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "a.parquet": ("parquet", parquet, "too_large"),
     "a.csv.gz": ("rig", gz, "too_large"),
     "a.xlsx": ("xlsx", xlsx, "too_large"),
-}  # fmt: skip
+}
 LOAD = """
 import sys
 from pathlib import Path

@@ -27,31 +27,52 @@ def proposed(path, header, how):
 CASES: dict[str, dict[str, str]] = {
     "t s|actual_TCP_force_0|actual_TCP_force_1|actual_TCP_force_2|actual_TCP_force_3|actual_TCP_force_4|"
     "actual_TCP_force_5": {
-        "time": "t", "F1": "actual_TCP_force_0", "F2": "actual_TCP_force_1", "F3": "actual_TCP_force_2",
-        "T1": "actual_TCP_force_3", "T2": "actual_TCP_force_4", "T3": "actual_TCP_force_5"},
+        "time": "t",
+        "F1": "actual_TCP_force_0",
+        "F2": "actual_TCP_force_1",
+        "F3": "actual_TCP_force_2",
+        "T1": "actual_TCP_force_3",
+        "T2": "actual_TCP_force_4",
+        "T3": "actual_TCP_force_5",
+    },
     "O_F_ext_hat_K[0]|O_F_ext_hat_K[1]|O_F_ext_hat_K[2]": {
-        "F1": "O_F_ext_hat_K[0]", "F2": "O_F_ext_hat_K[1]", "F3": "O_F_ext_hat_K[2]"},
+        "F1": "O_F_ext_hat_K[0]",
+        "F2": "O_F_ext_hat_K[1]",
+        "F3": "O_F_ext_hat_K[2]",
+    },
     "F_ext[2]": {},  # of one column nobody can tell from where it counts
     "force_1|force_2|force_3|force_4": {},
     "pose_0|pose_1|pose_2|pose_3|pose_4|pose_5": {"x": "pose_0", "z": "pose_2"},
     "position_0|position_1|position_2|effort_0|effort_1|effort_2": {},  # of joints
     "X_Value|Effort [N]": {"time": "X_Value", "F3": "Effort"},
     "imu.orientation.x|imu.orientation.z|imu.linear_acceleration.z|tool.pose.position.z": {
-        "z": "tool.pose.position.z"},
+        "z": "tool.pose.position.z"
+    },
     "Zeit 1 - Standardmessrate [s]|Standardkraft [N]|Standardweg [mm]": {
-        "time": "Zeit 1 - Standardmessrate", "F3": "Standardkraft", "z": "Standardweg"},
+        "time": "Zeit 1 - Standardmessrate",
+        "F3": "Standardkraft",
+        "z": "Standardweg",
+    },
     "Running Time (s)|Axial Force (kN)|Crosshead (mm)": {
-        "time": "Running Time", "F3": "Axial Force", "z": "Crosshead"},
+        "time": "Running Time",
+        "F3": "Axial Force",
+        "z": "Crosshead",
+    },
     "Total Time (s)|Elapsed Cycles|Position (z) [mm]|Distance [mm]": {
-        "time": "Total Time", "z": "Position (z)"},
+        "time": "Total Time",
+        "z": "Position (z)",
+    },
     "Standard travel [mm]|Speed mm/min": {"z": "Standard travel"},
     "Force [N]|Travel [mm]|Force [N]|Travel [mm]": {"F3": "Force", "z": "Travel"},
     "Force 1 [N]|Weg 1 [mm]|Force 2 [N]|Weg 2 [mm]": {},
     "Load [kg]|Extension [mm]": {"F3": "Load", "z": "Extension"},
     "force column 1|force column 2|force column 3": {
-        "F1": "force column 1", "F2": "force column 2", "F3": "force column 3"},
+        "F1": "force column 1",
+        "F2": "force column 2",
+        "F3": "force column 3",
+    },
     "target_TCP_force_0|target_TCP_force_1|target_TCP_force_2|Friction force|T": {},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("header", CASES)
@@ -62,16 +83,56 @@ def test_what_a_header_says(header, tmp_path):
     assert guesses(log) == CASES[header]
 
 
-TIMES = [("time", "s"), ("Running Time", "s"), ("timestamp", ""), ("Zeit", "s"), ("Temps", "s"),
-         ("Tiempo", "s"), ("Total Time", "sec"), ("t", "ms")]  # fmt: skip
-LOADS = [("Load", "kN"), ("Standard force", "N"), ("Kraft", "N"), ("Standardkraft", "kN"), ("Fuerza", "N"),
-         ("Force", "g"), ("Carga", "kg"), ("Axial Force", "lbf")]  # fmt: skip
-HEIGHTS = [("Extension", "mm"), ("Standard travel", "mm"), ("Weg", "mm"), ("Tiefe", "mm"), ("Profondeur", "cm"),
-           ("Distance", "mm"), ("Position (z)", "mm"), ("Desplazamiento", "mm"), ("z", "mm")]  # fmt: skip
-OTHERS = [("Strain", "%"), ("Temperature", "°C"), ("Speed", "mm/min"), ("imu.orientation.x", ""), ("Batch", "V"),
-          ("imu.angular_velocity.z", ""), ("Elapsed Cycles", ""), ("Sollweg", "mm"), ("target_TCP_force_2", "N"),
-          ("joint_position_0", "rad"), ("Friction force", "N"), ("Energy", "kN*mm"), ("cmd.pose.z", "m"),
-          ("F_max", "N"), ("phase angle", "deg"), ("T", ""), ("wheel.velocity.x", "")]  # fmt: skip
+TIMES = [
+    ("time", "s"),
+    ("Running Time", "s"),
+    ("timestamp", ""),
+    ("Zeit", "s"),
+    ("Temps", "s"),
+    ("Tiempo", "s"),
+    ("Total Time", "sec"),
+    ("t", "ms"),
+]
+LOADS = [
+    ("Load", "kN"),
+    ("Standard force", "N"),
+    ("Kraft", "N"),
+    ("Standardkraft", "kN"),
+    ("Fuerza", "N"),
+    ("Force", "g"),
+    ("Carga", "kg"),
+    ("Axial Force", "lbf"),
+]
+HEIGHTS = [
+    ("Extension", "mm"),
+    ("Standard travel", "mm"),
+    ("Weg", "mm"),
+    ("Tiefe", "mm"),
+    ("Profondeur", "cm"),
+    ("Distance", "mm"),
+    ("Position (z)", "mm"),
+    ("Desplazamiento", "mm"),
+    ("z", "mm"),
+]
+OTHERS = [
+    ("Strain", "%"),
+    ("Temperature", "°C"),
+    ("Speed", "mm/min"),
+    ("imu.orientation.x", ""),
+    ("Batch", "V"),
+    ("imu.angular_velocity.z", ""),
+    ("Elapsed Cycles", ""),
+    ("Sollweg", "mm"),
+    ("target_TCP_force_2", "N"),
+    ("joint_position_0", "rad"),
+    ("Friction force", "N"),
+    ("Energy", "kN*mm"),
+    ("cmd.pose.z", "m"),
+    ("F_max", "N"),
+    ("phase angle", "deg"),
+    ("T", ""),
+    ("wheel.velocity.x", ""),
+]
 WRENCHES = [
     "actual_TCP_force_{}",
     "F_ext[{}]",
@@ -114,8 +175,10 @@ def made(luck):
         header.append((*luck.choice(HEIGHTS), "z"))
     elif place == 1:
         path = luck.choice(["pose.position.{}", "base.translation.{}", "Weg {}", "position_{}"])
-        header += [(path.format(axis), "mm", quantity) for axis, quantity in
-                   (("x", "x"), ("y", ""), ("z", "z"))]  # fmt: skip
+        header += [
+            (path.format(axis), "mm", quantity)
+            for axis, quantity in (("x", "x"), ("y", ""), ("z", "z"))
+        ]
     else:
         start, count = luck.randrange(2), luck.choice([6, 7])
         names = ["x", "", "z", *[""] * (count - 3)]

@@ -34,25 +34,25 @@ def refused(reader, path, content, code, *found):
 @pytest.mark.parametrize(
     ("name", "content", "found"),
     [
-        ("ati-daq", b"".join(daq(3).content.splitlines(keepends=True)[:2]),
-         "cut short"),
-        ("ati-netft", NETFT[: NETFT.index(b"Status")],
-         "Status (hex)"),
-        ("ati-netft", NETFT.replace(b"Status (hex), RDT Sequence", b"Status (hex), RDT Sequences"),
-         "'RDT Sequence', found Status (hex), RDT Sequences"),
-        ("instron", re.sub(rb"\([A-Za-z]+\)", b"", instron(3).content),
-         "(s);(mm);(kN)"),
+        ("ati-daq", b"".join(daq(3).content.splitlines(keepends=True)[:2]), "cut short"),
+        ("ati-netft", NETFT[: NETFT.index(b"Status")], "Status (hex)"),
+        (
+            "ati-netft",
+            NETFT.replace(b"Status (hex), RDT Sequence", b"Status (hex), RDT Sequences"),
+            "'RDT Sequence', found Status (hex), RDT Sequences",
+        ),
+        ("instron", re.sub(rb"\([A-Za-z]+\)", b"", instron(3).content), "(s);(mm);(kN)"),
         ("lvm", b"Time,Force\n1,2\n", "found 'Time,Force'; allowed: 'LabVIEW Measurement'"),
-        ("lvm", LVM[: LVM.index(b"***End_of_Header***")],
-         "***End_of_Header***"),
-        ("lvm", re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\t0\t0", lvm(3).content),
-         "found Delta_X 0"),
-        ("lvm", re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\tinf\tinf", lvm(3).content),
-         "found Delta_X inf"),
-        ("rostopic", rostopic(3).content.replace(b"%time", b"time"),
-         "%time"),
+        ("lvm", LVM[: LVM.index(b"***End_of_Header***")], "***End_of_Header***"),
+        ("lvm", re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\t0\t0", lvm(3).content), "found Delta_X 0"),
+        (
+            "lvm",
+            re.sub(rb"Delta_X[^\r\n]*", b"Delta_X\tinf\tinf", lvm(3).content),
+            "found Delta_X inf",
+        ),
+        ("rostopic", rostopic(3).content.replace(b"%time", b"time"), "%time"),
     ],
-)  # fmt: skip
+)
 def test_header_of_a_dialect(tmp_path, name, content, found):
     refused(dialect(name), tmp_path / "log.txt", content, "header", found)
 
@@ -95,7 +95,7 @@ def test_described_text(tmp_path, text, content, found):
         ("tdms", {"channel": "a"}, "found the option 'channel'; allowed: group"),
         ("ati-daq", {"rate_Hz": -1}, "rate_Hz: found -1; allowed: a number above 0, in Hz"),
     ],
-)  # fmt: skip
+)
 def test_options(name, options, said):
     with pytest.raises(InputError, match=said):
         source_reader(

@@ -72,8 +72,12 @@ def test_whole_logs(tmp_path, text, encoding, end):
 def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
     first, second, third = FORCE_ROWS
     whole = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first}\n# gap\n   \n{second}\n{third}\n\n#end"
-    for text in (whole, whole + "\n", whole.replace("\n", "\r\n") + "\n \n ",
-                 FORCE.replace(",", " , ")):  # fmt: skip
+    for text in (
+        whole,
+        whole + "\n",
+        whole.replace("\n", "\r\n") + "\n \n ",
+        FORCE.replace(",", " , "),
+    ):
         log = read(tmp_path, text)
         assert (log.rows, log.dropped) == (3, {})
         expect(log, FORCE_ROWS)

@@ -246,8 +246,12 @@ def test_without_the_library(tmp_path, monkeypatch):
 
 def test_messages_that_do_not_fit(tmp_path):
     good = bytes(wrench(1))
-    for number, (raws, said) in enumerate([([], "no message on the topic /wrench"),
-                                           ([good[:20]], "no message on /wrench fits its type")]):  # fmt: skip
+    for number, (raws, said) in enumerate(
+        [
+            ([], "no message on the topic /wrench"),
+            ([good[:20]], "no message on /wrench fits its type"),
+        ]
+    ):
         with pytest.raises(LogError, match=said):
             RosBagReader().load(write_ros2(tmp_path / str(number), raws))
     log = RosBagReader().load(write_ros2(tmp_path / "one", [good, good[:20]]))

@@ -191,13 +191,26 @@ def test_only_some_columns(tmp_path):
 @pytest.mark.parametrize(
     ("name", "unit", "wanted"),
     [
-        ("wrench.force.z", "N", "F3"), ("Fx", "", "F1"), ("F_y", "N", "F2"), ("forceZ", "kN", "F3"),
-        ("Tx", "N m", "T1"), ("Moment y", "N mm", "T2"), ("Load", "kN", "F3"), ("Zeit", "s", "time"),
-        ("Displacement", "mm", "z"), ("Displacement", "s", ""), ("arm_moving", "", "arm_moving"),
-        ("theta", "deg", "angle"), ("Temperature", "°C", ""), ("max", "", ""), ("x", "mm", "x"),
-        ("RDT Sequence", "", ""), ("F/T Sequence", "", ""), ("position.x", "m", "x"),
+        ("wrench.force.z", "N", "F3"),
+        ("Fx", "", "F1"),
+        ("F_y", "N", "F2"),
+        ("forceZ", "kN", "F3"),
+        ("Tx", "N m", "T1"),
+        ("Moment y", "N mm", "T2"),
+        ("Load", "kN", "F3"),
+        ("Zeit", "s", "time"),
+        ("Displacement", "mm", "z"),
+        ("Displacement", "s", ""),
+        ("arm_moving", "", "arm_moving"),
+        ("theta", "deg", "angle"),
+        ("Temperature", "°C", ""),
+        ("max", "", ""),
+        ("x", "mm", "x"),
+        ("RDT Sequence", "", ""),
+        ("F/T Sequence", "", ""),
+        ("position.x", "m", "x"),
     ],
-)  # fmt: skip
+)
 def test_guesses(name, unit, wanted):
     assert guess(name, unit) == wanted
 
@@ -205,14 +218,28 @@ def test_guesses(name, unit, wanted):
 @pytest.mark.parametrize(
     ("cell", "wanted"),
     [
-        ("Force [kN]", ("Force", "kN")), ("Force (Newtons)", ("Force", "N")), ("x_mm", ("x", "mm")),
-        ("F / N", ("F", "N")), ("time, s", ("time", "s")), ("Fx", ("Fx", "")), ("Torque (Nm)", ("Torque", "N m")),
-        ("F_ext[2]", ("F_ext[2]", "")), ("Position (z)", ("Position (z)", "")), ("Weg (x) [mm]", ("Weg (x)", "mm")),
-        ("Speed mm/min", ("Speed", "mm/min")), ("v_mm/s", ("v", "mm/s")), ("mm/min", ("mm/min", "")),
-        ("Load_kg", ("Load", "kg")), ("run_g", ("run_g", "")), ("Sensor A", ("Sensor A", "")),
-        ("Angle (°)", ("Angle", "deg")), ("p (MPa)", ("p", "MPa")), ("run_a", ("run_a", "")), ("t (?)", ("t", "")),
+        ("Force [kN]", ("Force", "kN")),
+        ("Force (Newtons)", ("Force", "N")),
+        ("x_mm", ("x", "mm")),
+        ("F / N", ("F", "N")),
+        ("time, s", ("time", "s")),
+        ("Fx", ("Fx", "")),
+        ("Torque (Nm)", ("Torque", "N m")),
+        ("F_ext[2]", ("F_ext[2]", "")),
+        ("Position (z)", ("Position (z)", "")),
+        ("Weg (x) [mm]", ("Weg (x)", "mm")),
+        ("Speed mm/min", ("Speed", "mm/min")),
+        ("v_mm/s", ("v", "mm/s")),
+        ("mm/min", ("mm/min", "")),
+        ("Load_kg", ("Load", "kg")),
+        ("run_g", ("run_g", "")),
+        ("Sensor A", ("Sensor A", "")),
+        ("Angle (°)", ("Angle", "deg")),
+        ("p (MPa)", ("p", "MPa")),
+        ("run_a", ("run_a", "")),
+        ("t (?)", ("t", "")),
     ],
-)  # fmt: skip
+)
 def test_units_in_names(cell, wanted):
     assert split_unit(cell) == wanted
 
@@ -220,10 +247,16 @@ def test_units_in_names(cell, wanted):
 @pytest.mark.parametrize(
     ("row", "units"),
     [
-        ("g mm sec", "gf mm s"), ("N mm s", "N mm s"), ("kN*mm mm s", "kN*mm mm s"), ("N V s", "N V s"),
-        ("mN nm s", "mN nm s"), ("N qq s", "N qq s"), ("kg mm/min s", "kgf mm/min s"), ("a b s", None),
+        ("g mm sec", "gf mm s"),
+        ("N mm s", "N mm s"),
+        ("kN*mm mm s", "kN*mm mm s"),
+        ("N V s", "N V s"),
+        ("mN nm s", "mN nm s"),
+        ("N qq s", "N qq s"),
+        ("kg mm/min s", "kgf mm/min s"),
+        ("a b s", None),
     ],
-)  # fmt: skip
+)
 def test_rows_of_units(row, units, tmp_path):
     path = tmp_path / "log.tab"
     lines = ["Force\tTravel\tTime\t", "\t".join(row.split()) + "\t"]
@@ -256,13 +289,18 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
         ({"Values 1": LOG, "Values 2": LOG}, "Values 1", 1, "Values 2"),
         ({"Values 1": LOG, "Values 2": LOG}, "Values 1", "Values 1", "Values 1"),
         ({"Values 1": LOG, "Parameters": PROSE}, "Values 1", None, "hidden: Values 1"),
-        ({"Values 1": LOG, "Parameters": PROSE}, "Values 1", "Val*", "no sheet 'Val*'; allowed: Parameters; hidden"),
+        (
+            {"Values 1": LOG, "Parameters": PROSE},
+            "Values 1",
+            "Val*",
+            "no sheet 'Val*'; allowed: Parameters; hidden",
+        ),
         ({"Values 1": LOG}, "", 2, "no sheet 2; allowed: Values 1"),
         ({"Values 1": BESIDE}, "", None, "Values 1"),
         ({"Values 1": BELOW}, "", None, "Values 1"),
         ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),
     ],
-)  # fmt: skip
+)
 def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
     path, openpyxl = tmp_path / "a.xlsx", import_module("openpyxl")
     book = openpyxl.Workbook()

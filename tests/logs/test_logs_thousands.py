@@ -25,10 +25,15 @@ def write(path, head, forces, times):
         ("time (s),Fz (N)", AMERICAN, "0.0 0.1 0.2 0.3 0.4", {"delimiter": ","}),
         ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", None),
         ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", SEMICOLON),
-        ("Time\tForce\n(s)\t(N)", tuple(f.strip('"') for f in AMERICAN), "0.0 0.1 0.2 0.3 0.4", None),
+        (
+            "Time\tForce\n(s)\t(N)",
+            tuple(f.strip('"') for f in AMERICAN),
+            "0.0 0.1 0.2 0.3 0.4",
+            None,
+        ),
         ("Zeit;Kraft\n(s);(N)", GERMAN[2:] + GERMAN[:2], "0,0 0,1 0,2 0,3 0,4", None),
     ],
-)  # fmt: skip
+)
 def test_numbers_with_both_marks(tmp_path, head, forces, times, text):
     log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
     found = list(log.columns.values())[1]

@@ -20,17 +20,24 @@ GAP, DRIFT = remark("gap", seconds=2.0), remark("zero-drifted", newtons=0.3)
 BENT = remark("not-linear", component="z", percent=12.0)
 
 
-def run(
-    name, beta, gamma, z, x = 0.0, se = 0.001,
-    depth = 5.0, dof = BIG, flags = (), **cells,
-):  # fmt: skip
+def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, flags=(), **cells):
     return {
-        "run_id": name, "beta_deg": beta, "gamma_deg": gamma,
-        "depth_from_cm": depth, "depth_to_cm": depth,
-        "alpha_z_N_per_cm3": z, "alpha_z_se_N_per_cm3": se, "alpha_z_dof": dof,
-        "alpha_x_N_per_cm3": x, "alpha_x_se_N_per_cm3": 2 * se, "alpha_x_dof": dof,
-        "reason": "", "reason_code": "", **flag_columns(flags), **cells,
-    }  # fmt: skip
+        "run_id": name,
+        "beta_deg": beta,
+        "gamma_deg": gamma,
+        "depth_from_cm": depth,
+        "depth_to_cm": depth,
+        "alpha_z_N_per_cm3": z,
+        "alpha_z_se_N_per_cm3": se,
+        "alpha_z_dof": dof,
+        "alpha_x_N_per_cm3": x,
+        "alpha_x_se_N_per_cm3": 2 * se,
+        "alpha_x_dof": dof,
+        "reason": "",
+        "reason_code": "",
+        **flag_columns(flags),
+        **cells,
+    }
 
 
 def table(*runs, depths=3):
@@ -134,12 +141,14 @@ def test_horizontal_fit_through_three_depths():
 @pytest.mark.parametrize(
     ("depths", "planned", "code"),
     [
-        ((2.54, 7.62), 3, "few-depths"), ((5.08,), 3, "too-few-depths"),
+        ((2.54, 7.62), 3, "few-depths"),
+        ((5.08,), 3, "too-few-depths"),
         ((5.08,), 2, "too-few-depths"),
         # repeats of one depth are one depth; depths apart by more than a millimetre are two
-        ((5.08, 5.0803), 3, "too-few-depths"), ((2.0, 2.15), 3, "few-depths"),
+        ((5.08, 5.0803), 3, "too-few-depths"),
+        ((2.0, 2.15), 3, "few-depths"),
     ],
-)  # fmt: skip
+)
 def test_horizontal_runs_at_too_few_depths(depths, planned, code):
     runs = [run(f"h{depth}", 60, 0, 0.1, depth=depth) for depth in depths]
     here = cell(table(*runs, depths=planned), 60, 0)
@@ -292,8 +301,10 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
             run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
     found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
     assert list(zip(found["beta_deg"], found["gamma_deg"], strict=True)) == [
-        (-11.5, 11.5), (45, 18.36), (45, 45),
-    ]  # fmt: skip
+        (-11.5, 11.5),
+        (45, 18.36),
+        (45, 45),
+    ]
     assert list(found["run_ids"]) == ["e", "d", "a b c"]
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
     assert found["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)

@@ -492,10 +492,16 @@ def level_runs(count, rises=(0.2, 0.2, 0.2)):
     path = np.linspace(2, 8, count)
     names = [f"r{n}" for n in range(len(rises))]
     tared = pd.concat(
-        pd.DataFrame({"run_id": name, "path_cm": path, "force_z_N": -0.1,
-                      "force_x_N": -5 * (1 + rise * (path - 5) / 6)})
+        pd.DataFrame(
+            {
+                "run_id": name,
+                "path_cm": path,
+                "force_z_N": -0.1,
+                "force_x_N": -5 * (1 + rise * (path - 5) / 6),
+            }
+        )
         for name, rise in zip(names, rises, strict=True)
-    )  # fmt: skip
+    )
     tared = tared.reset_index(drop=True)
     fits = pd.DataFrame({"run_id": names, "direction": "horizontal", "n_points": count})
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": int(RowStatus.GOOD)})
@@ -537,9 +543,11 @@ def test_whose_trend_counts():
 
 def test_marks_name_what_fails_and_why_it_is_accepted():
     rows = [
-        ("a", "work", "failed", "unusable"), ("a", "surface", "failed", "doubtful"),
-        ("b", "size", "accepted", ""), ("c", "work", "passed", ""),
-    ]  # fmt: skip
+        ("a", "work", "failed", "unusable"),
+        ("a", "surface", "failed", "doubtful"),
+        ("b", "size", "accepted", ""),
+        ("c", "work", "passed", ""),
+    ]
     table = pd.DataFrame(rows, columns=COLUMNS[:4])
     media = {name: Medium(title=name) for name in "ac"}
     media["b"] = Medium(title="b", accept={"size": "pumice"})
@@ -648,12 +656,34 @@ A = math.radians(5)
         # a push alone: its alpha_x over its alpha_z
         ([(0, 90, 0.5, -0.05, 0, 0.01)], math.atan(0.1), 0.01 / 0.5),
         # mirror images: opposite alpha_x is theirs, the sum is that of the turn
-        ([(30, 90, 0.4, 0.16, 0, 0.01), (-30, 90, 0.4, -0.20, 0, 0.01)],
-         math.atan(0.04 / 0.8), math.hypot(0.01, 0.01) / 0.8),
+        (
+            [(30, 90, 0.4, 0.16, 0, 0.01), (-30, 90, 0.4, -0.20, 0, 0.01)],
+            math.atan(0.04 / 0.8),
+            math.hypot(0.01, 0.01) / 0.8,
+        ),
         # plates of beta and -beta, turned exactly
-        ([(30, 90, 0.4 * math.cos(A) + 0.2 * math.sin(A), 0.2 * math.cos(A) - 0.4 * math.sin(A), 0, 0.01),
-          (-30, 90, 0.4 * math.cos(A) - 0.2 * math.sin(A), -0.2 * math.cos(A) - 0.4 * math.sin(A), 0, 0.01)],
-         A, math.hypot(0.01, 0.01) / (0.8 * math.cos(A))),
+        (
+            [
+                (
+                    30,
+                    90,
+                    0.4 * math.cos(A) + 0.2 * math.sin(A),
+                    0.2 * math.cos(A) - 0.4 * math.sin(A),
+                    0,
+                    0.01,
+                ),
+                (
+                    -30,
+                    90,
+                    0.4 * math.cos(A) - 0.2 * math.sin(A),
+                    -0.2 * math.cos(A) - 0.4 * math.sin(A),
+                    0,
+                    0.01,
+                ),
+            ],
+            A,
+            math.hypot(0.01, 0.01) / (0.8 * math.cos(A)),
+        ),
         # a pull is filed turned, as all extractions are
         ([(0, -90, -0.2, -0.02, 0, 0.01)], math.atan(0.1), 0.01 / 0.2),
         # without its image a slanted plate says nothing, nor does a level path
@@ -661,7 +691,7 @@ A = math.radians(5)
         # without a vertical force, as of one log as plate and as rod, there is no turn
         ([(0, 90, 0.0, 0.0, 0, 0)], math.nan, math.nan),
     ],
-)  # fmt: skip
+)
 def test_turn_of_the_mount_by_mirror_images(rows, turn, se):
     table = few_cells(rows)
     assert Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
@@ -691,11 +721,17 @@ def test_how_much_a_level_plate_may_feel_sideways():
 @pytest.mark.parametrize(
     ("value", "expected", "verdict"),
     [
-        (0.5, None, "not checked"), (0.005, None, "failed"), (20.0, None, "failed"),
-        (0.4, (0.4, 0.6), "passed"), (0.6, (0.4, 0.6), "passed"), (-0.5, (0.4, 0.6), "passed"),
-        (0.3, (0.4, 0.6), "failed"), (0.7, (0.4, 0.6), "failed"), (math.nan, (0.4, 0.6), "not checked"),
+        (0.5, None, "not checked"),
+        (0.005, None, "failed"),
+        (20.0, None, "failed"),
+        (0.4, (0.4, 0.6), "passed"),
+        (0.6, (0.4, 0.6), "passed"),
+        (-0.5, (0.4, 0.6), "passed"),
+        (0.3, (0.4, 0.6), "failed"),
+        (0.7, (0.4, 0.6), "failed"),
+        (math.nan, (0.4, 0.6), "not checked"),
     ],
-)  # fmt: skip
+)
 def test_size(value, expected, verdict):
     medium = SimpleNamespace(expected_alpha=expected)
     for gamma, wanted in ((90, verdict), (0, "not checked")):
@@ -742,8 +778,10 @@ def test_how_clear_two_heaps_are():
 def sheet_of(kinds):
     """Runs r2, r3 and so on, named by their rows; p a plate, r a rod."""
     names = {"p": "plate", "r": "rod"}
-    return {f"r{n}": SimpleNamespace(run_id=f"r{n}", row=n, kind=names[one])
-            for n, one in enumerate(kinds, 2)}  # fmt: skip
+    return {
+        f"r{n}": SimpleNamespace(run_id=f"r{n}", row=n, kind=names[one])
+        for n, one in enumerate(kinds, 2)
+    }
 
 
 @pytest.mark.parametrize(
@@ -764,12 +802,14 @@ def test_rows_of(kinds, rows, said):
 @pytest.mark.parametrize(
     ("way", "tare", "which"),
     [
-        ("intrusion", [0.2, 2.9, 0.2], []), ("intrusion", [0.2, 3.1, 0.2], ["r3"]),
-        ("intrusion", [0.2, math.nan, 0.2], []), ("intrusion", [9.0, 9.0, 9.0], ["r2", "r3", "r4"]),
+        ("intrusion", [0.2, 2.9, 0.2], []),
+        ("intrusion", [0.2, 3.1, 0.2], ["r3"]),
+        ("intrusion", [0.2, math.nan, 0.2], []),
+        ("intrusion", [9.0, 9.0, 9.0], ["r2", "r3", "r4"]),
         # the same log as plate and as rod
         ("extraction", [0.2, 2.0, 0.2], ["r3"]),
     ],
-)  # fmt: skip
+)
 def test_rods_run_by_run(way, tare, which):
     """Plates of 2 N."""
     sheet = sheet_of("ppp")
@@ -835,15 +875,22 @@ def channels_against(seen, explained=False, turn=0.0, columns=()):
             "alpha_x_rod_N_per_cm3": math.nan,
         }
     )
-    facts = pd.DataFrame({"run_id": [*sheet], "status": "refused", "F1_low_N": 0.0,
-                          **{f"F{n}_noise_N": 0.01 for n in (1, 2, 3)}})  # fmt: skip
+    facts = pd.DataFrame(
+        {
+            "run_id": [*sheet],
+            "status": "refused",
+            "F1_low_N": 0.0,
+            **{f"F{n}_noise_N": 0.01 for n in (1, 2, 3)},
+        }
+    )
     for name, factor in seen.items():
         table = facts if name in facts else fits
         table[name] *= np.array(factor)
     config = SimpleNamespace(
         transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
-        force_log=SimpleNamespace(columns=dict(columns)), table=None,
-    )  # fmt: skip
+        force_log=SimpleNamespace(columns=dict(columns)),
+        table=None,
+    )
     one = measured(sheet, config, runs=facts, fits=fits, peers=peers)
     return [flag for _, flags in against_known(one, set(), explained) for flag in flags]
 
@@ -891,20 +938,31 @@ def strokes(start_cm, late_s=0.0, count=8, **columns):
     ]
     sign, gamma = np.array(ways).T
     wobble = 0.002 * np.where(sign > 0, 1, 20) * (-1.0) ** np.arange(sign.size)
-    return {"fits": pd.DataFrame({
-        "run_id": [f"r{n + 2}" for n in range(sign.size)], "flag_codes": "", "gamma_deg": sign * gamma,
-        "direction": np.where(sign > 0, "intrusion", "extraction"), "depth_to_cm": 7.0, "tare_run": "",
-        "alpha_z_N_per_cm3": np.where(sign > 0, 0.4, -0.02), "alpha_z_se_N_per_cm3": 0.001,
-        "start_cm": start_cm + sign * late_s * np.sin(np.radians(gamma)) + wobble,
-        "exponent_z": 1.0, "power_misfit_z_ratio": 1.5,
-    } | columns)}  # fmt: skip
+    return {
+        "fits": pd.DataFrame(
+            {
+                "run_id": [f"r{n + 2}" for n in range(sign.size)],
+                "flag_codes": "",
+                "gamma_deg": sign * gamma,
+                "direction": np.where(sign > 0, "intrusion", "extraction"),
+                "depth_to_cm": 7.0,
+                "tare_run": "",
+                "alpha_z_N_per_cm3": np.where(sign > 0, 0.4, -0.02),
+                "alpha_z_se_N_per_cm3": 0.001,
+                "start_cm": start_cm + sign * late_s * np.sin(np.radians(gamma)) + wobble,
+                "exponent_z": 1.0,
+                "power_misfit_z_ratio": 1.5,
+            }
+            | columns
+        )
+    }
 
 
 def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
         arm=SimpleNamespace(speed_cm_per_s=1.0),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
-    )  # fmt: skip
+    )
     one = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
     return check_surface(one), check_linearity(one)
 
@@ -912,11 +970,16 @@ def surface(tables, role=LABORATORY, **errors):
 @pytest.mark.parametrize(
     ("start", "late", "verdict", "names"),
     [
-        (0.0, 0.0, "passed", ""), (0.08, 0.0, "passed", ""), (0.0, 0.05, "passed", ""),
-        (0.3, 0.0, "failed", "surface"), (-0.3, 0.0, "failed", "surface"),
-        (0.0, 0.3, "failed", "late"), (0.0, -0.3, "failed", "early"), (0.5, 0.3, "failed", "late surface"),
+        (0.0, 0.0, "passed", ""),
+        (0.08, 0.0, "passed", ""),
+        (0.0, 0.05, "passed", ""),
+        (0.3, 0.0, "failed", "surface"),
+        (-0.3, 0.0, "failed", "surface"),
+        (0.0, 0.3, "failed", "late"),
+        (0.0, -0.3, "failed", "early"),
+        (0.5, 0.3, "failed", "late surface"),
     ],
-)  # fmt: skip
+)
 def test_where_stress_begins(start, late, verdict, names):
     found, line = surface(strokes(start, late))
     assert (found.verdict, line.verdict, found.runs) == (verdict, "passed", ())
@@ -954,11 +1017,15 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
 @pytest.mark.parametrize(
     ("gap", "first", "last", "named"),
     [
-        (0.3, 6, 14, range(6, 14)), (-0.3, 0, 12, range(12)), (0.3, 18, 24, range(18, 24)),
+        (0.3, 6, 14, range(6, 14)),
+        (-0.3, 0, 12, range(12)),
+        (0.3, 18, 24, range(18, 24)),
         # too small, too short, and none
-        (0.1, 6, 14, []), (0.3, 6, 8, []), (0.0, 6, 14, []),
+        (0.1, 6, 14, []),
+        (0.3, 6, 8, []),
+        (0.0, 6, 14, []),
     ],
-)  # fmt: skip
+)
 def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
     """Starts of pushes scatter by 0.7 mm, so that there are no two heaps, and one run at an edge may be missed."""
     place = np.arange(48)
@@ -972,12 +1039,17 @@ def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
 @pytest.mark.parametrize(
     ("power", "misfit", "verdict"),
     [
-        (1.1, 0.5, "failed"), (0.9, 0.5, "failed"), (1.04, 0.5, "passed"), (1.1, 1.5, "passed"),
+        (1.1, 0.5, "failed"),
+        (0.9, 0.5, "failed"),
+        (1.04, 0.5, "passed"),
+        (1.1, 1.5, "passed"),
         # of 24 pushes a half and 1 / sqrt(24) have to speak for a power: 17
-        (1.1, [0.5] * 16 + [1.5] * 32, "passed"), (1.1, [0.5] * 17 + [1.5] * 31, "failed"),
-        (1.1, math.nan, "not checked"), (math.nan, 0.5, "not checked"),
+        (1.1, [0.5] * 16 + [1.5] * 32, "passed"),
+        (1.1, [0.5] * 17 + [1.5] * 31, "failed"),
+        (1.1, math.nan, "not checked"),
+        (math.nan, 0.5, "not checked"),
     ],
-)  # fmt: skip
+)
 def test_linearity(power, misfit, verdict):
     found, line = surface(strokes(0.0, exponent_z=power, power_misfit_z_ratio=misfit))
     assert (found.verdict, line.verdict) == ("passed", verdict)
@@ -992,11 +1064,14 @@ def test_an_offset_of_curved_stress_does_not_tell_the_surface():
 @pytest.mark.parametrize(
     ("columns", "role"),
     [
-        ({"gamma_deg": 44.9}, LABORATORY), ({"gamma_deg": math.nan}, LABORATORY),
-        ({"alpha_z_se_N_per_cm3": 0.14}, LABORATORY), ({"direction": "extraction"}, LABORATORY),
-        ({"flag_codes": "no-tare zero-drifted"}, LABORATORY), ({}, "natural_sand"),
+        ({"gamma_deg": 44.9}, LABORATORY),
+        ({"gamma_deg": math.nan}, LABORATORY),
+        ({"alpha_z_se_N_per_cm3": 0.14}, LABORATORY),
+        ({"direction": "extraction"}, LABORATORY),
+        ({"flag_codes": "no-tare zero-drifted"}, LABORATORY),
+        ({}, "natural_sand"),
     ],
-)  # fmt: skip
+)
 def test_which_strokes_tell_where_stress_begins(columns, role):
     """Steep pushes, whose alpha is clear of zero and whose line has a slope; with a tare, not of a natural sand."""
     found = surface(strokes(0.3, **columns), role)
@@ -1018,8 +1093,10 @@ def test_copies_are_listed_with_what_they_are_copies_of():
     found = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
     assert found.verdict == "failed"
     assert [(one.run_id, one.values["runs"]) for one in found.runs] == [
-        ("b", "c, d"), ("c", "b, d"), ("d", "b, c"),
-    ]  # fmt: skip
+        ("b", "c, d"),
+        ("c", "b, d"),
+        ("d", "b, c"),
+    ]
     assert check_logs(measured(sheet, copies={"a": ()})).verdict == "passed"
     assert check_logs(measured(sheet, copies={})).verdict == "not checked"
 

@@ -88,10 +88,17 @@ def test_file_extraction_is_the_mirror_of_the_physical_pull(beta_deg, gamma_deg)
 def test_angles_in_single_precision_come_back_in_double():
     one = np.float32(0.5)
     found = [
-        *c.tangent(one), *c.direction(one), c.wrap_beta(one), c.wrap_gamma(one), *c.mirror(one, one),
-        c.intrusion_angle(one, 0.1), c.intrusion_angle(0.1, one), c.intrusion_angle(one, one),
-    ]  # fmt: skip
+        *c.tangent(one),
+        *c.direction(one),
+        c.wrap_beta(one),
+        c.wrap_gamma(one),
+        *c.mirror(one, one),
+        c.intrusion_angle(one, 0.1),
+        c.intrusion_angle(0.1, one),
+        c.intrusion_angle(one, one),
+    ]
     assert [value.dtype for value in found] == [np.dtype(float)] * len(found)
-    for value, exact in zip(found[:6], (np.cos(0.5), -np.sin(0.5), -np.cos(0.5), -np.sin(0.5), 0.5,
-                                        0.5), strict=True):  # fmt: skip
+    for value, exact in zip(
+        found[:6], (np.cos(0.5), -np.sin(0.5), -np.cos(0.5), -np.sin(0.5), 0.5, 0.5), strict=True
+    ):
         assert abs(float(value) - exact) < 1e-15

@@ -25,10 +25,17 @@ def force(seed, hum=0.0):
 def tared(**logs):
     """Tared force of some runs of one direction; part of each is the tare, which copies may have of their own."""
     parts = [
-        pd.DataFrame({"run_id": name, "tare_z_N": 0.3, "tare_x_N": 0.0,
-                      "force_z_N": log[:, 0] - 0.3, "force_x_N": log[:, 1]})
+        pd.DataFrame(
+            {
+                "run_id": name,
+                "tare_z_N": 0.3,
+                "tare_x_N": 0.0,
+                "force_z_N": log[:, 0] - 0.3,
+                "force_x_N": log[:, 1],
+            }
+        )
         for name, log in logs.items()
-    ]  # fmt: skip
+    ]
     return pd.concat(parts, ignore_index=True)
 
 
@@ -79,12 +86,21 @@ def test_copies_are_found_among_many_repeats_of_any_length():
 
 def test_of_copies_of_one_direction_one_keeps_its_number():
     """c is a copy in another direction, where either may be right: both count."""
-    table = pd.DataFrame({
-        "run_id": list("abcd"), "beta_deg": 0.0, "gamma_deg": [90.0, 90, 45, 90],
-        "direction": "intrusion", "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31], "alpha_x_N_per_cm3": 0.0, "n_points": 9,
-        "offset_cm": 0.1, "depth_to_cm": 8.0,
-        "reason": "", "reason_code": "",
-    })  # fmt: skip
+    table = pd.DataFrame(
+        {
+            "run_id": list("abcd"),
+            "beta_deg": 0.0,
+            "gamma_deg": [90.0, 90, 45, 90],
+            "direction": "intrusion",
+            "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31],
+            "alpha_x_N_per_cm3": 0.0,
+            "n_points": 9,
+            "offset_cm": 0.1,
+            "depth_to_cm": 8.0,
+            "reason": "",
+            "reason_code": "",
+        }
+    )
     before = table.copy()
     copies = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()}
     found, left_out = counted_once(table, copies)

@@ -49,14 +49,25 @@ def fits(repeats=1, scatter=0.0):
     for i, j in itertools.product((2, 3, 4), (0, 3, 9, 12)):
         for number in range(repeats):
             row: dict[str, Any] = {
-                "run_id": f"{i}_{j}_{number}", "beta_deg": BETA_DEG[i], "gamma_deg": GAMMA_DEG[j],
-                "depth_from_cm": 1.0, "depth_to_cm": 8.0, "lever_per_cm": 0.2, "mirrored": j < 6,
-                "tare_run": f"rod_{j}", "flags": "", "reason": "",
-            }  # fmt: skip
+                "run_id": f"{i}_{j}_{number}",
+                "beta_deg": BETA_DEG[i],
+                "gamma_deg": GAMMA_DEG[j],
+                "depth_from_cm": 1.0,
+                "depth_to_cm": 8.0,
+                "lever_per_cm": 0.2,
+                "mirrored": j < 6,
+                "tare_run": f"rod_{j}",
+                "flags": "",
+                "reason": "",
+            }
             for c, part in zip("zx", table, strict=True):
                 value = float(part[i, j]) * (1 + scatter * random.standard_normal())
-                row |= {column(c): value, column(c, "_se"): 0.001, f"alpha_{c}_dof": 12.0,
-                        column(c, "_tare"): 0.0005}  # fmt: skip
+                row |= {
+                    column(c): value,
+                    column(c, "_se"): 0.001,
+                    f"alpha_{c}_dof": 12.0,
+                    column(c, "_tare"): 0.0005,
+                }
             rows.append(row)
     return pd.DataFrame(rows)
 
@@ -106,8 +117,10 @@ def test_gradient_of_a_plane():
 def test_the_surface_is_judged_by_the_offsets():
     random = np.random.default_rng(1)
     noise = np.full(60, 0.01)
-    found = [surface_error(random.normal(0.2, math.hypot(0.1, 0.01), 60), noise, UNKNOWN)
-             for _ in range(200)]  # fmt: skip
+    found = [
+        surface_error(random.normal(0.2, math.hypot(0.1, 0.01), 60), noise, UNKNOWN)
+        for _ in range(200)
+    ]
     assert np.mean([one.run for one in found]) == pytest.approx(0.1, rel=0.08)
     assert np.mean([one.session for one in found]) == pytest.approx(0.2, rel=0.05)
     exact = [surface_error(random.normal(0, 0.01, 60), noise, UNKNOWN) for _ in range(100)]
@@ -173,15 +186,32 @@ sizes = st.floats(0.0, 3.0)
 @settings(deadline=None, max_examples=40)
 @given(
     start=st.fixed_dictionaries(
-        {"surface_run_mm": sizes, "surface_session_mm": sizes, "angle_deg": sizes,
-         "turn_deg": sizes, "bed_N_per_cm3": st.floats(0, 0.02), "bed_percent": sizes}
+        {
+            "surface_run_mm": sizes,
+            "surface_session_mm": sizes,
+            "angle_deg": sizes,
+            "turn_deg": sizes,
+            "bed_N_per_cm3": st.floats(0, 0.02),
+            "bed_percent": sizes,
+        }
     ),
-    name=st.sampled_from(sorted(set(Errors.model_fields) & {"surface_run_mm", "surface_session_mm",
-                                "angle_deg", "turn_deg", "bed_N_per_cm3", "bed_percent"})),
+    name=st.sampled_from(
+        sorted(
+            set(Errors.model_fields)
+            & {
+                "surface_run_mm",
+                "surface_session_mm",
+                "angle_deg",
+                "turn_deg",
+                "bed_N_per_cm3",
+                "bed_percent",
+            }
+        )
+    ),
     more=st.floats(0.01, 3.0),
     scatter=st.sampled_from([0.0, 0.02, 0.1]),
     repeats=st.sampled_from([1, 2, 3]),
-)  # fmt: skip
+)
 def test_no_error_when_enlarged_narrows_an_interval(start, name, more, scatter, repeats):
     runs = fits(repeats, scatter)
 

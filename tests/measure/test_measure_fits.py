@@ -40,10 +40,13 @@ def stroke(depth, stress_z=None, **more):
         stress[0] = stress_z
     nothing = np.zeros((2, 2))
     values: dict[str, Any] = {
-        "x": np.zeros(depth.size), "path": np.abs(depth - depth[0]), "force": AREA * stress,
-        "why": np.zeros(depth.size, dtype=np.int8), "zero_variance": nothing,
+        "x": np.zeros(depth.size),
+        "path": np.abs(depth - depth[0]),
+        "force": AREA * stress,
+        "why": np.zeros(depth.size, dtype=np.int8),
+        "zero_variance": nothing,
         "zero_dof": np.full((2, 2), 12.0),
-    }  # fmt: skip
+    }
     return Stroke(depth, **values | more)
 
 
@@ -62,8 +65,13 @@ def test_intrusion(paper_config):
     # a plate at 30 degrees is wholly submerged from 1.2296 cm, and 6 cm above the bottom to 7.7704
     assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([1.23, 7.77])
     assert [RowStatus(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
-        RowStatus.ABOVE, RowStatus.ABOVE, RowStatus.GOOD, RowStatus.GOOD, RowStatus.BOTTOM, RowStatus.BOTTOM,
-    ]  # fmt: skip
+        RowStatus.ABOVE,
+        RowStatus.ABOVE,
+        RowStatus.GOOD,
+        RowStatus.GOOD,
+        RowStatus.BOTTOM,
+        RowStatus.BOTTOM,
+    ]
     assert (found.flags, found.reason) == ((), ())
 
 
@@ -200,7 +208,7 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
 @pytest.mark.parametrize(
     ("settings", "cause"),
     [({"max_depth_cm": 1.0}, "too-deep"), ({"submergence_cm": 8.8}, "too-shallow")],
-)  # fmt: skip
+)
 def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, settings, cause):
     fit = paper_config.fit.model_copy(update=settings)
     found = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
@@ -223,9 +231,14 @@ def test_what_all_runs_share_is_told_once():
 
 @pytest.mark.parametrize(
     ("direction", "beta", "gamma", "lacks"),
-    [("intrusion", 0, 90, False), ("extraction", 90, 90, False), ("intrusion", 30, 90, True),
-     ("intrusion", 0, 45, True), ("horizontal", 0, 0, True)],
-)  # fmt: skip
+    [
+        ("intrusion", 0, 90, False),
+        ("extraction", 90, 90, False),
+        ("intrusion", 30, 90, True),
+        ("intrusion", 0, 45, True),
+        ("horizontal", 0, 0, True),
+    ],
+)
 def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gamma, lacks):
     one = run(direction, beta, gamma)
     assert not lacks_force_x(paper_config, one)
@@ -276,12 +289,18 @@ def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config):
 
 @pytest.mark.parametrize(
     ("gamma", "direction", "signs", "told"),
-    [(90.0, "intrusion", (1, 1), ""), (90.0, "intrusion", (-1, 1), "gives-back"),
-     (45.0, "intrusion", (1, 1), ""), (45.0, "intrusion", (-1, 1), "gives-back"),
-     (45.0, "intrusion", (1, -1), ""),
-     (0.0, "horizontal", (1, 1), ""), (0.0, "horizontal", (1, -1), "gives-back"),
-     (90.0, "extraction", (-1, 1), ""), (90.0, "extraction", (1, 1), "gives-back")],
-)  # fmt: skip
+    [
+        (90.0, "intrusion", (1, 1), ""),
+        (90.0, "intrusion", (-1, 1), "gives-back"),
+        (45.0, "intrusion", (1, 1), ""),
+        (45.0, "intrusion", (-1, 1), "gives-back"),
+        (45.0, "intrusion", (1, -1), ""),
+        (0.0, "horizontal", (1, 1), ""),
+        (0.0, "horizontal", (1, -1), "gives-back"),
+        (90.0, "extraction", (-1, 1), ""),
+        (90.0, "extraction", (1, 1), "gives-back"),
+    ],
+)
 def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, signs, told):
     depth = np.full(701, 5.08) if direction == "horizontal" else DOWN
     given = stroke(depth, path=np.linspace(0, 7, depth.size))

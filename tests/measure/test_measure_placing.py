@@ -170,10 +170,18 @@ def test_the_yielding_machine(folder):
     )
     noise = np.random.default_rng(1).normal(0, 0.05, below.size)
     write(
-        folder, "rigid",
-        Push(rigid.force_time, below / YIELD_CM_PER_N + noise - 1.5, rigid.motion_time, shallow,
-             7200.2, 0.0, rigid.surface_cm),
-    )  # fmt: skip
+        folder,
+        "rigid",
+        Push(
+            rigid.force_time,
+            below / YIELD_CM_PER_N + noise - 1.5,
+            rigid.motion_time,
+            shallow,
+            7200.2,
+            0.0,
+            rigid.surface_cm,
+        ),
+    )
     plain, _ = alphas(campaign(folder))
     named = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
     put_right, _ = alphas(campaign(folder, rigid_contact=named))

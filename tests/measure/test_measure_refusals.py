@@ -53,42 +53,98 @@ def waves(push):
     ("measure", "codes", "values"),
     [
         (lambda: with_force(lambda push: noise(0, 0.05, push.force.size) + 3, 5), "no-rise", {}),
-        (lambda: with_force(lambda push: push.force, 6, lambda push: 0 * push.depth),
-         "no-motion-in-depth", {}),
+        (
+            lambda: with_force(lambda push: push.force, 6, lambda push: 0 * push.depth),
+            "no-motion-in-depth",
+            {},
+        ),
         # a force of another run
         (lambda: with_force(waves), "force-not-depth two-offsets clocks-uncertain", {}),
         # from the first to the last sample the arm moves at one speed: every lag is as good
-        (lambda: estimate_clocks(TIME[100:900], 50 * under(0.5)[100:900] + noise(0, 0.1, 800),
-                                 TIME, DEPTH, 1e-3, 0.05), "two-offsets clocks-uncertain", {}),
-        (lambda: with_force(lambda push: push.force, 9, max_se_s=1e-6), "clocks-uncertain",
-         {"most": 1e-6}),
-        (lambda: estimate_clocks(TIME[:30], DEPTH[:30], TIME, DEPTH, 1e-3, 0.1), "few-readings",
-         {"found": 30}),
-        (lambda: estimate_clocks(TIME, np.where(TIME < 0.12, 0.0, 50.0 - TIME) + noise(0, 0.1), TIME,
-                                 DEPTH, 1e-3, 0.1), "begins-in-push", {}),
+        (
+            lambda: estimate_clocks(
+                TIME[100:900],
+                50 * under(0.5)[100:900] + noise(0, 0.1, 800),
+                TIME,
+                DEPTH,
+                1e-3,
+                0.05,
+            ),
+            "two-offsets clocks-uncertain",
+            {},
+        ),
+        (
+            lambda: with_force(lambda push: push.force, 9, max_se_s=1e-6),
+            "clocks-uncertain",
+            {"most": 1e-6},
+        ),
+        (
+            lambda: estimate_clocks(TIME[:30], DEPTH[:30], TIME, DEPTH, 1e-3, 0.1),
+            "few-readings",
+            {"found": 30},
+        ),
+        (
+            lambda: estimate_clocks(
+                TIME,
+                np.where(TIME < 0.12, 0.0, 50.0 - TIME) + noise(0, 0.1),
+                TIME,
+                DEPTH,
+                1e-3,
+                0.1,
+            ),
+            "begins-in-push",
+            {},
+        ),
         # a rise that could be noise; one of 160 N above 0.07 N, but up and down on the way
-        (lambda: find_surface(DEPTH, np.where(DEPTH > 3, 3.0, 0.0) + noise(1, 0.5), 1.5, 0.05),
-         "faint-growth", {"window": 1.5, "times": 10}),
-        (lambda: find_surface(DEPTH, 25 * under(2.5) * (1 + np.sin(14 * DEPTH)) + noise(3, 0.07), 1.5,
-                              0.07), "uncertain-growth", {}),
+        (
+            lambda: find_surface(DEPTH, np.where(DEPTH > 3, 3.0, 0.0) + noise(1, 0.5), 1.5, 0.05),
+            "faint-growth",
+            {"window": 1.5, "times": 10},
+        ),
+        (
+            lambda: find_surface(
+                DEPTH, 25 * under(2.5) * (1 + np.sin(14 * DEPTH)) + noise(3, 0.07), 1.5, 0.07
+            ),
+            "uncertain-growth",
+            {},
+        ),
         # a cable that tightens all the way down
-        (lambda: find_surface(DEPTH, 1.2 * DEPTH + 4 * under(3) + noise(1, 0.3), 1.5, 0.05),
-         "grows-in-air", {}),
+        (
+            lambda: find_surface(DEPTH, 1.2 * DEPTH + 4 * under(3) + noise(1, 0.3), 1.5, 0.05),
+            "grows-in-air",
+            {},
+        ),
         # a log that begins in contact, one that ends at the surface, a force of the wrong sign
         (lambda: find_surface(DEPTH, 30 * DEPTH + 10, 1.5, 0.05), "not-in-air", {}),
-        (lambda: find_surface(DEPTH[:604], 200 * under(3)[:604], 1.5, 0.05), "few-near-surface", {}),
+        (
+            lambda: find_surface(DEPTH[:604], 200 * under(3)[:604], 1.5, 0.05),
+            "few-near-surface",
+            {},
+        ),
         (lambda: find_surface(DEPTH, noise(1, 0.05) - 25 * under(3), 1.5, 0.05), "no-ground", {}),
-        (lambda: find_surface(DEPTH[:10], np.arange(10.0), 1.5, 0.05), "few-on-the-way-down",
-         {"found": 10}),
-        (lambda: compliance_of(np.linspace(0, 1, 208), np.append(np.zeros(200), np.linspace(10, 200, 8)),
-                               0.05), "few-in-contact", {"found": 8, "wanted": 30}),
-        (lambda: compliance_of(DEPTH[:29], DEPTH[:29], 0.05), "few-rigid", {"found": 29, "wanted": 30}),
+        (
+            lambda: find_surface(DEPTH[:10], np.arange(10.0), 1.5, 0.05),
+            "few-on-the-way-down",
+            {"found": 10},
+        ),
+        (
+            lambda: compliance_of(
+                np.linspace(0, 1, 208), np.append(np.zeros(200), np.linspace(10, 200, 8)), 0.05
+            ),
+            "few-in-contact",
+            {"found": 8, "wanted": 30},
+        ),
+        (
+            lambda: compliance_of(DEPTH[:29], DEPTH[:29], 0.05),
+            "few-rigid",
+            {"found": 29, "wanted": 30},
+        ),
         (lambda: compliance_of(DEPTH[:200], np.zeros(200), 0.05), "no-contact", {"noise": 0.05}),
         (lambda: factor(FORCE_TO_N, "lbf", "N", "force"), "other-unit", {"declared": "N"}),
         (lambda: factor(FORCE_TO_N, "", "N", "force"), "other-unit", {"found": "no unit"}),
         (lambda: factor(FORCE_TO_N, "dyn", "dyn", "force"), "unknown-unit", {"found": "dyn"}),
     ],
-)  # fmt: skip
+)
 def test_what_gives_no_number(measure, codes, values):
     with pytest.raises(Refused) as caught:
         measure()
@@ -105,15 +161,30 @@ X = np.linspace(0, 5, 500)
     [
         # z counted downward
         (path(np.linspace(-3.0, -15.0, 100)), {}, {}, "upside-down", {"lowest": 3}),
-        (path(np.linspace(1.0, 5.0, 100)), {}, {"drive": "uneven"}, "surface-not-crossed",
-         {"highest": -1, "lowest": -5}),
-        (path(np.append(np.linspace(5.0, 4.0, 50), np.linspace(4.0, -1.0, 50))), {},
-         {"drive": "uneven"}, "begins-below", {}),
+        (
+            path(np.linspace(1.0, 5.0, 100)),
+            {},
+            {"drive": "uneven"},
+            "surface-not-crossed",
+            {"highest": -1, "lowest": -5},
+        ),
+        (
+            path(np.append(np.linspace(5.0, 4.0, 50), np.linspace(4.0, -1.0, 50))),
+            {},
+            {"drive": "uneven"},
+            "begins-below",
+            {},
+        ),
         (path(np.linspace(-1.0, 2.0, 200)), {}, {}, "too-slow", {"stated": 1, "fastest": 0.3}),
-        (IntruderPath(2 * X, X, X - 6, 0 * X), {"direction": "extraction", "gamma_deg": -45.0},
-         {"speed_cm_per_s": 0.7}, "other-direction", {"seen": "-135.0", "way": -45}),
+        (
+            IntruderPath(2 * X, X, X - 6, 0 * X),
+            {"direction": "extraction", "gamma_deg": -45.0},
+            {"speed_cm_per_s": 0.7},
+            "other-direction",
+            {"seen": "-135.0", "way": -45},
+        ),
     ],
-)  # fmt: skip
+)
 def test_motions_that_hold_no_stroke(motion, run, arm, code, values):
     settings = Arm(**arm)
     with pytest.raises(Refused) as caught:
@@ -187,9 +258,11 @@ def test_x_is_counted_from_the_middle_of_the_container():
 
 @pytest.mark.parametrize(
     ("holes", "code", "numbers"),
-    [([(3.0, 3.4)], "gap", [0.41]),
-     ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)], "gaps", [41, 9.02, 0.62])],
-)  # fmt: skip
+    [
+        ([(3.0, 3.4)], "gap", [0.41]),
+        ([(k, k + 0.2) for k in np.arange(1.0, 41.0)] + [(50.0, 50.6)], "gaps", [41, 9.02, 0.62]),
+    ],
+)
 def test_many_gaps_are_one_flag(holes, code, numbers):
     time = np.arange(0, 60, 0.01)
     kept = ~np.any([(time > start) & (time < end) for start, end in holes], axis=0)

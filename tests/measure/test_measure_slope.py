@@ -63,8 +63,12 @@ def test_homogeneity_and_units(force, length):
     one = fit(DEPTH, stress())
     other = fit(length * DEPTH, force * stress())
     for name, power in (
-        ("alpha", -1), ("se", -1), ("ols_se", -1), ("free_slope", -1), ("intercept", 0),
-    ):  # fmt: skip
+        ("alpha", -1),
+        ("se", -1),
+        ("ols_se", -1),
+        ("free_slope", -1),
+        ("intercept", 0),
+    ):
         expected = getattr(one, name) * force * length**power
         np.testing.assert_allclose(getattr(other, name), expected, rtol=1e-8, err_msg=name)
     np.testing.assert_allclose(other.nonlinear_p, one.nonlinear_p, rtol=1e-6)
@@ -135,9 +139,11 @@ def test_error_of_a_curvature_is_what_noise_does_not_explain():
 
 @settings(deadline=None, max_examples=40)
 @given(
-    seed=st.integers(0, 10**6), slow=st.floats(0, 0.01), more=st.floats(1e-5, 0.01),
+    seed=st.integers(0, 10**6),
+    slow=st.floats(0, 0.01),
+    more=st.floats(1e-5, 0.01),
     bend=st.floats(0, 0.004),
-)  # fmt: skip
+)
 def test_a_less_certain_zero_never_narrows_an_interval(seed, slow, more, bend):
     """Of bent lines too, whose curvature it explains."""
     walk = np.random.default_rng(seed).normal(0, 0.0005, (4, DEPTH.size)).cumsum(axis=1)
@@ -198,9 +204,13 @@ def test_a_few_depths_are_fitted_with_the_textbook_error():
     se = [np.sqrt(left @ left / 2 / 21), 0.0]
     slope, intercept = np.polyfit(depth, [1.0, 2.0, 3.5], 1)
     wanted: dict[str, Any] = {
-        "alpha": alpha, "se": se, "ols_se": se, "dof": [2, 2],
-        "free_slope": [slope, -0.5], "intercept": [intercept, 0.0],
-    }  # fmt: skip
+        "alpha": alpha,
+        "se": se,
+        "ols_se": se,
+        "dof": [2, 2],
+        "free_slope": [slope, -0.5],
+        "intercept": [intercept, 0.0],
+    }
     unknown = ("nonlinear_p", "nonlinear_ratio", "offset", "offset_se")
     nothing = ("startup", "tare", "curvature", "shift", "shift_of_tare")
     wanted |= dict.fromkeys(unknown, np.nan) | dict.fromkeys(nothing, 0)

@@ -84,9 +84,14 @@ def test_two_directions_in_one_log():
 
 @pytest.mark.parametrize(
     ("depth_cm", "words"),
-    [(0.23, "the lowest point of the path is z = -0.23 cm; a stroke goes down to -0.3 cm at least"),
-     (0.2996, "z = -0.2996 cm; a stroke goes down to -0.3 cm at least")],
-)  # fmt: skip
+    [
+        (
+            0.23,
+            "the lowest point of the path is z = -0.23 cm; a stroke goes down to -0.3 cm at least",
+        ),
+        (0.2996, "z = -0.2996 cm; a stroke goes down to -0.3 cm at least"),
+    ],
+)
 def test_the_rule_for_the_surface_is_told(depth_cm, words):
     pushes = Pushes(lengths_cm=(depth_cm,), begins="contact", rate_Hz=1000)
     motion = pushes.motion()
@@ -101,9 +106,11 @@ LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
 @pytest.mark.parametrize(
     ("file", "columns", "speed_cm_per_s", "ends"),
     # what four lines of head leave; one begins in motion, one at rest
-    [("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.2, 11.87), (11.87, 23.66)]),
-     ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)])],
-)  # fmt: skip
+    [
+        ("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.2, 11.87), (11.87, 23.66)]),
+        ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)]),
+    ],
+)
 def test_out_and_back_of_real_machines(file, columns, speed_cm_per_s, ends):
 
     rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)

@@ -34,10 +34,17 @@ def run(run_id, kind="plate", **more):
 def fact(run_id, **more):
     """What the ingest stage says about a run that has no error."""
     values: dict[str, Any] = {
-        "run_id": run_id, "flags": "", "reason": "", "note": "", "sample_step_s": 0.01,
-        "surface_se_mm": math.nan, "clock_se_s": 0.0, "zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0,
+        "run_id": run_id,
+        "flags": "",
+        "reason": "",
+        "note": "",
+        "sample_step_s": 0.01,
+        "surface_se_mm": math.nan,
+        "clock_se_s": 0.0,
+        "zero_var_z_N2": 0.0,
+        "zero_var_x_N2": 0.0,
         "zero_dof": 12.0,
-    }  # fmt: skip
+    }
     return values | more
 
 
@@ -45,10 +52,17 @@ def samples(run_id, depth=DOWN, **more):
     """Tared samples of a stress, and of a force on the rod, that are exactly linear in depth."""
     force, rod = AREA * ALPHA[:, None] * depth, AREA * ROD[:, None] * depth
     columns: dict[str, Any] = {
-        "run_id": run_id, "depth_cm": depth, "x_cm": 0.0, "path_cm": np.abs(depth - depth[0]),
-        "angle_deg": 0.0, "why": np.zeros(depth.size, dtype=np.int8), "force_z_N": force[0],
-        "force_x_N": force[1], "tare_z_N": rod[0], "tare_x_N": rod[1],
-    }  # fmt: skip
+        "run_id": run_id,
+        "depth_cm": depth,
+        "x_cm": 0.0,
+        "path_cm": np.abs(depth - depth[0]),
+        "angle_deg": 0.0,
+        "why": np.zeros(depth.size, dtype=np.int8),
+        "force_z_N": force[0],
+        "force_x_N": force[1],
+        "tare_z_N": rod[0],
+        "tare_x_N": rod[1],
+    }
     return pd.DataFrame(columns | more)
 
 
@@ -57,10 +71,7 @@ def together(*parts):
     return table.astype({"run_id": "category"})
 
 
-def fitted(
-    config, runs, tared, facts = None,
-    lost = None, medium = "poppy_LP", **more,
-):  # fmt: skip
+def fitted(config, runs, tared, facts=None, lost=None, medium="poppy_LP", **more):
     """Table of the fits by run, windows, and ledger; `lost`: runs whose tare gave nothing, with the reason."""
     status = pd.DataFrame(facts or [fact(one.run_id) for one in runs])
     tares = pd.DataFrame({"run_id": list(lost or {}), "reason": list((lost or {}).values())})
@@ -164,8 +175,10 @@ def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config):
     log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
     config = paper_config.model_copy(update={"force_log": log})
     facts = [
-        fact("bad", reason="excluded: dust", **flag_columns([ODD])), fact("good"), fact("untared"),
-    ]  # fmt: skip
+        fact("bad", reason="excluded: dust", **flag_columns([ODD])),
+        fact("good"),
+        fact("untared"),
+    ]
     runs = [run("bad"), run("good"), run("untared")]
     lost = {"untared": "its tare was not read", "good": ""}
     fits, _, ledger = fitted(config, runs, together(samples("good")), facts, lost)
@@ -212,12 +225,15 @@ def test_every_sample_has_its_place_in_windows_and_ledger(paper_config):
     fits, windows, ledger = fitted(paper_config, runs, tared)
     assert list(fits.index) == ["a", "b"]
     assert fates(ledger, "a") == {
-        ("dropped", "above"): 118, ("dropped", "bottom"): 123, ("used", "slope"): 655,
-    }  # fmt: skip
+        ("dropped", "above"): 118,
+        ("dropped", "bottom"): 123,
+        ("used", "slope"): 655,
+    }
     assert fates(ledger, "b") == {
-        ("dropped", "above"): 123, ("dropped", "bottom"): 123,
+        ("dropped", "above"): 123,
+        ("dropped", "bottom"): 123,
         ("dropped", "no-alpha window-saturated"): 652,
-    }  # fmt: skip
+    }
     assert list(windows.columns) == ["run_id", "why"]
     assert list(windows["run_id"]) == list(tared["run_id"])
     counts = windows.groupby(["run_id", "why"], observed=True).size()
@@ -237,8 +253,13 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
     fit = paper_config.fit.model_copy(update={"missing_tare": "flag"})
     config = paper_config.model_copy(update={"fit": fit})
     air = run("air", "leg_air", medium="", tare_run="")
-    runs = [run("a", "leg", intruder="c_leg"), air, run("b", "leg", intruder="flat_leg", tare_run=""),
-            run("lost", "leg", intruder="c_leg"), run("plate")]  # fmt: skip
+    runs = [
+        run("a", "leg", intruder="c_leg"),
+        air,
+        run("b", "leg", intruder="flat_leg", tare_run=""),
+        run("lost", "leg", intruder="c_leg"),
+        run("plate"),
+    ]
     why = np.array([0, 0, 0, 0, 0, RowStatus.UNTARED], dtype=np.int8)
     turned = samples(
         "a", np.zeros(6), why=why, angle_deg=[-1.4, -0.6, -0.4, 0.4, 1.2, 1.3],
@@ -248,8 +269,10 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
     facts = [
         fact("a", zero_var_z_N2=9e-4, zero_var_x_N2=25e-4),
         fact("air", zero_var_z_N2=16e-4, zero_var_x_N2=144e-4),
-        fact("b", zero_var_z_N2=4e-4), fact("lost"), fact("plate"),
-    ]  # fmt: skip
+        fact("b", zero_var_z_N2=4e-4),
+        fact("lost"),
+        fact("plate"),
+    ]
     curves, ledger = legs(config, runs, together(turned, once, samples("plate")), facts)
     wanted = pd.DataFrame(
         [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, *[""] * 5],

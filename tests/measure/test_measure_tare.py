@@ -84,19 +84,31 @@ def row(run_id, kind, tare_run="", direction="intrusion"):
 def test_what_becomes_of_each_run_of_a_medium():
     """Tared, without a tare in the sheet, with one that is none, that was refused, that was never read."""
     runs = [
-        row("rod", "rod"), row("short", "rod"), row("gone", "rod"), row("torn", "rod"),
+        row("rod", "rod"),
+        row("short", "rod"),
+        row("gone", "rod"),
+        row("torn", "rod"),
         row("air", "leg_air", direction="rotation"),
-        row("tared", "plate", "rod"), row("bare", "plate"), row("on_short", "plate", "short"),
-        row("on_gone", "plate", "gone"), row("on_torn", "plate", "torn"),
-        row("leg", "leg", "air", "rotation"), row("far", "leg", "air", "rotation"),
-    ]  # fmt: skip
+        row("tared", "plate", "rod"),
+        row("bare", "plate"),
+        row("on_short", "plate", "short"),
+        row("on_gone", "plate", "gone"),
+        row("on_torn", "plate", "torn"),
+        row("leg", "leg", "air", "rotation"),
+        row("far", "leg", "air", "rotation"),
+    ]
     place = np.linspace(1.0, 3.0, 21)
     stroke = np.full(21, PHASES.index("stroke"))
 
     def samples(force_z, angle=0.0, why=int(RowStatus.GOOD)):
-        values = {"depth_cm": place, "angle_deg": place + angle, "force_z_N": force_z * place,
-                  "force_x_N": -force_z * place, "phase": stroke,
-                  "why": np.full(21, why, dtype=np.int8)}  # fmt: skip
+        values = {
+            "depth_cm": place,
+            "angle_deg": place + angle,
+            "force_z_N": force_z * place,
+            "force_x_N": -force_z * place,
+            "phase": stroke,
+            "why": np.full(21, why, dtype=np.int8),
+        }
         return tuple(values.get(name, np.zeros(21)) for name in SAMPLE_COLUMNS)
 
     logs = {
@@ -117,10 +129,15 @@ def test_what_becomes_of_each_run_of_a_medium():
     tared, tares, ledger = tare_medium(campaign, "sand", read, status)
     told: Any = tares.set_index("run_id")
     assert dict(told["reason_code"]) == {
-        "short": "tare-empty", "tared": "", "bare": "", "leg": "",
-        "on_short": "tare-missing tare-empty", "on_gone": "tare-missing tare-unusable no-stroke",
-        "on_torn": "tare-missing tare-unusable empty", "far": "no-sample untared",
-    }  # fmt: skip
+        "short": "tare-empty",
+        "tared": "",
+        "bare": "",
+        "leg": "",
+        "on_short": "tare-missing tare-empty",
+        "on_gone": "tare-missing tare-unusable no-stroke",
+        "on_torn": "tare-missing tare-unusable empty",
+        "far": "no-sample untared",
+    }
     assert told.loc["on_torn", "reason"] == "no tare: torn cannot be used: its log is empty"
     assert told.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == ["depth_cm", 1, 3]
     assert told.loc["leg", "abscissa"] == "angle_deg"
@@ -138,10 +155,14 @@ def test_what_becomes_of_each_run_of_a_medium():
     assert (parts["far"]["why"] == RowStatus.UNTARED).all()
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
-        ("rod.csv", USED): 21, ("air.csv", USED): 21, ("short.csv", DROPPED): 0,
-        ("on_short.csv", DROPPED): 21, ("on_gone.csv", DROPPED): 21, ("on_torn.csv", DROPPED): 21,
+        ("rod.csv", USED): 21,
+        ("air.csv", USED): 21,
+        ("short.csv", DROPPED): 0,
+        ("on_short.csv", DROPPED): 21,
+        ("on_gone.csv", DROPPED): 21,
+        ("on_torn.csv", DROPPED): 21,
         ("far.csv", DROPPED): 21,
-    }  # fmt: skip
+    }
     # a campaign that refuses runs without a tare
     fit.missing_tare = "refuse"
     refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")

@@ -17,15 +17,24 @@ def test_factors_are_those_of_the_definitions():
     inch_cm = 2.54
     pound_kg, standard_gravity = 0.45359237, 9.80665
     assert dict(pairs.FORCE_TO_N) == {
-        "N": 1, "mN": 0.001, "kN": 1000, "lbf": pytest.approx(pound_kg * standard_gravity, abs=1e-13),
+        "N": 1,
+        "mN": 0.001,
+        "kN": 1000,
+        "lbf": pytest.approx(pound_kg * standard_gravity, abs=1e-13),
         "klbf": pytest.approx(1000 * pound_kg * standard_gravity, abs=1e-10),
-        "kgf": standard_gravity, "gf": pytest.approx(standard_gravity / 1000),
-    }  # fmt: skip
+        "kgf": standard_gravity,
+        "gf": pytest.approx(standard_gravity / 1000),
+    }
     assert dict(pairs.LENGTH_TO_CM) == {"um": 1e-4, "mm": 0.1, "cm": 1, "m": 100, "in": inch_cm}
     assert dict(pairs.ANGLE_TO_RAD) == {"deg": pytest.approx(2 * math.pi / 360), "rad": 1}
     assert dict(pairs.TIME_TO_S) == {
-        "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 60 * 60
-    }  # fmt: skip
+        "s": 1,
+        "ms": 1e-3,
+        "us": 1e-6,
+        "ns": 1e-9,
+        "min": 60,
+        "h": 60 * 60,
+    }
     assert dict(pairs.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
 
 
@@ -71,13 +80,15 @@ def test_a_unit_is_never_guessed(unit, column, why):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n",
-         ("row 3, unit: found 'Nm'", "row 4: found 'F2'", "row 5: found 'F4'", "row 6: found")),
+        (
+            "load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n",
+            ("row 3, unit: found 'Nm'", "row 4: found 'F2'", "row 5: found 'F4'", "row 6: found"),
+        ),
         ("load,unit,G0\nF1,N,1\nF2,N,2\n", ("no row for F3",)),
         ("F1,F2\n", ("row 1: found F1, F2; allowed: load, unit",)),
         (f"load,unit,G1\nF1,N,{'1' * 200_000}\n", ("cannot be split into cells",)),
     ],
-)  # fmt: skip
+)
 def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, said):
     path = tmp_path / "calibration.csv"
     path.write_text(text)

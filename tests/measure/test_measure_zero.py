@@ -13,9 +13,13 @@ from rftfit.measure.zero import find_zero, height_needed, stated_zero
 TIME = np.arange(2000) / 100
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
 LEG = Leg(
-    shape="leg", curvature_times_R=1, max_length_cm=7.62, width_cm=2.54, thickness_cm=0.64,
+    shape="leg",
+    curvature_times_R=1,
+    max_length_cm=7.62,
+    width_cm=2.54,
+    thickness_cm=0.64,
     hip_height_cm=2,
-)  # fmt: skip
+)
 
 
 def stretches(*pairs):
@@ -72,12 +76,13 @@ def test_drift_between_two_stretches_is_a_line():
 @pytest.mark.parametrize(
     "rests",
     [
-        [], [(0, 0.49)],
+        [],
+        [(0, 0.49)],
         # only in snatches, or an arm that twitches all the time
         [(k / 10, k / 10 + 0.05) for k in range(20)],
         [(k * 0.41, k * 0.41 + 0.4) for k in range(4)],
     ],
-)  # fmt: skip
+)
 def test_no_rest(rests):
     with pytest.raises(Refused) as caught:
         find_zero(TIME, FORCE, stretches(*rests), 10.0, 0.0)
@@ -156,9 +161,15 @@ def test_the_noisier_rest_speaks_for_both():
     )
     # the error of a mean of 200 readings that are independent
     many = [
-        find_zero(TIME, np.random.default_rng(k).normal(0, 0.2, FORCE.shape), stretches((18, 20)), 10.0, 0.0)
+        find_zero(
+            TIME,
+            np.random.default_rng(k).normal(0, 0.2, FORCE.shape),
+            stretches((18, 20)),
+            10.0,
+            0.0,
+        )
         for k in range(60)
-    ]  # fmt: skip
+    ]
     assert np.mean([zero.variance for zero in many]) == pytest.approx(0.04 / 200, rel=0.15)
 
 

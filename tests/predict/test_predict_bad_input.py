@@ -81,17 +81,21 @@ def test_leg_that_stops_turning_early(room, run):
     assert len(rows) == 2
     assert (rows["theta_to_deg"] == theta.max()).all()
     assert dict(zip(rows["component"], rows["reason_code"], strict=True)) == {
-        "z": "short-curve", "x": "short-at-peak",
-    }  # fmt: skip
+        "z": "short-curve",
+        "x": "short-at-peak",
+    }
     # its lift has its peak at -40 degrees, its horizontal force behind the end
     lift, along = (rows[rows["component"] == c].iloc[0] for c in "zx")
     assert -8 < lift["peak_error_percent"] < -1
     assert along[["peak_measured_N", "peak_predicted_N", "peak_error_percent"]].isna().all()
     assert along["rms_error_N"] > 1
     if run == AIR:
-        assert results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
-            "dropped", "untared"
-        ] > 500  # fmt: skip
+        assert (
+            results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
+                "dropped", "untared"
+            ]
+            > 500
+        )
 
 
 @pytest.mark.parametrize(
@@ -111,11 +115,22 @@ def test_leg_log_that_breaks_off(room, run, kinds):
     codes = results.book[results.book["run_id"] == LEG]["reason_code"]
     assert codes.str.contains("nothing-to-match").any()
     # another leg has a curve, so that the trial is held at all
-    other = pd.DataFrame({
-        "medium": "poppy_LP", "leg": "flat_leg", "run_id": "other", "theta_deg": [0.0],
-        "samples": 9, "force_z_N": 1.0, "force_x_N": 1.0, "zero_se_z_N": 0.0, "zero_se_x_N": 0.0,
-        "spread_z_N": 0.0, "spread_x_N": 0.0, **dict.fromkeys((*FLAGS, *MARKS), ""),
-    })  # fmt: skip
+    other = pd.DataFrame(
+        {
+            "medium": "poppy_LP",
+            "leg": "flat_leg",
+            "run_id": "other",
+            "theta_deg": [0.0],
+            "samples": 9,
+            "force_z_N": 1.0,
+            "force_x_N": 1.0,
+            "zero_se_z_N": 0.0,
+            "zero_se_x_N": 0.0,
+            "spread_z_N": 0.0,
+            "spread_x_N": 0.0,
+            **dict.fromkeys((*FLAGS, *MARKS), ""),
+        }
+    )
     _, errors = on_trial(room, None, other)
     rows = of_c_leg(errors)
     assert (rows["reason_code"] == "not-measured").all()

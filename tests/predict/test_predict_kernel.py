@@ -32,9 +32,7 @@ UNEVEN = TableProfile(
     np.radians([-90.0, -69.0, -67.0, 0.0, 67.0, 69.0, 90.0]),
     name="uneven",
 )
-PROFILES: list[Profile] = [
-    TABLE, HOLED, UNEVEN, FourierProfile(M0), DepthOnlyProfile.of(TABLE),
-]  # fmt: skip
+PROFILES: list[Profile] = [TABLE, HOLED, UNEVEN, FourierProfile(M0), DepthOnlyProfile.of(TABLE)]
 each_profile = pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
 
 length = st.floats(-10, 10).map(lambda value: round(value, 9))
@@ -197,10 +195,17 @@ def test_half_submerged_by_hand():
 @each_profile
 def test_forces_are_homogeneous_and_mirror(profile):
     n = 500
-    rows = np.column_stack([
-        RANDOM.normal(size=n), RANDOM.uniform(-5, 1, n), RANDOM.uniform(-90, 90, n),
-        RANDOM.uniform(0, 1, n), RANDOM.uniform(0, 2, n), RANDOM.uniform(-180, 180, n), np.ones(n),
-    ])  # fmt: skip
+    rows = np.column_stack(
+        [
+            RANDOM.normal(size=n),
+            RANDOM.uniform(-5, 1, n),
+            RANDOM.uniform(-90, 90, n),
+            RANDOM.uniform(0, 1, n),
+            RANDOM.uniform(0, 2, n),
+            RANDOM.uniform(-180, 180, n),
+            np.ones(n),
+        ]
+    )
     elements = elements_of(rows)
     found = compiled(profile, elements)[:, :2]
     for change, factor in (

@@ -331,11 +331,23 @@ def cut(*path):
         (cut("errors", DRAWS_X), "length", f"errors.{DRAWS_X}"),
         (cut("errors", DRAWS_Z, 1), "length", f"errors.{DRAWS_Z}.2"),
         (put("errors", DRAWS_Z, value=[]), "out-of-range", f"errors.{DRAWS_Z}"),
-        (put("directions", value=lambda d: {n: [*v, v[0]] for n, v in d.items()}), "twice", "directions.gamma_deg.291"),
-        (put("directions", value=lambda d: {n: v[:-1] for n, v in d.items()}), "grid", "directions"),
+        (
+            put("directions", value=lambda d: {n: [*v, v[0]] for n, v in d.items()}),
+            "twice",
+            "directions.gamma_deg.291",
+        ),
+        (
+            put("directions", value=lambda d: {n: v[:-1] for n, v in d.items()}),
+            "grid",
+            "directions",
+        ),
         (put("directions", "gamma_deg", 5, value=-17), "grid", "directions"),
         (put("directions", value=lambda d: {n: v[:2] for n, v in d.items()}), "grid", "directions"),
-        (put("errors", DRAWS_X, value=lambda rows: [turned(row) for row in rows]), "draws", f"errors.{DRAWS_X}.1.7"),
+        (
+            put("errors", DRAWS_X, value=lambda rows: [turned(row) for row in rows]),
+            "draws",
+            f"errors.{DRAWS_X}.1.7",
+        ),
         (put("errors", DRAWS_Z, 7, 4, value=None), "draws", f"errors.{DRAWS_Z}.1.5"),
         (put("golden", Z, value=lambda z: -z), "golden", f"directions.{Z}"),
         (put("golden", X, value=lambda x: x + 1e-4), "golden", f"directions.{X}"),
@@ -347,7 +359,7 @@ def cut(*path):
         (put("golden", value={}), "missing-key", "golden.beta_deg"),
         (put("validity", "depth_to_cm", value=-1), "out-of-range", "validity.depth_to_cm"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_named(change, code, place, content, tmp_path):
     content["digest"] = ""
     content["errors"] = {name: [row[:] for row in rows] for name, rows in content["errors"].items()}
@@ -372,8 +384,12 @@ def test_all_that_is_wrong_is_told_at_once(content, tmp_path):
 
 def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
     path, whole = tmp_path / "p.json", rftfit.read_profile(files / "map.json")
-    for place in (("directions", Z, 20), ("errors", DRAWS_X, 3, 5), ("pushes", "se_z", 0),
-                  ("validity", "depth_to_cm")):  # fmt: skip
+    for place in (
+        ("directions", Z, 20),
+        ("errors", DRAWS_X, 3, 5),
+        ("pushes", "se_z", 0),
+        ("validity", "depth_to_cm"),
+    ):
         one = copy.deepcopy(content)
         put(*place, value=lambda value: value + 1e-4)(one)
         assert ("digest", "digest") in problems(path, one)[0]
@@ -428,8 +444,22 @@ def places(content, path=()):
 
 
 ODD: tuple[Any, ...] = (
-    None, True, -1, 0, 7, 1e308, -0.5, "", "x", [], {}, [[]], [None], {"a": 1}, 10**30,
-)  # fmt: skip
+    None,
+    True,
+    -1,
+    0,
+    7,
+    1e308,
+    -0.5,
+    "",
+    "x",
+    [],
+    {},
+    [[]],
+    [None],
+    {"a": 1},
+    10**30,
+)
 
 
 def test_no_damage_changes_a_number(tmp_path):

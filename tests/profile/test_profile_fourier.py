@@ -278,9 +278,11 @@ def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
 @pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])
 def test_dft_index_says_where_it_does_not_apply(bad):
     there = {
-        "row": BETA > -1.0, "line": GAMMA != 0, "scattered": RANDOM.permutation(91) < 30,
+        "row": BETA > -1.0,
+        "line": GAMMA != 0,
+        "scattered": RANDOM.permutation(91) < 30,
         "coarse": np.isclose(BETA % (np.pi / 2), 0),
-    }[bad]  # fmt: skip
+    }[bad]
     with pytest.raises(ValueError, match="method lsq takes any directions"):
         fourier.fit_dft_index(BETA[there], GAMMA[there], *np.array(cells("poppy_LP"))[:, there])
 

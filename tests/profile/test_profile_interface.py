@@ -212,9 +212,9 @@ PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
 
 def plane(beta_deg, gamma_deg):
     """Alpha_z and alpha_x that rise evenly, shape (2, n)."""
-    return np.array([
-        0.1 + 0.002 * beta_deg + 0.003 * gamma_deg, 0.3 - 0.004 * beta_deg + 0.001 * gamma_deg,
-    ])  # fmt: skip
+    return np.array(
+        [0.1 + 0.002 * beta_deg + 0.003 * gamma_deg, 0.3 - 0.004 * beta_deg + 0.001 * gamma_deg]
+    )
 
 
 def joined(alpha, at=PATCH, reasons=None):

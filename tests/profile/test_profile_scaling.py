@@ -42,14 +42,18 @@ M0 = fourier.as_array(reference.coefficients("generic"))
 def alpha_frame(medium, alpha, se):
     beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
     data: dict[str, object] = {
-        "medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel(),
-    }  # fmt: skip
+        "medium": medium,
+        "beta_deg": beta.ravel(),
+        "gamma_deg": gamma.ravel(),
+    }
     for component, values in zip("zx", alpha, strict=True):
         flat = values.ravel()
         data |= {
-            column(component): flat, column(component, "_se"): se,
-            column(component, "_lo"): flat - Z95 * se, column(component, "_hi"): flat + Z95 * se,
-        }  # fmt: skip
+            column(component): flat,
+            column(component, "_se"): se,
+            column(component, "_lo"): flat - Z95 * se,
+            column(component, "_hi"): flat + Z95 * se,
+        }
     return pd.DataFrame(data)
 
 

@@ -325,9 +325,13 @@ def test_media_that_were_left_out(medium, case):
 def test_order_of_rows_names_and_ignorance_change_nothing():
     z, x = truth("poppy_LP")[:, FEW]
     rows = {
-        "beta_deg": BETA[FEW], "gamma_deg": GAMMA[FEW], "alpha_z_N_per_cm3": z, "alpha_x_N_per_cm3": x,
-        "alpha_z_se_N_per_cm3": 0.05, "alpha_x_se_N_per_cm3": 0.02,
-    }  # fmt: skip
+        "beta_deg": BETA[FEW],
+        "gamma_deg": GAMMA[FEW],
+        "alpha_z_N_per_cm3": z,
+        "alpha_x_N_per_cm3": x,
+        "alpha_z_se_N_per_cm3": 0.05,
+        "alpha_x_se_N_per_cm3": 0.02,
+    }
     full = pd.DataFrame(rows)
     short = full.set_axis(["beta", "gamma", "alpha_z", "alpha_x", "se_z", "se_x"], axis=1)
     one = rftfit.estimate_map(full)
@@ -436,8 +440,9 @@ def test_repeated_pushes_are_one_with_their_weighted_mean():
     se = np.array([[0.01, 0.02, 0.01, 0.01], [0.01, 0.01, 0.01, 0.03]])
     several = Pushes.of([0, 0, 30, -30], [90, 90, 45, 135], alpha, se)
     once = np.array([[0.8 * 0.30 + 0.2 * 0.36, 0.21], [0.0, 0.9 * 0.10 + 0.1 * 0.16]])
-    errors = np.array([[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)],
-                       [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]])  # fmt: skip
+    errors = np.array(
+        [[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)], [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]]
+    )
     one, other = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
     np.testing.assert_allclose(one.draws, other.draws, atol=1e-9)
     assert (one.pushes, other.pushes) == (4, 2)

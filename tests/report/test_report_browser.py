@@ -408,12 +408,16 @@ def test_field_calculator_by_keyboard(browser, results):
         ("1e999", "", 'found "1e999"'),
         ("0x10", "", 'found "0x10"'),
         ("NaN", "", 'found "NaN"'),
-        ("0.35", "-1", 'Standard error: found "-1"; allowed: a number from 0 to α_z, N/cm³, or nothing'),
+        (
+            "0.35",
+            "-1",
+            'Standard error: found "-1"; allowed: a number from 0 to α_z, N/cm³, or nothing',
+        ),
         ("0.35", "0.4", 'Standard error: found "0.4"'),
         ("0.35", "0,01", "Write a decimal point: 0.01"),
         ("<img src=x onerror=window.hacked=1>", "", 'found "<img src=x onerror=window.hacked=1>"'),
     ],
-)  # fmt: skip
+)
 def test_wrong_input_is_named_and_takes_the_result_away(browser, alpha, se, told):
     for name, text in (("alpha", alpha), ("se", se)):
         browser.evaluate(f"document.querySelector('#calc-{name}').focus()")

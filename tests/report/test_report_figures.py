@@ -73,8 +73,13 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path)
     # no date, and letters that need no font
     assert bytes_of["webp"][8:12] == b"WEBP"
     assert len(bytes_of["webp"]) < len(bytes_of["png"])
-    for ending, word in (("png", b"Software"), ("pdf", b"CreationDate"), ("pdf", b"/Producer"),
-                         ("svg", b"<dc:date>"), ("svg", b"<text")):  # fmt: skip
+    for ending, word in (
+        ("png", b"Software"),
+        ("pdf", b"CreationDate"),
+        ("pdf", b"/Producer"),
+        ("svg", b"<dc:date>"),
+        ("svg", b"<text"),
+    ):
         assert word not in bytes_of[ending]
     assert b"/FontFile2" in bytes_of["pdf"]
 
@@ -255,16 +260,27 @@ def test_which_runs_the_stress_figure_shows():
     assert stress_runs(results.campaign) == []
     # by default the pair nearest to (30, 45) degrees, a push alone only where there is no pair
     runs = [
-        SimpleNamespace(run_id=f"{beta:g} {gamma:g} {direction}", medium="poppy_LP", kind="plate",
-                        direction=direction, beta_deg=beta, gamma_deg=gamma)
-        for beta, gamma, direction in (
-            (0.0, 90.0, "intrusion"), (0.0, 90.0, "extraction"), (30.0, 45.0, "intrusion"),
-            (30.0, 60.0, "extraction"), (30.0, 60.0, "intrusion"), (30.0, 0.0, "horizontal"),
+        SimpleNamespace(
+            run_id=f"{beta:g} {gamma:g} {direction}",
+            medium="poppy_LP",
+            kind="plate",
+            direction=direction,
+            beta_deg=beta,
+            gamma_deg=gamma,
         )
-    ]  # fmt: skip
+        for beta, gamma, direction in (
+            (0.0, 90.0, "intrusion"),
+            (0.0, 90.0, "extraction"),
+            (30.0, 45.0, "intrusion"),
+            (30.0, 60.0, "extraction"),
+            (30.0, 60.0, "intrusion"),
+            (30.0, 0.0, "horizontal"),
+        )
+    ]
     assert stress_runs(memory({}, ["poppy_LP"], runs).campaign) == [
-        "30 60 intrusion", "30 60 extraction",
-    ]  # fmt: skip
+        "30 60 intrusion",
+        "30 60 extraction",
+    ]
     assert stress_runs(memory({}, ["poppy_LP"], runs[2:3]).campaign) == ["30 45 intrusion"]
     assert declared("stress_of_runs").media(results.campaign) == ()
     # a run that was refused has no samples: another one is shown
@@ -280,9 +296,14 @@ def test_tare_figure_shades_the_valid_range():
     force = pd.Series(depth).where(good)
     tared = pd.DataFrame({"run_id": "a", "depth_cm": depth, "tare_z_N": force, "tare_x_N": -force})
     tares = pd.DataFrame(
-        {"run_id": ["a"], "abscissa": ["depth_cm"], "valid_to": [7.0], "tare_run": ["$run_3"],
-         "reason": [""]}
-    )  # fmt: skip
+        {
+            "run_id": ["a"],
+            "abscissa": ["depth_cm"],
+            "valid_to": [7.0],
+            "tare_run": ["$run_3"],
+            "reason": [""],
+        }
+    )
     names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
     figure = tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)
@@ -290,8 +311,9 @@ def test_tare_figure_shades_the_valid_range():
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
     np.testing.assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
     for column, value, told in (
-        ("tare_z_N", np.nan, "valid nowhere"), ("valid_to", np.nan, "no plate run has a tare"),
-    ):  # fmt: skip
+        ("tare_z_N", np.nan, "valid nowhere"),
+        ("valid_to", np.nan, "no plate run has a tare"),
+    ):
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
         lost = tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
         assert any(told in line for line in words(lost))
@@ -312,8 +334,13 @@ def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
     campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
     files = [one.file(medium) for one in figures() for medium in one.media(campaign)]
     assert len(files) == len(set(files)) > 30
-    assert {"figures/alpha_maps", "figures/alpha_maps_poppy_LP", "quality/yuma",
-            "figures/robot_full_speed", "figures/legs_in_sands"} <= set(files)  # fmt: skip
+    assert {
+        "figures/alpha_maps",
+        "figures/alpha_maps_poppy_LP",
+        "quality/yuma",
+        "figures/robot_full_speed",
+        "figures/legs_in_sands",
+    } <= set(files)
     for one in figures():
         module, _, name = one.run.partition(":")
         assert callable(getattr(import_module(module), name))
@@ -322,8 +349,15 @@ def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
 def test_a_sand_alone_has_no_figure_of_laboratory_media():
     campaign = memory({}, ["yuma"]).campaign
     files = {one.file(medium) for one in figures() for medium in one.media(campaign)}
-    names = ("first_map", "first_peaks", "stress_of_runs", "estimated_maps", "legs_in_sands",
-             "peak_errors", "penetration")  # fmt: skip
+    names = (
+        "first_map",
+        "first_peaks",
+        "stress_of_runs",
+        "estimated_maps",
+        "legs_in_sands",
+        "peak_errors",
+        "penetration",
+    )
     assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
 
 

@@ -191,8 +191,13 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
 
     results = page_results(tmp_path)
     every = media_of_nine_terms(results)
-    failed = {"medium": "poppy_CP", "check": "work", "verdict": "failed", "effect": "unusable",
-              "sentence": "Z looks reversed."}  # fmt: skip
+    failed = {
+        "medium": "poppy_CP",
+        "check": "work",
+        "verdict": "failed",
+        "effect": "unusable",
+        "sentence": "Z looks reversed.",
+    }
     write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
     flags = [flag_columns([remark("no-tare")] * bare) for bare in (1, 1, 0)]
     fits = pd.DataFrame({"run_id": list("abc"), "alpha_z_N_per_cm3": 0.3, "reason": ""})

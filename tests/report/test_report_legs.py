@@ -131,10 +131,17 @@ def sand_tables():
             depth, stress = (part[n].to_numpy(float) for n in ("depth_cm", "stress_z_N_per_cm2"))
             alpha = float(depth @ stress / (depth @ depth))
             rows.append(
-                {"medium": medium, "run_id": f"{medium}_down", "window": window, "linear_to_cm": to,
-                 "alpha_z_N_per_cm3": alpha, "alpha_z_lo_N_per_cm3": 0.95 * alpha,
-                 "alpha_z_hi_N_per_cm3": 1.05 * alpha, "reason": ""}
-            )  # fmt: skip
+                {
+                    "medium": medium,
+                    "run_id": f"{medium}_down",
+                    "window": window,
+                    "linear_to_cm": to,
+                    "alpha_z_N_per_cm3": alpha,
+                    "alpha_z_lo_N_per_cm3": 0.95 * alpha,
+                    "alpha_z_hi_N_per_cm3": 1.05 * alpha,
+                    "reason": "",
+                }
+            )
     empty = ("path_cm", "stress_x_N_per_cm2", "tare_z_N_per_cm2", "tare_x_N_per_cm2")
     return samples.assign(**dict.fromkeys(empty, 0.0)), pd.DataFrame(rows)
 
@@ -147,16 +154,27 @@ def errors():
         own = truth[(truth["medium"] == medium) & (truth["leg"] == leg)]
         ends = {f"peak_predicted_{e}N": top[f"force_z_{e}N"] for e in ("", "lo_", "hi_")}
         rows.append(
-            {"medium": medium, "leg": leg, "profile": profile, "component": "z", "reason": "",
-             "peak_measured_N": own["force_z_N"].max(), **ends}
-        )  # fmt: skip
+            {
+                "medium": medium,
+                "leg": leg,
+                "profile": profile,
+                "component": "z",
+                "reason": "",
+                "peak_measured_N": own["force_z_N"].max(),
+                **ends,
+            }
+        )
     return pd.DataFrame(rows)
 
 
 def results(media=MEDIA, legs=None, **tables):
     """Results of these media, with tables of one's own in place of the usual ones."""
-    usual = {"predicted": predicted, "legs/{medium}": measured, "penetration": penetration,
-             "leg_errors": errors}  # fmt: skip
+    usual = {
+        "predicted": predicted,
+        "legs/{medium}": measured,
+        "penetration": penetration,
+        "leg_errors": errors,
+    }
     own = {name: tables[name] if name in tables else make() for name, make in usual.items()}
     if "measured" in tables:
         own["legs/{medium}"] = tables["measured"]
@@ -334,8 +352,14 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
 
 
 def test_legs_are_those_of_the_config():
-    own = Leg(shape="leg", curvature_times_R=0.5, max_length_cm=6, width_cm=2, thickness_cm=0.5,
-              hip_height_cm=1)  # fmt: skip
+    own = Leg(
+        shape="leg",
+        curvature_times_R=0.5,
+        max_length_cm=6,
+        width_cm=2,
+        thickness_cm=0.5,
+        hip_height_cm=1,
+    )
     one = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
     table = pd.concat([one, one.assign(leg="half $ leg")])
     figure = legs(results(predicted=table, legs={"half $ leg": own}), "poppy_LP")

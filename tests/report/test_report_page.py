@@ -39,8 +39,22 @@ from rftfit.results import Results
 
 GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
-SECTIONS = ["summary", "believed", "maps", "coefficients", "scaling", "viewer", "calculator", "legs", "sands",
-            "robot", "reproduction", "dropped", "methods", "provenance"]  # fmt: skip
+SECTIONS = [
+    "summary",
+    "believed",
+    "maps",
+    "coefficients",
+    "scaling",
+    "viewer",
+    "calculator",
+    "legs",
+    "sands",
+    "robot",
+    "reproduction",
+    "dropped",
+    "methods",
+    "provenance",
+]
 
 
 class Reader(HTMLParser):
@@ -197,8 +211,9 @@ def test_text_of_the_user_is_escaped(tmp_path):
 def test_reproduction_puts_first_what_is_not_the_same(read):
     others, everything = (table[1:] for table in read.tables["reproduction"])
     assert [(row[0].partition("|")[0], *row[3].split("|")[:2]) for row in others] == [
-        ("chi, mean", "differs", "measured"), ("zeta", "paper inconsistent", "text"),
-    ]  # fmt: skip
+        ("chi, mean", "differs", "measured"),
+        ("zeta", "paper inconsistent", "text"),
+    ]
     assert [row[0] for row in everything] == ["chi, mean|text", "zeta|Table S2", "A00|Table S2"]
     assert everything[2][1:3] == [
         "0.051|\N{PLUS-MINUS SIGN} 0.002 (printed to 0.001)",

@@ -31,13 +31,21 @@ def column(kind, tare=True):
     result = by_run(trace)["r"]
     if kind == "rotation":
         theta = np.arange(-135.0, 136.0)
-        result = {"theta_deg": theta, "force_z_N": 5 * np.exp(-((theta + 40) ** 2) / 900),
-                  "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900)}  # fmt: skip
+        result = {
+            "theta_deg": theta,
+            "force_z_N": 5 * np.exp(-((theta + 40) ** 2) / 900),
+            "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900),
+        }
         fit = {}
     return Column(
-        kind, "held somehow", recording(kind), recording(kind) if tare else {},
-        {"pause": (-2.0, 0.0), "stroke": (0.0, 8.0)}, result, {str(key): cell for key, cell in fit.items()},
-    )  # fmt: skip
+        kind,
+        "held somehow",
+        recording(kind),
+        recording(kind) if tare else {},
+        {"pause": (-2.0, 0.0), "stroke": (0.0, 8.0)},
+        result,
+        {str(key): cell for key, cell in fit.items()},
+    )
 
 
 def drawn(monkeypatch, *columns):
@@ -52,9 +60,16 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
     assert len(figure.axes) == 12
     assert "poppy seeds, loose" in text
     assert {f"{letter}  {kind}" for letter, kind in zip("ABCD", kinds, strict=True)} <= set(text)
-    for wanted in ("position (cm)", "force on intruder (N)", r"stress (N/cm$^2$)", "depth (cm)",
-                   r"$\theta$ (degrees)", "force, tare taken off (N)", "distance travelled (cm)",
-                   "90 % interval of a fit"):  # fmt: skip
+    for wanted in (
+        "position (cm)",
+        "force on intruder (N)",
+        r"stress (N/cm$^2$)",
+        "depth (cm)",
+        r"$\theta$ (degrees)",
+        "force, tare taken off (N)",
+        "distance travelled (cm)",
+        "90 % interval of a fit",
+    ):
         assert wanted in text
     assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
@@ -99,8 +114,11 @@ def small(poppy=0.35):
                 fits.append(fit | {"medium": medium})
             row = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma, "run_ids": " ".join(ids)}
             for c, alpha in (("z", slope if ids else np.nan), ("x", 0.1 if ids else np.nan)):
-                row |= {f"alpha_{c}_N_per_cm3": alpha, f"alpha_{c}_lo_N_per_cm3": alpha - 0.002,
-                        f"alpha_{c}_hi_N_per_cm3": alpha + 0.002}  # fmt: skip
+                row |= {
+                    f"alpha_{c}_N_per_cm3": alpha,
+                    f"alpha_{c}_lo_N_per_cm3": alpha - 0.002,
+                    f"alpha_{c}_hi_N_per_cm3": alpha + 0.002,
+                }
             cells.append(row)
     results = of_runs(pd.concat(traces, ignore_index=True), pd.DataFrame(fits))
     results.tables["alpha/{medium}.csv"] = pd.DataFrame(cells)

@@ -85,16 +85,27 @@ def test_all_problems_at_once(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "place", "code", "words"),
     [
-        ("{x_cm: -3, z_cm: 0.5,", "{x_cm: -3, z_cm: 1.5,", (13, "legs.hips.2"), "inconsistent",
-         "x = -3, z = 1.5 cm"),
-        ("to_cm: [4, 1]", "to_cm: [4, -1]", (7, "body.plates.front"), "inconsistent", "must differ"),
+        (
+            "{x_cm: -3, z_cm: 0.5,",
+            "{x_cm: -3, z_cm: 1.5,",
+            (13, "legs.hips.2"),
+            "inconsistent",
+            "x = -3, z = 1.5 cm",
+        ),
+        (
+            "to_cm: [4, 1]",
+            "to_cm: [4, -1]",
+            (7, "body.plates.front"),
+            "inconsistent",
+            "must differ",
+        ),
         ("to_cm: [4, 1]", "to_cm: [4]", (7, "body.plates.front.to_cm"), "wrong-type", "2 numbers"),
         ("front:", "Belly:", (2, "body"), "inconsistent", "differ by case only"),
         ("numerics:", "numeric:", (14, "numeric"), "unknown-key", "numerics"),
         ("step_s: 0.0002", "step_s: 0.1", (14, "numerics.step_s"), "out-of-range", "at most 0.01"),
         ("title: small", "title: small\ntitle: big", (2, "title"), "duplicate-key", "line 1"),
     ],
-)  # fmt: skip
+)
 def test_single_problems(tmp_path, old, new, place, code, words):
     found, *_ = wrong(tmp_path, GOOD.replace(old, new))
     assert ((found.place.line, found.place.key), found.code) == (place, f"config.{code}")

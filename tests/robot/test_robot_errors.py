@@ -31,8 +31,16 @@ def trials():
         ("d", "c2", "poppy_LP", 0.6, 1.95, 10.0, "used", ""),
         ("e", "c3", "poppy_LP", 0.0, math.nan, math.nan, "refused", "time runs backwards"),
     ]
-    names = ["run_id", "condition", "medium", "curvature_times_R", "frequency_Hz",
-             "speed_cm_per_s", "status", "reason"]  # fmt: skip
+    names = [
+        "run_id",
+        "condition",
+        "medium",
+        "curvature_times_R",
+        "frequency_Hz",
+        "speed_cm_per_s",
+        "status",
+        "reason",
+    ]
     return pd.DataFrame(rows, columns=names)
 
 
@@ -61,11 +69,15 @@ def simulated(factor, profile="table"):
     speed = table["speed_cm_per_s"] * factor
     return pd.DataFrame(
         {
-            "profile": profile, "curvature_times_R": table["curvature_times_R"],
-            "frequency_Hz": table["frequency_Hz"], "speed_cm_per_s": speed,
-            "speed_lo_cm_per_s": speed - 1, "speed_hi_cm_per_s": speed + 1, "reason": "",
+            "profile": profile,
+            "curvature_times_R": table["curvature_times_R"],
+            "frequency_Hz": table["frequency_Hz"],
+            "speed_cm_per_s": speed,
+            "speed_lo_cm_per_s": speed - 1,
+            "speed_hi_cm_per_s": speed + 1,
+            "reason": "",
         }
-    )  # fmt: skip
+    )
 
 
 def test_errors_by_hand():
@@ -81,12 +93,20 @@ def test_errors_by_hand():
     assert errors["reason"].iloc[1] == "this condition was not simulated"
     # one measured speed of three lies in what the errors of alpha leave open
     ends = (f"simulated_from_alpha_{end}_cm_per_s" for end in ("lo", "hi"))
-    wide = errors.assign(**{name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
-                            for name, x in zip(ends, ([-1, 1, -2], [1, 2, -1]), strict=True)})  # fmt: skip
+    wide = errors.assign(
+        **{
+            name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
+            for name, x in zip(ends, ([-1, 1, -2], [1, 2, -1]), strict=True)
+        }
+    )
     assert count_within_alpha_error(wide) == (1, 3)
     ends = (f"simulated_model_{end}_cm_per_s" for end in ("lo", "hi"))
-    wide = errors.assign(**{name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
-                            for name, x in zip(ends, ([-1, -1, -2], [1, 2, -1]), strict=True)})  # fmt: skip
+    wide = errors.assign(
+        **{
+            name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
+            for name, x in zip(ends, ([-1, -1, -2], [1, 2, -1]), strict=True)
+        }
+    )
     assert count_within_model_error(wide) == (2, 3)
     # what has no speed is outside, not left out
     assert share_within(errors, 20) == (0, 42)
@@ -106,13 +126,27 @@ def sweep(top, frequency=5.0, step=0.04, noise=0.0):
     rng = np.random.default_rng(3)
     curvatures = np.round(np.arange(-1, 1 + step / 2, step), 2)
     rows = [
-        ("poppy_LP", "table", k, frequency, phase, 70 - 40 * (k - top) ** 2 + rng.normal(0, noise),
-         "steady")
+        (
+            "poppy_LP",
+            "table",
+            k,
+            frequency,
+            phase,
+            70 - 40 * (k - top) ** 2 + rng.normal(0, noise),
+            "steady",
+        )
         for k in curvatures
         for phase in (0.0, 1 / 6, 1 / 3)
-    ]  # fmt: skip
-    names = ["medium", "profile", "curvature_times_R", "frequency_Hz", "phase_turns",
-             "speed_cm_per_s", "outcome"]  # fmt: skip
+    ]
+    names = [
+        "medium",
+        "profile",
+        "curvature_times_R",
+        "frequency_Hz",
+        "phase_turns",
+        "speed_cm_per_s",
+        "outcome",
+    ]
     return pd.DataFrame(rows, columns=names)
 
 
@@ -163,19 +197,37 @@ FAR = "depth-only: largest error of speed, %"
 @pytest.mark.parametrize(
     ("factor", "top", "profile", "item", "paper", "ours", "verdict", "why"),
     [
-        (1.1, 0.86, "table", "measured table: " + WITHIN.format(20), 90, 100, "same", "of 39 conditions"),
+        (
+            1.1,
+            0.86,
+            "table",
+            "measured table: " + WITHIN.format(20),
+            90,
+            100,
+            "same",
+            "of 39 conditions",
+        ),
         (1.1, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 100, "same", ""),
         (1.3, 0.86, "table", "measured table: " + WITHIN.format(20), 90, 0, "differs", ""),
         (1.3, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 100, "same", ""),
         (1.5, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 0, "differs", ""),
-        (1.5, 0.86, "generic", "scaled generic: " + WITHIN.format(35), "reasonable accuracy", 0, "not judged", ""),
+        (
+            1.5,
+            0.86,
+            "generic",
+            "scaled generic: " + WITHIN.format(35),
+            "reasonable accuracy",
+            0,
+            "not judged",
+            "",
+        ),
         (2.0, 0.86, "depth_only", FAR, 150, 100, "differs", "outside: "),
         (2.5, 0.86, "depth_only", FAR, 150, 150, "same", ""),
         (1.0, 0.84, "table", BEST, 0.86, 0.84, "same", "calibrated on this number"),
         (1.0, 0.40, "table", BEST, 0.86, 0.40, "differs", ""),
         (1.0, 0.84, "table", AT_BEST, 72.0, 70, "differs", ""),
     ],
-)  # fmt: skip
+)
 def test_claims_beside_the_papers(factor, top, profile, item, paper, ours, verdict, why):
     found = claims(factor, top, profile).loc[f"robot{',' if ':' in item else ':'} {item}"]
     assert (found["paper"], found["verdict"]) == (paper, verdict)

@@ -37,8 +37,15 @@ def speeds():
         for k in [*np.arange(-1, 1.01, 0.2), -0.92, 0.92]
         for f in (1.0, 2.0, 5.0)
     ]
-    names = ["profile", "medium", "curvature_times_R", "frequency_Hz", "phase_turns",
-             "speed_cm_per_s", "outcome"]  # fmt: skip
+    names = [
+        "profile",
+        "medium",
+        "curvature_times_R",
+        "frequency_Hz",
+        "phase_turns",
+        "speed_cm_per_s",
+        "outcome",
+    ]
     return pd.DataFrame(rows, columns=names)
 
 
@@ -67,10 +74,17 @@ def strides(speed=26.0):
     """Mean strides of two trials of the c-leg, whose surge begins at different moments."""
     at = np.arange(50) / 50
     parts = [
-        pd.DataFrame({"run_id": name, "curvature_times_R": 1.0, "frequency_Hz": 1.96, "stride": at,
-                      "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (at - late))})
+        pd.DataFrame(
+            {
+                "run_id": name,
+                "curvature_times_R": 1.0,
+                "frequency_Hz": 1.96,
+                "stride": at,
+                "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (at - late)),
+            }
+        )
         for name, late in (("a", 0.0), ("b", 0.2))
-    ]  # fmt: skip
+    ]
     return pd.concat(parts, ignore_index=True)
 
 

@@ -41,9 +41,13 @@ def test_a_robot_that_moves_back():
 
 def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     trial: Any = SimpleNamespace(
-        run_id="a", condition="c", medium="sand", curvature_times_R=1.0, frequency_Hz=2.0,
+        run_id="a",
+        condition="c",
+        medium="sand",
+        curvature_times_R=1.0,
+        frequency_Hz=2.0,
         track="a.csv",
-    )  # fmt: skip
+    )
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
     monkeypatch.setattr(tracks, "read_track", lambda _: track)
     monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))

@@ -231,11 +231,21 @@ def with_alpha(root, values=None, **fourier):
 def test_tables(root, straight, monkeypatch):
     results, folder = with_alpha(root), root / "results" / "robot"
     seen = pd.DataFrame(
-        {"condition": ["a", "b"], "medium": "poppy_LP", "curvature_times_R": [0.6, 0.9],
-         "frequency_Hz": 5.0, "frequency_sd_Hz": np.nan, "speed_cm_per_s": [50.0, 60.0],
-         "speed_sd_cm_per_s": 1.0, "trials": 3, "calibrated": ["yes", "no"],
-         "source": "marker tracks", "reason": "", "reason_code": ""}
-    )  # fmt: skip
+        {
+            "condition": ["a", "b"],
+            "medium": "poppy_LP",
+            "curvature_times_R": [0.6, 0.9],
+            "frequency_Hz": 5.0,
+            "frequency_sd_Hz": np.nan,
+            "speed_cm_per_s": [50.0, 60.0],
+            "speed_sd_cm_per_s": 1.0,
+            "trials": 3,
+            "calibrated": ["yes", "no"],
+            "source": "marker tracks",
+            "reason": "",
+            "reason_code": "",
+        }
+    )
     table = speed_table(straight).assign(profile="table", medium="poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))

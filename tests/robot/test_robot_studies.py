@@ -42,9 +42,10 @@ def test_calibrated_values_stand_in_the_file(robot, table):
 
 def test_main_says_the_best(monkeypatch, capsys):
     monkeypatch.setattr(
-        calibrate, "GRID",
+        calibrate,
+        "GRID",
         {"hip_spacing_cm": (5.5,), "hip_height_cm": (1.0, 0.25), "belly_z_cm": (-1.0,)},
-    )  # fmt: skip
+    )
     calibrate.main()
     lines = capsys.readouterr().out.splitlines()
     assert "c-leg 26.69 cm/s" in lines[0]

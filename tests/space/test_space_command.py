@@ -63,8 +63,11 @@ def test_what_is_said_beside_the_numbers(command, tmp_path, monkeypatch):
     stl(tmp_path, rftfit.Mesh(BALL.vertices_cm, BALL.faces[:, ::-1], sheet=True))
     code, _, err = command(*MESH, "--medium", "poppy_LP")
     assert code == 0
-    for words in ("deeper than measured: down to 22.9 cm", "faster than quasi-static: up to 141 cm/s",
-                  "ball.stl: turned inside out"):  # fmt: skip
+    for words in (
+        "deeper than measured: down to 22.9 cm",
+        "faster than quasi-static: up to 141 cm/s",
+        "ball.stl: turned inside out",
+    ):
         assert words in err
     monkeypatch.setitem(sys.modules, "trimesh", None)
     code, _, err = command(*MESH, "--medium", "poppy_LP")
@@ -83,8 +86,12 @@ def test_every_fault_is_told_at_once(command, tmp_path):
     path.write_text(HEAD + "0,0,0,1,0,0,0\n1,a,0,1,0,0,0\n1,0,,1,0,0,0\n")
     code, _, err = command(*MESH, "--unit", "m", "--medium", "popy")
     assert code == 2
-    for text in ("path.csv, row 3, column x_cm: found 'a'; allowed: a number", "path.csv, row 4, column y_cm",
-                 "4000 cm long", "--medium: found 'popy'"):  # fmt: skip
+    for text in (
+        "path.csv, row 3, column x_cm: found 'a'; allowed: a number",
+        "path.csv, row 4, column y_cm",
+        "4000 cm long",
+        "--medium: found 'popy'",
+    ):
         assert text in err
     assert not (tmp_path / "forces.csv").exists()
     path.write_text(HEAD + "0,0,0,1,0,0,0\n2,0,0,1,0,0,0\n2,0,0,1,0,0,0\n")
@@ -96,13 +103,16 @@ def test_every_fault_is_told_at_once(command, tmp_path):
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (("--mesh", "ball.stl"), "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and --path"),
+        (
+            ("--mesh", "ball.stl"),
+            "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and --path",
+        ),
         ((*MESH, "--leg", "c_leg", "--hip", "1"), "found --leg and --hip with --mesh"),
         (("--leg", "c_leg", "--unit", "mm"), "found --unit without --mesh"),
         (("--leg", "c_leg", "--figure", "a.png"), "found --figure without --mesh"),
         ((*MESH, "--figure", "a.gif"), "allowed: a name that ends in"),
     ],
-)  # fmt: skip
+)
 def test_words_that_do_not_go_together(command, words, why):
     code, _, err = command(*words, "--medium", "poppy_LP")
     assert (code, why in err) == (2, True)

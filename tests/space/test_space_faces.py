@@ -19,7 +19,8 @@ from rftfit.model.profiles import FourierProfile
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
 
-VECTORS = np.loadtxt(StringIO("""
+VECTORS = np.loadtxt(
+    StringIO("""
  0 0 -1          0 0 -1        0 0 0.350930                    0 0 0.875040
  1 0 0           1 0 0         -0.071280 0 0.009457            -0.191850 0 0.074620
  1 0 0           0 1 0         0 -0.015925 0                   0.002120 -0.067960 0.026340
@@ -30,7 +31,8 @@ VECTORS = np.loadtxt(StringIO("""
  .6 .8 0         1 0 0         -0.035853 -0.026570 0.005674    -0.235004 -0.135797 0.041528
  0 .6 -.8        .48 .64 -.6   -0.025818 -0.090624 0.138638    -0.164346 -0.364415 0.609791
  0 0 1           0 0 1         0 0 -0.009094                   0 0 -0.079660
-""")).reshape(-1, 4, 3)  # fmt: skip
+""")
+).reshape(-1, 4, 3)
 
 
 def test_faces():
@@ -102,8 +104,12 @@ def test_a_leg_in_translation_is_that_of_the_plane(leg):
     gamma = np.linspace(-np.pi, np.pi, theta.size)
     vx, vz, none = -np.cos(gamma), -np.sin(gamma), 0 * gamma
     flat = forces_on(POPPY, outline, np.stack([none, none - 3, theta, vx, vz, none], axis=-1))
-    motion = Motion3D(np.stack([none, none, none - 3], axis=-1), np.stack([vx, none, vz], axis=-1),
-                      None, Rotation.from_rotvec(theta[:, None] * [0, 1, 0]))  # fmt: skip
+    motion = Motion3D(
+        np.stack([none, none, none - 3], axis=-1),
+        np.stack([vx, none, vz], axis=-1),
+        None,
+        Rotation.from_rotvec(theta[:, None] * [0, 1, 0]),
+    )
     found = mesh_forces(POPPY, Mesh.extrude(outline), motion)
     np.testing.assert_allclose(found[:, 0], flat.force_x_N, atol=1e-12)
     np.testing.assert_allclose(found[:, 2], flat.force_z_N, atol=1e-12)
@@ -113,14 +119,19 @@ def test_a_leg_in_translation_is_that_of_the_plane(leg):
 def test_a_turning_leg_differs_by_the_rule_within_a_strip():
     flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
     found = mesh_forces(POPPY, LEG, leg_at(-40))[0]
-    np.testing.assert_allclose([found[0], found[2], found[4]],
-                               [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]], atol=0.02)  # fmt: skip
+    np.testing.assert_allclose(
+        [found[0], found[2], found[4]],
+        [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]],
+        atol=0.02,
+    )
 
 
 def test_convergence_with_the_mesh():
     exact = mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
-    errors = [np.linalg.norm(mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
-              for n in (12, 24, 48)]  # fmt: skip
+    errors = [
+        np.linalg.norm(mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
+        for n in (12, 24, 48)
+    ]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
     assert errors[2] < 0.002 * np.linalg.norm(exact)
 
@@ -186,6 +197,10 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     off /= np.hypot(alpha[..., 2], alpha[..., 0]).max()
     down = (normal[:, 2] < 0) & (velocity[:, 2] < 0)
     level = normal[:, 2] < -np.cos(np.radians(30)) * np.linalg.norm(normal, axis=-1)
-    for chosen, rms, worst in ((down | True, CLOSURE, 0.23), (down, 0.061, 0.23), (down & level, 0.028, 0.15)):  # fmt: skip
+    for chosen, rms, worst in (
+        (down | True, CLOSURE, 0.23),
+        (down, 0.061, 0.23),
+        (down & level, 0.028, 0.15),
+    ):
         assert np.sqrt((off[chosen] ** 2).mean()) == pytest.approx(rms, abs=0.001)
         assert np.linalg.norm(off[chosen], axis=-1).max() == pytest.approx(worst, abs=0.006)

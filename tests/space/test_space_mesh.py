@@ -29,9 +29,12 @@ BAD = {
     "walls": (lambda v, f: (v, [*f, [f[0][0], f[0][1], 50]]), "belong to"),
     "no such vertex": (lambda v, f: (v, f + len(v)), "faces name vertices"),
     "not finite": (lambda v, f: (v * np.nan, f), "finite vertices"),
-    "a hollow": (lambda v, f: (np.vstack([v, v / 2]), np.vstack([f, f[:, ::-1] + len(v)])), "hollow"),
+    "a hollow": (
+        lambda v, f: (np.vstack([v, v / 2]), np.vstack([f, f[:, ::-1] + len(v)])),
+        "hollow",
+    ),
     "a point": (lambda v, f: (0 * v, f), "one point"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -66,8 +69,12 @@ def test_files(tmp_path):
     same = mesh_forces(POPPY, BALL, MOTION)
     np.testing.assert_allclose(mesh_forces(POPPY, found, MOTION), same, rtol=1e-5)
     (tmp_path / "empty.stl").write_text("solid nothing")
-    for name, unit, words in (("ball.stl", "m", "4000 cm long"), ("ball.stl", "micron", "unit"),
-                              ("none.stl", "mm", "no such file"), ("empty.stl", "mm", "no mesh")):  # fmt: skip
+    for name, unit, words in (
+        ("ball.stl", "m", "4000 cm long"),
+        ("ball.stl", "micron", "unit"),
+        ("none.stl", "mm", "no such file"),
+        ("empty.stl", "mm", "no mesh"),
+    ):
         with pytest.raises(InputError, match=words):
             Mesh.read(tmp_path / name, unit)
 

@@ -32,5 +32,9 @@ def test_errors_of_forces_and_sinkage(case, monkeypatch):
             ((0, 5), (-12.586, 0, 21.509)),
             ((30, 10), (-2.765, 7.890, 19.064)),
         ):
-            chosen = (RUNS.slip_angle_deg == angle) & (RUNS.rim_speed_mm_per_s == rim) & (RUNS.trial == 1)  # fmt: skip
+            chosen = (
+                (RUNS.slip_angle_deg == angle)
+                & (RUNS.rim_speed_mm_per_s == rim)
+                & (RUNS.trial == 1)
+            )
             np.testing.assert_allclose(found[chosen][0], forces, atol=1e-3)

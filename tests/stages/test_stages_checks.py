@@ -25,7 +25,7 @@ from mistakes import (
     stated,
     surface,
     swapped,
-)  # fmt: skip
+)
 
 from rftfit.measure.checks_surface import linearity
 from rftfit.measure.fits import RunFit, _other_laws
@@ -93,25 +93,54 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
 @pytest.mark.parametrize(
     ("settings", "mistake", "check", "effect", "said"),
     [
-        (axes(x="-F3", z="-F2"), None, "work", "unusable",
-         "X and z look exchanged.*none of them with that put right.*: look at transducer.axes.$"),
-        (axes(x="+F1", y="-F2"), None, "channels", "unusable",
-         "X and y look exchanged: F2, across the motion, shows"),
-        ({}, partial(dead, axis="x", noise_N=0), "channels", "unusable", "F2, along x, is constant in "),
+        (
+            axes(x="-F3", z="-F2"),
+            None,
+            "work",
+            "unusable",
+            "X and z look exchanged.*none of them with that put right.*: look at transducer.axes.$",
+        ),
+        (
+            axes(x="+F1", y="-F2"),
+            None,
+            "channels",
+            "unusable",
+            "X and y look exchanged: F2, across the motion, shows",
+        ),
+        (
+            {},
+            partial(dead, axis="x", noise_N=0),
+            "channels",
+            "unusable",
+            "F2, along x, is constant in ",
+        ),
         ({}, frozen, "channels", "unusable", "F3, along z, is frozen in "),
-        ({}, partial(swapped, count=None), "rods", "unusable", "Logs of plates and rods look exchanged"),
-        ({"transducer.turn_deg": -4.0}, None, "symmetry", "unusable",
-         r".*the mount looks turned by \+(7\.[0-9]+|8(\.[0-9]+)?) deg"),
+        (
+            {},
+            partial(swapped, count=None),
+            "rods",
+            "unusable",
+            "Logs of plates and rods look exchanged",
+        ),
+        (
+            {"transducer.turn_deg": -4.0},
+            None,
+            "symmetry",
+            "unusable",
+            r".*the mount looks turned by \+(7\.[0-9]+|8(\.[0-9]+)?) deg",
+        ),
         (size(0.4, 0.8), all_in_pounds, "size", "unusable", r".*alpha_z\(0, 90\) = 0\.12.*unit"),
         ({}, partial(surface, mm=-3), "surface", "doubtful", "The surface is wrong"),
-        ({}, partial(late, seconds=0.3), "surface", "doubtful",
-         r".*late against the motion log by about 0\.3 s"),
+        (
+            {},
+            partial(late, seconds=0.3),
+            "surface",
+            "doubtful",
+            r".*late against the motion log by about 0\.3 s",
+        ),
     ],
-)  # fmt: skip
-def test_a_mistake_is_named_with_what_mends_it(
-    lab, settings, mistake, check,
-    effect, said,
-):  # fmt: skip
+)
+def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, effect, said):
     put(lab, settings)
     if mistake is not None:
         mistake(lab, LUCK)

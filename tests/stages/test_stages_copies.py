@@ -34,10 +34,14 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
         # one plate under both of its angles
         (stress("a", -90, 45) + stress("b", 90, 45), "passed", "no run is there twice"),
         # no copy, but digits that are equal by chance
-        (stress("a", 0, 90, 3, digits=1) + stress("b", 0, 90, 3, 1, 1), "not checked", "no run has enough"),
+        (
+            stress("a", 0, 90, 3, digits=1) + stress("b", 0, 90, 3, 1, 1),
+            "not checked",
+            "no run has enough",
+        ),
         (["a,0,90,0.3,0", "b,0,90,0.3,0"], "not checked", "a table of alpha, or of few depths"),
     ],
-)  # fmt: skip
+)
 def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, found):
     holds = "stress" if rows[0].count(",") == STRESS.count(",") else "alpha"
     head = (

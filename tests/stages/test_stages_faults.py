@@ -242,9 +242,11 @@ def without_rows(text):
 
 @pytest.mark.parametrize(
     ("change", "flags", "dropped", "rows"),
-    [(first(2 / 3), ["motion-log-cut"], "no-motion", (300, math.inf)),
-     (without_rows, [], "motion-gap", (99, 103))],
-)  # fmt: skip
+    [
+        (first(2 / 3), ["motion-log-cut"], "no-motion", (300, math.inf)),
+        (without_rows, [], "motion-gap", (99, 103)),
+    ],
+)
 def test_motion_log_with_a_part_missing(room, change, flags, dropped, rows):
     room.add(RUN)
     room.change(MOTION, change)
@@ -256,16 +258,27 @@ def test_motion_log_with_a_part_missing(room, change, flags, dropped, rows):
     is_right(fit)
 
 
-@pytest.mark.parametrize(("cells", "logs", "code"), [
-    ({}, {FORCE: f"poppy_LP/{OTHER}_force.csv"}, "clocks-disagree"),
-    ({RUN: {"force_log": MOTION, "motion_log": FORCE}}, {}, "wrong-kind"),
-    ({RUN: {"direction": "extraction"}, ROD: {"direction": "extraction"}}, {}, "other-direction"),
-    ({LEVEL: {"depth_cm": "7.62"}, f"{LEVEL}_rod": {"depth_cm": "7.62"}}, {}, "other-depth"),
-    ({}, {FORCE: "", MOTION: ""}, "missing"),
-    ({RUN: {"tare_run": ""}}, {}, "tare-missing tare-not-named"),
-    ({name: {"excluded": "yes", "reason": "bed was not level"} for name in (RUN, ROD)}, {}, "excluded"),
-    ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("cells", "logs", "code"),
+    [
+        ({}, {FORCE: f"poppy_LP/{OTHER}_force.csv"}, "clocks-disagree"),
+        ({RUN: {"force_log": MOTION, "motion_log": FORCE}}, {}, "wrong-kind"),
+        (
+            {RUN: {"direction": "extraction"}, ROD: {"direction": "extraction"}},
+            {},
+            "other-direction",
+        ),
+        ({LEVEL: {"depth_cm": "7.62"}, f"{LEVEL}_rod": {"depth_cm": "7.62"}}, {}, "other-depth"),
+        ({}, {FORCE: "", MOTION: ""}, "missing"),
+        ({RUN: {"tare_run": ""}}, {}, "tare-missing tare-not-named"),
+        (
+            {name: {"excluded": "yes", "reason": "bed was not level"} for name in (RUN, ROD)},
+            {},
+            "excluded",
+        ),
+        ({ROD: {"excluded": "yes", "reason": "bent"}}, {}, "tare-missing tare-unusable excluded"),
+    ],
+)
 def test_sheet_and_logs_that_do_not_belong_together(room, cells, logs, code):
     run = LEVEL if LEVEL in cells else RUN
     room.add(run, OTHER)
@@ -292,10 +305,14 @@ def test_two_faults_in_one_log(room):
 
 @pytest.mark.parametrize("fault", ["missing_log", "empty", "never_touches"])
 def test_medium_of_which_nothing_can_be_used(room, fault):
-    room.add(RUN, LEG, **{
-        name: ("missing_log" if "leg" in name and fault == "never_touches" else fault,)
-        for name in (RUN, f"{RUN}_rod", LEG, "air_c_leg")
-    })  # fmt: skip
+    room.add(
+        RUN,
+        LEG,
+        **{
+            name: ("missing_log" if "leg" in name and fault == "never_touches" else fault,)
+            for name in (RUN, f"{RUN}_rod", LEG, "air_c_leg")
+        },
+    )
     results = room.chain()
     results.check_ledger(room.counted)
     assert (results.runs["status"] == "refused").all()
@@ -347,10 +364,11 @@ def test_logs_on_one_clock(room):
         def shift(text, by=room.chain().run(run)["clock_offset_s"]):
             lines = [line.split(",", 1) for line in text.splitlines()]
             return "".join(
-                ",".join(parts) + "\n" if parts[0].startswith(("#", "time"))
+                ",".join(parts) + "\n"
+                if parts[0].startswith(("#", "time"))
                 else f"{float(parts[0]) - by:.4f},{parts[1]}\n"
                 for parts in lines
-            )  # fmt: skip
+            )
 
         room.change(f"poppy_LP/{run}_motion.csv", shift)
     room.config = room.config.replace("method: sync_line", "method: same_clock")

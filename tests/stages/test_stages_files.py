@@ -25,9 +25,14 @@ from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
 RUNS = (
-    "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp00_g90_in",
-    "poppy_LP_bp30_g00_h254", "poppy_LP_bp30_g00_h508", "poppy_LP_bp30_g00_h762", "poppy_LP_c_leg",
-)  # fmt: skip
+    "poppy_LP_bp30_g45_in",
+    "poppy_LP_bp30_g45_ex",
+    "poppy_LP_bp00_g90_in",
+    "poppy_LP_bp30_g00_h254",
+    "poppy_LP_bp30_g00_h508",
+    "poppy_LP_bp30_g00_h762",
+    "poppy_LP_c_leg",
+)
 STAGES = ("ingest", "tare", "slopes", "checks", "legs", "ledger")
 LEDGERS = ("ingest", "tare", "slopes", "legs")
 

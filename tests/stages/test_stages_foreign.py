@@ -283,9 +283,10 @@ def test_damage_to_one_file_is_told_apart(single):
         (one.code, one.values["count"], one.values["file"]) for one in flags_of({**got.run(RUN)})
     ]
     assert sorted(flags) == [
-        ("not-numbers", 2, f"{RUN}.csv (force)"), ("not-numbers", 2, f"{RUN}.csv (motion)"),
+        ("not-numbers", 2, f"{RUN}.csv (force)"),
+        ("not-numbers", 2, f"{RUN}.csv (motion)"),
         ("wrong-cells", 1, f"{RUN}.csv"),
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,11 @@ def made(room, *more):
 
 @pytest.mark.parametrize(
     ("cells", "code"),
-    [({"excluded": "yes", "reason": "bed was disturbed"}, "excluded"),
-     ({"tare_run": ""}, "no-tared-stroke")],
-)  # fmt: skip
+    [
+        ({"excluded": "yes", "reason": "bed was disturbed"}, "excluded"),
+        ({"tare_run": ""}, "no-tared-stroke"),
+    ],
+)
 def test_a_penetration_test_that_gave_nothing(room, cells, code):
     room.add(TEST).set(TEST, **cells)
     stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")

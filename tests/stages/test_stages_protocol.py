@@ -10,9 +10,14 @@ from rftfit.figures.protocol import columns_of, protocol
 from rftfit.measure.fits import fit_medium
 
 RUNS = (
-    "poppy_LP_bp30_g45_in", "poppy_LP_bp30_g45_ex", "poppy_LP_bp30_g00_h508",
-    "poppy_LP_bp30_g00_h762", "poppy_LP_bp00_g90_in", "poppy_LP_c_leg", "poppy_LP_flat_leg",
-)  # fmt: skip
+    "poppy_LP_bp30_g45_in",
+    "poppy_LP_bp30_g45_ex",
+    "poppy_LP_bp30_g00_h508",
+    "poppy_LP_bp30_g00_h762",
+    "poppy_LP_bp00_g90_in",
+    "poppy_LP_c_leg",
+    "poppy_LP_flat_leg",
+)
 
 
 @pytest.fixture
@@ -25,10 +30,12 @@ def results_of(room):
     campaign = load_campaign(room.folder / "config" / "config.yaml")
     _, windows, _ = fit_medium(campaign, "poppy_LP", made.runs, made.tared, made.tares)
     tables = {
-        "traces/poppy_LP.parquet": made.traces, "tared/poppy_LP.parquet": made.tared,
-        "windows/poppy_LP.parquet": windows, "fits/poppy_LP.csv": made.fits,
+        "traces/poppy_LP.parquet": made.traces,
+        "tared/poppy_LP.parquet": made.tared,
+        "windows/poppy_LP.parquet": windows,
+        "fits/poppy_LP.csv": made.fits,
         "legs/poppy_LP.csv": made.curves,
-    }  # fmt: skip
+    }
     return Memory(campaign, tables)
 
 

@@ -85,8 +85,9 @@ def test_robot_speed():
 
 def test_few_repeats_and_the_generic_coefficients(ensemble):
     """Six repeats in each of two media: Student with few degrees of freedom, in M0 with more."""
-    found = cover([ensemble, ensemble.as_medium("glass0.3mm_CP")], FEW, paper_config(300), SEED,
-                  legs=False)  # fmt: skip
+    found = cover(
+        [ensemble, ensemble.as_medium("glass0.3mm_CP")], FEW, paper_config(300), SEED, legs=False
+    )
     for level in ("alpha, slanted", "alpha, horizontal", "M (lsq)", "M0 (lsq)", "M0 (dft-index)"):
         honest(found[level])
 

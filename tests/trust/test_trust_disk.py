@@ -43,15 +43,23 @@ except OutputError as error:
     print(error)
 """
 CIRCUMSTANCES = {
-    "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONHASHSEED": "1", "TZ": "Asia/Kathmandu"
-}  # fmt: skip
+    "LC_ALL": "C",
+    "PYTHONUTF8": "0",
+    "PYTHONCOERCECLOCALE": "0",
+    "PYTHONHASHSEED": "1",
+    "TZ": "Asia/Kathmandu",
+}
 
 
 def call(words, *more, **environment):
     return subprocess.run(
-        [sys.executable, *words.split(), *more], capture_output=True, text=True, check=False,
-        env={**os.environ, **environment}, encoding="utf-8",
-    )  # fmt: skip
+        [sys.executable, *words.split(), *more],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **environment},
+        encoding="utf-8",
+    )
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of file sizes are Unix's")
@@ -67,9 +75,12 @@ def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path):
 def test_an_answer_that_nobody_has_room_for():
     with FULL.open("w") as full:
         done = subprocess.run(
-            [sys.executable, *SCALE.split()], stdout=full, stderr=subprocess.PIPE, text=True,
+            [sys.executable, *SCALE.split()],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
     assert done.returncode == 3
     assert done.stderr == (
         "rftfit: standard output: cannot write: No space left on device; free some space or write "
@@ -82,9 +93,12 @@ def test_a_stage_whose_log_is_on_the_full_disk_is_heard():
     """Its message goes to standard output, which `rftfit run` reads; the exit status is kept."""
     with FULL.open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-c", STAGE], stdout=subprocess.PIPE, stderr=full, text=True,
+            [sys.executable, "-c", STAGE],
+            stdout=subprocess.PIPE,
+            stderr=full,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
     assert done.returncode == 3
     assert done.stdout == "rftfit slopes: results/alpha.csv: cannot write\n"
 
@@ -94,11 +108,16 @@ def test_a_disk_that_refuses_a_result(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
     done = on_own_disks(
-        ["sh", "-c",
-         'mount -t tmpfs -o size=8k tmpfs "$0" && "$@" "$0/leg.csv"; told=$?; ls -A "$0"; exit $told',
-         str(disk), sys.executable, *PREDICT.split()],
+        [
+            "sh",
+            "-c",
+            'mount -t tmpfs -o size=8k tmpfs "$0" && "$@" "$0/leg.csv"; told=$?; ls -A "$0"; exit $told',
+            str(disk),
+            sys.executable,
+            *PREDICT.split(),
+        ],
         capture_output=True,
-    )  # fmt: skip
+    )
     assert done.returncode == 3
     why = "No space left on device"
     assert (

@@ -31,8 +31,15 @@ def of_files(folder, asked):
     config, raw = folder / "config" / "config.yaml", folder / "raw" / "paper"
     config.parent.mkdir(parents=True)
     config.write_text(CONFIG_TEXT, encoding="utf-8")
-    reenact(paper(), raw, raw / "runs.csv", media=[MEDIUM], directions=SOME, legs=False,
-            disturb=[asked] if asked else [])  # fmt: skip
+    reenact(
+        paper(),
+        raw,
+        raw / "runs.csv",
+        media=[MEDIUM],
+        directions=SOME,
+        legs=False,
+        disturb=[asked] if asked else [],
+    )
     table = chain(load_campaign(config), MEDIUM).alpha.set_index(["beta_deg", "gamma_deg"])
     return table[[column("z"), column("x")]]
 
@@ -110,8 +117,9 @@ def test_intervals_leave_out_what_nobody_stated(undisturbed):
     config = paper_config(100)
     scenario = Scenario("surface", sizes=sizes_of(["surface"]))
     before = cover([undisturbed], Scenario("none"), config, SEED, legs=False)
-    after = cover([simulate(MEDIUM, CAMPAIGNS, SEED, scenario.sizes)], scenario, config, SEED,
-                  legs=False)  # fmt: skip
+    after = cover(
+        [simulate(MEDIUM, CAMPAIGNS, SEED, scenario.sizes)], scenario, config, SEED, legs=False
+    )
     quarters = [[part[f"alpha, {name}"].mean() for name in QUARTERS] for part in (before, after)]
     assert min(quarters[0]) > 0.9
     assert quarters[1] == sorted(quarters[1], reverse=True)
@@ -145,8 +153,9 @@ def test_slow_noise_that_is_stated_is_held():
 def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):
     """All disturbances together, through all stages: tables and a page, which has no figure here."""
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
-    folder = make_campaign(tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True,
-                           disturb=[REAL_LAB])  # fmt: skip
+    folder = make_campaign(
+        tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True, disturb=[REAL_LAB]
+    )
     slow = (*FIGURE_RULES, "workbooks", "provenance")
     run_rules(folder.config, *(rule for rule in STAGES if rule not in slow))
     alpha = folder.table("alpha/poppy_LP.csv").set_index(["beta_deg", "gamma_deg"])

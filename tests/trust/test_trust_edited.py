@@ -18,10 +18,13 @@ EDIT = ("stress = stroke.force", "stress = 3 * stroke.force")
 
 def rftfit(checkout, root, *words):
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "rftfit.cli.main", *words], cwd=root, text=True,
+        [sys.executable, "-P", "-m", "rftfit.cli.main", *words],
+        cwd=root,
+        text=True,
         env=os.environ | {"PYTHONPATH": str(checkout / "src")},
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
 
 
 def test_code_that_changes_during_a_run(tmp_path):

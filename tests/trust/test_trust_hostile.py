@@ -46,8 +46,13 @@ def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
     done = subprocess.run(
         [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
-        cwd=cwd, capture_output=True, text=True, check=False, timeout=LONGEST_S, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=LONGEST_S,
+        stdin=subprocess.DEVNULL,
+    )
     assert "Traceback" not in done.stdout + done.stderr
     return done
 
@@ -133,7 +138,9 @@ def test_logs_named_in_the_config_stay_in_raw_too(room, path):
 
 NS = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
 CELL = f'<worksheet {NS}><sheetData><row r="1"><c r="A1" t="inlineStr"><is><t>&a;</t></is></c></row></sheetData></worksheet>'
-ENTITIES = "".join(f'<!ENTITY {new} "{f"&{old};" * 10}">' for old, new in zip("bcdefgh", "cdefghi", strict=True))  # fmt: skip
+ENTITIES = "".join(
+    f'<!ENTITY {new} "{f"&{old};" * 10}">' for old, new in zip("bcdefgh", "cdefghi", strict=True)
+)
 
 
 def book(sheet, strings=f"<sst {NS}/>"):
@@ -329,8 +336,22 @@ def test_any_title_can_be_drawn():
 
 # --- names that shells and Snakemake act on ---------------------------------------------------------
 
-ODD = ["{medium}.csv", "a b'c.csv", "$(touch owned).csv", "*.csv", "-rf.csv", "=1+1.csv", "%PATH%.csv",
-       'q"x.csv', "#c.csv", "x{{y}}.csv", "&.csv", ";touch owned.csv", "{0}.csv", "é ü.csv"]  # fmt: skip
+ODD = [
+    "{medium}.csv",
+    "a b'c.csv",
+    "$(touch owned).csv",
+    "*.csv",
+    "-rf.csv",
+    "=1+1.csv",
+    "%PATH%.csv",
+    'q"x.csv',
+    "#c.csv",
+    "x{{y}}.csv",
+    "&.csv",
+    ";touch owned.csv",
+    "{0}.csv",
+    "é ü.csv",
+]
 
 
 @pytest.mark.slow

@@ -126,8 +126,10 @@ def test_what_a_living_process_writes_is_not_cleared_away(tmp_path):
 def test_an_orphan_ends_itself():
     with subprocess.Popen(
         [sys.executable, "-c", PARENT, CHILD],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as parent:  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as parent:
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"watching\n"
         parent.kill()

@@ -125,8 +125,17 @@ def test_records_come_back(tmp_path):
     assert maker_of(tmp_path, "results/fits/other.csv") is None
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"rule": 1}', '{"rule": "slopes", "key": "sand"}',
-    '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}'])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        '{"rule": 1}',
+        '{"rule": "slopes", "key": "sand"}',
+        '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}',
+    ],
+)
 def test_a_damaged_record_counts_as_none(tmp_path, text):
     (tmp_path / "record.json").write_text(text, encoding="utf-8")
     assert read_record(tmp_path / "record.json") is None
@@ -148,8 +157,9 @@ def robot_campaign(tmp_path):
     (root / "config" / "mine.yaml").write_bytes((here / "robot.yaml").read_bytes())
     (root / "raw" / "paper" / "runs.csv").write_text(
         "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
-        "p1,plate,poppy_LP,plate,intrusion,0,90,f.csv,m.csv\n", "utf-8"
-    )  # fmt: skip
+        "p1,plate,poppy_LP,plate,intrusion,0,90,f.csv,m.csv\n",
+        "utf-8",
+    )
     (root / "raw" / "paper" / "robot" / "runs.csv").write_text(
         "run_id,condition,medium,curvature_times_R,frequency_Hz,track\na1,a,poppy_LP,1,2,a1.csv\n",
         "utf-8",
@@ -191,11 +201,22 @@ def test_the_robots_files_are_watched(robot_campaign):
 @pytest.mark.parametrize(
     ("text", "written"),
     [
-        ("=1+1", "'=1+1"), ("+SUM(A1)", "'+SUM(A1)"), ("-2+3", "'-2+3"), ("@A1", "'@A1"),
-        ("\t=1", "'\t=1"), ("\r=1", "'\n=1"), ("'=1", "''=1"), ("-", "'-"),
-        ("-5", "-5"), ("+0.25", "+0.25"), ("-1e-3", "-1e-3"), ("a=1", "a=1"), ("it's", "it's"), ("", ""),
+        ("=1+1", "'=1+1"),
+        ("+SUM(A1)", "'+SUM(A1)"),
+        ("-2+3", "'-2+3"),
+        ("@A1", "'@A1"),
+        ("\t=1", "'\t=1"),
+        ("\r=1", "'\n=1"),
+        ("'=1", "''=1"),
+        ("-", "'-"),
+        ("-5", "-5"),
+        ("+0.25", "+0.25"),
+        ("-1e-3", "-1e-3"),
+        ("a=1", "a=1"),
+        ("it's", "it's"),
+        ("", ""),
     ],
-)  # fmt: skip
+)
 def test_text_is_guarded_and_numbers_are_left(text, written):
     assert guarded(text) == written
     assert unguarded(written) == text.replace("\r", "\n")
@@ -213,8 +234,12 @@ def test_tables_come_back_and_hold_no_formula(tmp_path):
     pick = random.Random(3)
     texts = ["".join(pick.choices("=+-@'\"\n,;1a ", k=pick.randint(1, 6))) for _ in range(300)]
     table = pd.DataFrame(
-        {"run_id": [f"r{i}" for i in range(300)], "note": texts, "force_N": [-i / 7 for i in range(300)]}
-    )  # fmt: skip
+        {
+            "run_id": [f"r{i}" for i in range(300)],
+            "note": texts,
+            "force_N": [-i / 7 for i in range(300)],
+        }
+    )
     write_csv(table, tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as handle:
         rows = list(csv.DictReader(handle))

@@ -84,11 +84,17 @@ def forget(now):
     [
         (lambda _: None, []),
         (edit, [("tare/sand", "edited", result("tare")), ("slopes/sand", "input", result("tare"))]),
-        (lose, [("slopes/sand", "missing", result("slopes")), ("provenance", "input", result("slopes"))]),
+        (
+            lose,
+            [
+                ("slopes/sand", "missing", result("slopes")),
+                ("provenance", "input", result("slopes")),
+            ],
+        ),
         (change, [("slopes/sand", "changed", "code"), ("slopes/sand", "changed", "logs")]),
         (forget, [("tare/sand", "new", ""), ("slopes/sand", "input", result("tare"))]),
     ],
-)  # fmt: skip
+)
 def test_findings(now, happens, wanted):
     happens(now)
     assert found(now) == wanted
@@ -124,8 +130,11 @@ def test_a_job_that_is_not_as_recorded_loses_its_state_file(now):
     recorded.remove_outdated_states(recorded.findings_of())
     there = {name: (now.campaign.root / state_file(name)).is_file() for name in recorded.all}
     assert there == {
-        "tare/sand": False, "slopes/sand": False, "robot_full_speeds": True, "provenance": True
-    }  # fmt: skip
+        "tare/sand": False,
+        "slopes/sand": False,
+        "robot_full_speeds": True,
+        "provenance": True,
+    }
 
 
 @pytest.mark.parametrize("happens", [None, edit, lose, forget])

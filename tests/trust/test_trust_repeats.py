@@ -155,8 +155,9 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
     for run in planned().values():
         if (run.kind, run.beta_deg, run.gamma_deg, run.natural) == ("plate", 0, 90, False):
             logs = (run_logs(run, paper(), 3, spread=s)[run.force_log] for s in (0.0, 0.05))
-            plain, spread = (np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",")
-                             for log in logs)  # fmt: skip
+            plain, spread = (
+                np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",") for log in logs
+            )
             push = -(spread - plain)[:, 4] / 9.6774
             found.append(push[np.abs(push).argmax()] / 8.7)
     assert len(found) == 10
@@ -170,8 +171,12 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
 def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
     """Two pushes that differ by 8 %: the interval of alpha is half of it, and zeta rests on it."""
     half = float(student_quantile(0.95, 1)) * 0.036
-    row = {"alpha_z_N_per_cm3": 0.936, "alpha_z_se_N_per_cm3": 0.036, "alpha_z_lo_N_per_cm3": 0.936 - half,
-           "alpha_z_hi_N_per_cm3": 0.936 + half}  # fmt: skip
+    row = {
+        "alpha_z_N_per_cm3": 0.936,
+        "alpha_z_se_N_per_cm3": 0.036,
+        "alpha_z_lo_N_per_cm3": 0.936 - half,
+        "alpha_z_hi_N_per_cm3": 0.936 + half,
+    }
     row |= {name.replace("_z_", "_x_"): 0.0 for name in row}
     place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "flags": "", "reason": ""}
     found = sand_row(pd.DataFrame([place | row]), published(), paper_config(200))

@@ -11,8 +11,23 @@ from paper import PROJECT
 
 from rftfit.store.environment import child_environment
 
-MODULES = ("numpy", "json", "yaml", "pandas", "numba", "matplotlib", "pyarrow", "scipy", "typer",
-           "pickle", "sitecustomize", "usercustomize", "snakemake", "rftfit", "ourlab_dialect")  # fmt: skip
+MODULES = (
+    "numpy",
+    "json",
+    "yaml",
+    "pandas",
+    "numba",
+    "matplotlib",
+    "pyarrow",
+    "scipy",
+    "typer",
+    "pickle",
+    "sitecustomize",
+    "usercustomize",
+    "snakemake",
+    "rftfit",
+    "ourlab_dialect",
+)
 CODE = "import pathlib\npathlib.Path({marker!r}).mkdir(exist_ok=True)\n(pathlib.Path({marker!r}) / {name!r}).touch()\n"
 PROFILE = """\
 __use_yte__: true
@@ -61,9 +76,14 @@ def make_hostile(root, marker):
 
 def call(cwd, *words, **environment):
     return subprocess.run(
-        [str(RFTFIT), *words], cwd=cwd, capture_output=True, text=True, check=False,
-        stdin=subprocess.DEVNULL, env={**os.environ, **environment},
-    )  # fmt: skip
+        [str(RFTFIT), *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, **environment},
+    )
 
 
 def executed(marker):
@@ -150,7 +170,11 @@ def test_a_dialect_that_is_installed_still_works(tmp_path):
             patch.setenv("PYTHONPATH", paths)
             environment = child_environment()
         done = subprocess.run(
-            [sys.executable, "-c", code], cwd=site, env=environment, capture_output=True, text=True,
+            [sys.executable, "-c", code],
+            cwd=site,
+            env=environment,
+            capture_output=True,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
         assert ("our logs (package ourlab)" in done.stdout) is found, done.stderr

@@ -30,8 +30,15 @@ def sha256(path):
 
 @pytest.fixture
 def checked(small):
-    names = (LOG, "raw/paper/runs.csv", "config/config.yaml", "results/alpha/poppy_LP.csv",
-             "results/provenance.json", FIGURE, CODE)  # fmt: skip
+    names = (
+        LOG,
+        "raw/paper/runs.csv",
+        "config/config.yaml",
+        "results/alpha/poppy_LP.csv",
+        "results/provenance.json",
+        FIGURE,
+        CODE,
+    )
     kept = {name: (small.root / name).read_bytes() for name in names}
     states = {name: (small.root / name).stat() for name in names}
     yield small
@@ -85,10 +92,10 @@ def test_the_record_names_every_result_and_its_content(checked):
         "jobs"
     ]
     assert {path for one in jobs.values() for path in one["writes"]} == {
-        path for path in there
-        if path.rsplit("/", 1)[1] not in
-        ("provenance.json", "manifest.sha256", "run_sheet.csv")
-    }  # fmt: skip
+        path
+        for path in there
+        if path.rsplit("/", 1)[1] not in ("provenance.json", "manifest.sha256", "run_sheet.csv")
+    }
 
 
 def test_sums_of_all_logs_are_right(checked):
@@ -112,9 +119,15 @@ def test_the_record_holds_no_machine_and_no_time(checked):
 def test_a_chain_is_told(checked):
     done = checked.rftfit("verify", "results/coefficients.csv")
     assert done.returncode == 0
-    for part in ("ingest of poppy_LP, yuma", "slopes of poppy_LP, yuma", "fourier", "scaling",
-                 "134 logs: air/air_c_leg_force.csv", "67 rows of the run sheet",
-                 "depends on: "):  # fmt: skip
+    for part in (
+        "ingest of poppy_LP, yuma",
+        "slopes of poppy_LP, yuma",
+        "fourier",
+        "scaling",
+        "134 logs: air/air_c_leg_force.csv",
+        "67 rows of the run sheet",
+        "depends on: ",
+    ):
         assert part in done.stdout
     alone = checked.rftfit("verify", "results/alpha/yuma.csv").stdout
     assert "poppy_LP_" not in alone
@@ -147,19 +160,44 @@ def change_code(root):
 
 
 CHANGES = {
-    "log": (change_log_behind_the_date, [f"file {LOG}: was sha256"], "alpha/yuma.csv", "alpha/poppy_LP.csv"),
-    "no log": (lambda root: (root / LOG).unlink(), [f"file {LOG}: was sha256", "is not there"],
-               "alpha/yuma.csv", "alpha/poppy_LP.csv"),
-    "row": (change_row, ["run poppy_LP_bp30_g45_in: was surface_z_mm '", "is surface_z_mm '149.5'"],
-            "alpha/poppy_LP.csv", "alpha/yuma.csv"),
-    "setting": (change_setting, ["config key fourier.threshold: was 0.05, is 0.06"],
-                "coefficients.csv", "alpha/poppy_LP.csv"),
+    "log": (
+        change_log_behind_the_date,
+        [f"file {LOG}: was sha256"],
+        "alpha/yuma.csv",
+        "alpha/poppy_LP.csv",
+    ),
+    "no log": (
+        lambda root: (root / LOG).unlink(),
+        [f"file {LOG}: was sha256", "is not there"],
+        "alpha/yuma.csv",
+        "alpha/poppy_LP.csv",
+    ),
+    "row": (
+        change_row,
+        ["run poppy_LP_bp30_g45_in: was surface_z_mm '", "is surface_z_mm '149.5'"],
+        "alpha/poppy_LP.csv",
+        "alpha/yuma.csv",
+    ),
+    "setting": (
+        change_setting,
+        ["config key fourier.threshold: was 0.05, is 0.06"],
+        "coefficients.csv",
+        "alpha/poppy_LP.csv",
+    ),
     "code": (change_code, ["fourier: made with other code"], "coefficients.csv", "tares/yuma.csv"),
-    "result": (change_result, ["result results/alpha/poppy_LP.csv: edited or damaged"],
-               "coefficients.csv", "tares/poppy_LP.csv"),
-    "no result": (lambda root: (root / FIGURE).unlink(), [f"{FIGURE}: not as recorded", "not there"],
-                  "figures", "coefficients.csv"),
-}  # fmt: skip
+    "result": (
+        change_result,
+        ["result results/alpha/poppy_LP.csv: edited or damaged"],
+        "coefficients.csv",
+        "tares/poppy_LP.csv",
+    ),
+    "no result": (
+        lambda root: (root / FIGURE).unlink(),
+        [f"{FIGURE}: not as recorded", "not there"],
+        "figures",
+        "coefficients.csv",
+    ),
+}
 """What changes it, what `verify` says, and a result that rests on it and one that does not."""
 
 
@@ -195,10 +233,21 @@ def test_edits_and_damage_are_made_again(checked):
     replace(results / "alpha" / "poppy_LP.csv", "0.", "9.")
     saved = (results / "coefficients.csv").read_text(encoding="utf-8").replace("\n", "\r\n")
     (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
-    flipped = ("traces/yuma.parquet", "tared/poppy_LP.parquet", "windows/yuma.parquet",
-               "fits/yuma.csv", "ledger/tare/poppy_LP.csv", "fourier/media.csv", "report.html",
-               "quality/yuma.png", "alpha_tables.xlsx", "provenance.json",
-               "state/scaling.json", "state/page.json", "records/maps/yuma.json")  # fmt: skip
+    flipped = (
+        "traces/yuma.parquet",
+        "tared/poppy_LP.parquet",
+        "windows/yuma.parquet",
+        "fits/yuma.csv",
+        "ledger/tare/poppy_LP.csv",
+        "fourier/media.csv",
+        "report.html",
+        "quality/yuma.png",
+        "alpha_tables.xlsx",
+        "provenance.json",
+        "state/scaling.json",
+        "state/page.json",
+        "records/maps/yuma.json",
+    )
     for name in flipped:
         path = results / name
         content = bytearray(path.read_bytes())

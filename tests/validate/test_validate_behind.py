@@ -70,9 +70,11 @@ def test_hip_and_arc_share_the_variance_that_exact_cells_leave(table, paper_conf
         forces = [
             sweep(PROFILE, outline, hip_height_cm=hip)
             for outline, hip in (
-                (model_leg(name), 2.0), (model_leg(name), 2.05), (leg_outline(leg, arc_deg=183.6), 2.0),
+                (model_leg(name), 2.0),
+                (model_leg(name), 2.05),
+                (leg_outline(leg, arc_deg=183.6), 2.0),
             )
-        ]  # fmt: skip
+        ]
         for c in "zx":
             plain, hip, arc = (getattr(one, f"force_{c}_N") for one in forces)
             at = extreme(plain, c)

@@ -18,9 +18,10 @@ def curves(factor_z, factor_x, noise=0.0):
         z = factor_z[leg] * bell + random.normal(0, noise, THETA.size)
         x = factor_x[leg] * 0.5 * bell + random.normal(0, noise, THETA.size)
         parts.append(
-            pd.DataFrame({"medium": "sand", "leg": leg, "theta_deg": THETA,
-                          "force_z_N": z, "force_x_N": x})
-        )  # fmt: skip
+            pd.DataFrame(
+                {"medium": "sand", "leg": leg, "theta_deg": THETA, "force_z_N": z, "force_x_N": x}
+            )
+        )
     return pd.concat(parts)
 
 
@@ -43,10 +44,17 @@ def test_factors_come_back():
 def few(z, x):
     """Forces of three legs, leg by leg."""
     return pd.concat(
-        pd.DataFrame({"medium": "sand", "leg": leg, "theta_deg": range(len(up)),
-                      "force_z_N": up, "force_x_N": along})
+        pd.DataFrame(
+            {
+                "medium": "sand",
+                "leg": leg,
+                "theta_deg": range(len(up)),
+                "force_z_N": up,
+                "force_x_N": along,
+            }
+        )
         for leg, up, along in zip(LEGS, z, x, strict=True)
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("size_N", [1.0, 0.01])

@@ -107,12 +107,17 @@ T = 2.0639
         # both signs turned is the same error
         (-12.0, [-11.4, -12.9], -10.0, 0.0, (14, 29)),
         (-12.0, [-11.4, -12.9], 10.0, 0.0, (-229, -214)),
-        (12.0, [11.4, 12.9], 10.0, 0.5,
-         (20 - 120 * math.hypot(0.05, 0.05 * T), 20 + 120 * math.hypot(0.075, 0.05 * T))),
+        (
+            12.0,
+            [11.4, 12.9],
+            10.0,
+            0.5,
+            (20 - 120 * math.hypot(0.05, 0.05 * T), 20 + 120 * math.hypot(0.075, 0.05 * T)),
+        ),
         (0.0, [1, 2], 10.0, 0.1, (math.nan, math.nan)),
         (12.0, [1, 2], 0.0, 0.1, (math.nan, math.nan)),
     ],
-)  # fmt: skip
+)
 def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, wanted):
     found = _error_interval(predicted, ends, measured, se, 0.95)
     assert found == pytest.approx(wanted, nan_ok=True, rel=1e-5)
@@ -121,8 +126,11 @@ def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, wanted)
 def curves(measured, predicted):
     """Two tables with the same curve for z and x; the prediction is known within 0.1 N."""
     names = {"theta_deg": THETA, "medium": "m", "leg": "c_leg", "reason": ""}
-    ends = {f"force_{c}_{end}_N": predicted + sign * 0.1
-            for c in "zx" for end, sign in (("lo", -1), ("hi", 1))}  # fmt: skip
+    ends = {
+        f"force_{c}_{end}_N": predicted + sign * 0.1
+        for c in "zx"
+        for end, sign in (("lo", -1), ("hi", 1))
+    }
     forces = ({"force_z_N": part, "force_x_N": part} for part in (measured, predicted))
     ours, theirs = (pd.DataFrame(names | force) for force in forces)
     return ours, theirs.assign(profile="table", **ends)

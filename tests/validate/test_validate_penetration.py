@@ -34,18 +34,34 @@ def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=
     here = Path("no campaign is here")
     table = {run.run_id: {"depth_cm": np.ones(1)} for run in runs} if numbers else {}
     campaign = Campaign(here, here, here, config, runs, table)
-    facts = {"flags": "", "note": "", "sample_step_s": 0.01, "clock_se_s": 0.0, "surface_se_mm": 0.0,
-             "zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": 12.0}  # fmt: skip
+    facts = {
+        "flags": "",
+        "note": "",
+        "sample_step_s": 0.01,
+        "clock_se_s": 0.0,
+        "surface_se_mm": 0.0,
+        "zero_var_z_N2": 0.0,
+        "zero_var_x_N2": 0.0,
+        "zero_dof": 12.0,
+    }
     status = pd.DataFrame(
         facts | {"run_id": run.run_id, "reason": (reasons or {}).get(run.run_id, "")}
         for run in runs
     )
     nothing = dict.fromkeys(("x_cm", "force_x_N", "tare_z_N", "tare_x_N"), 0.0)
     tared = pd.concat(
-        pd.DataFrame({"run_id": name, "depth_cm": DEPTH_CM, "path_cm": DEPTH_CM, **nothing,
-                      "force_z_N": AREA_CM2 * stresses[name], "why": np.int8(0)})
+        pd.DataFrame(
+            {
+                "run_id": name,
+                "depth_cm": DEPTH_CM,
+                "path_cm": DEPTH_CM,
+                **nothing,
+                "force_z_N": AREA_CM2 * stresses[name],
+                "why": np.int8(0),
+            }
+        )
         for name in sorted(stresses)
-    )  # fmt: skip
+    )
     tared["run_id"] = tared["run_id"].astype("category")
     tares = pd.DataFrame(columns=["run_id", "reason"])
     fits, *_ = fit_medium(campaign, "yuma", status, tared, tares)
@@ -110,9 +126,11 @@ def test_a_regime_that_the_config_does_not_state_has_no_row(paper_config):
 
 def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config):
     others = (
-        push("tilted", beta_deg=30.0), push("slanted", gamma_deg=45.0),
-        push("up", direction="extraction"), push("rod", kind="rod"),
-    )  # fmt: skip
+        push("tilted", beta_deg=30.0),
+        push("slanted", gamma_deg=45.0),
+        push("up", direction="extraction"),
+        push("rod", kind="rod"),
+    )
     runs = (*others, push())
     strokes = {run.run_id: kneed(3.0) for run in runs if run.kind == "plate"}
     assert {name for name, _ in told(paper_config, strokes, runs)} == {"down"}

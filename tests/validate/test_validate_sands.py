@@ -82,10 +82,21 @@ def test_published_sands():
 
 def test_a_single_test_has_the_errors_of_its_bed_and_its_rod():
     """As the alpha table has them; a wider one than the logs alone give, whatever the window."""
-    fit = {"alpha_z_N_per_cm3": 0.7, "alpha_z_se_N_per_cm3": 0.01, "alpha_z_dof": 1e6, "reason": "",
-           "lever_per_cm": 0.5, "nonlinear_z_ratio": 0.02}  # fmt: skip
-    cell = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": 0.7,
-            "run_to_run_z_N_per_cm3": 0.028, "alpha_z_rod_N_per_cm3": 0.021}  # fmt: skip
+    fit = {
+        "alpha_z_N_per_cm3": 0.7,
+        "alpha_z_se_N_per_cm3": 0.01,
+        "alpha_z_dof": 1e6,
+        "reason": "",
+        "lever_per_cm": 0.5,
+        "nonlinear_z_ratio": 0.02,
+    }
+    cell = {
+        "beta_deg": 0.0,
+        "gamma_deg": 90.0,
+        "alpha_z_N_per_cm3": 0.7,
+        "run_to_run_z_N_per_cm3": 0.028,
+        "alpha_z_rod_N_per_cm3": 0.021,
+    }
     others = sands._of_any_window(pd.DataFrame([cell]))
     assert others == pytest.approx(0.05)
     bare = pd.DataFrame([cell]).drop(columns=column("z", "_rod"))

@@ -29,9 +29,11 @@ def assert_as_run(bench, watch):
     held = Results(made.campaign)
     hold(held, mine, made.campaign.runs_of(MEDIUM))
     for name, table in {
-        "alpha": mine.alpha, "checks": mine.checks, "fits": held.table(f"fits/{MEDIUM}.csv"),
+        "alpha": mine.alpha,
+        "checks": mine.checks,
+        "fits": held.table(f"fits/{MEDIUM}.csv"),
         "runs": held.table(f"runs/{MEDIUM}.csv"),
-    }.items():  # fmt: skip
+    }.items():
         pd.testing.assert_frame_equal(
             made.table(f"{name}/{MEDIUM}.csv"), table, obj=name, check_exact=True
         )

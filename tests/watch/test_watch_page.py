@@ -169,12 +169,23 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
         assert browser.evaluate("location.search").endswith(f"run={first}")
         for width in (390, 1280):
             for theme in ("light", "dark"):
-                browser.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)  # fmt: skip
-                browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])  # fmt: skip
+                browser.call(
+                    "Emulation.setDeviceMetricsOverride",
+                    width=width,
+                    height=900,
+                    deviceScaleFactor=1,
+                    mobile=width < 600,
+                )
+                browser.call(
+                    "Emulation.setEmulatedMedia",
+                    features=[{"name": "prefers-color-scheme", "value": theme}],
+                )
                 assert browser.evaluate("document.documentElement.scrollWidth") <= width
-                ink, paper = json.loads(browser.evaluate(
-                    "JSON.stringify([getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor])"
-                ))  # fmt: skip
+                ink, paper = json.loads(
+                    browser.evaluate(
+                        "JSON.stringify([getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor])"
+                    )
+                )
                 bright = sum(map(int, re.findall(r"\d+", paper)[:3])) > sum(
                     map(int, re.findall(r"\d+", ink)[:3])
                 )

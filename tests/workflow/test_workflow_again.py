@@ -23,8 +23,14 @@ def test_every_promised_file_is_there(small):
     results = small.root / "results"
     promised = [f"alpha/{medium}.csv" for medium in MEDIA]
     promised += ["alpha_tables.xlsx", "coefficients.csv", "coefficients.xlsx", "penetration.csv"]
-    names = ["protocol_poppy_LP", "linearity", "stress_of_runs", "alpha_maps_poppy_LP",
-             "fit_maps", "generic_profile"]  # fmt: skip
+    names = [
+        "protocol_poppy_LP",
+        "linearity",
+        "stress_of_runs",
+        "alpha_maps_poppy_LP",
+        "fit_maps",
+        "generic_profile",
+    ]
     promised += [f"figures/{name}.{end}" for name in names for end in ("png", "pdf", "svg", "webp")]
     promised += [f"quality/{m}.{end}" for m in MEDIA for end in ("png", "pdf", "svg", "webp")]
     assert [name for name in promised if not (results / name).stat().st_size > 300] == []

@@ -43,8 +43,11 @@ def test_verdicts(whole):
     every = pd.concat(whole.table(f"checks/{name}.csv") for name in (GOOD, BAD, TAKEN, "yuma"))
     table = every.query("check == 'size'").set_index("medium")["verdict"]
     assert table.to_dict() == {
-        GOOD: "passed", BAD: "failed", TAKEN: "accepted", "yuma": "not checked"
-    }  # fmt: skip
+        GOOD: "passed",
+        BAD: "failed",
+        TAKEN: "accepted",
+        "yuma": "not checked",
+    }
 
 
 def test_every_table_is_marked(whole):
@@ -122,6 +125,7 @@ def test_results_give_the_checks(whole):
     results = open_results(whole.root)
     assert isinstance(results.checks, pd.DataFrame)
     assert {name: say(marks) for name, marks in results.marks.items()} == {
-        BAD: MARK, TAKEN: ACCEPTED
-    }  # fmt: skip
+        BAD: MARK,
+        TAKEN: ACCEPTED,
+    }
     assert results[BAD].title == "3 mm glass, close (unusable)"

@@ -201,8 +201,10 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     table[table.filter(like="alpha_").columns] = table.filter(like="alpha_").mask(hole)
     write_csv(table, results / "alpha" / "poppy_LP.csv")
     write_csv(fourier(open_results(root)), results / "fourier" / "media.csv")
-    for stage, names in ((scaling, ("coefficients.csv", "penetration.csv")),
-                         (legs_predicted, ("predicted.csv", "leg_errors.csv"))):  # fmt: skip
+    for stage, names in (
+        (scaling, ("coefficients.csv", "penetration.csv")),
+        (legs_predicted, ("predicted.csv", "leg_errors.csv")),
+    ):
         for name, one in zip(names, stage(open_results(root)), strict=True):
             write_csv(one, results / name)
     made = open_results(root)

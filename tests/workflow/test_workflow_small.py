@@ -145,8 +145,11 @@ def test_an_encoding_without_the_letters_of_the_folder(small, tmp_path):
     tares = ("results/tares/yuma.csv", "results/tares/poppy_LP.csv")
     done = subprocess.run(
         [sys.executable, "-P", "-m", "rftfit.cli.main", "run", *tares],
-        cwd=other.root, env=os.environ | ascii_only, capture_output=True, check=False,
-    )  # fmt: skip
+        cwd=other.root,
+        env=os.environ | ascii_only,
+        capture_output=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     for name in ("traces/yuma.parquet", "tared/poppy_LP.parquet"):
         ours, wanted = (folder.root / "results" / name for folder in (other, small))

@@ -173,9 +173,11 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     wanted = {}
     both = np.concatenate([there, there[::-1]])
     for beta, gamma, depth, end, own in (
-        (0, 90, both, ",", slice(200)), (30, -45, both, ",", slice(201, 400)),
-        (0, -90, there[::-1], ",", slice(200)), (60, 45, there, "yes,a stone", slice(200)),
-    ):  # fmt: skip
+        (0, 90, both, ",", slice(200)),
+        (30, -45, both, ",", slice(201, 400)),
+        (0, -90, there[::-1], ",", slice(200)),
+        (60, 45, there, "yes,a stone", slice(200)),
+    ):
         alpha = np.where((np.arange(depth.size) < 200) & (gamma > -90), 0.35, -0.05)
         stress = alpha * depth + random.normal(0, 0.02, depth.size)
         for d, one in zip(depth, stress, strict=True):
@@ -273,9 +275,11 @@ def test_a_run_reads_its_table_once(tmp_path):
     paths = os.pathsep.join([str(patch.parent), *sys.path])
     wanted = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *wanted], cwd=tmp_path / "c",
-        env=os.environ | {"PYTHONPATH": paths}, check=True,
-    )  # fmt: skip
+        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *wanted],
+        cwd=tmp_path / "c",
+        env=os.environ | {"PYTHONPATH": paths},
+        check=True,
+    )
     assert all((tmp_path / "c" / name).is_file() for name in wanted)
     assert len((tmp_path / "reads").read_text().splitlines()) == 1
 

@@ -136,9 +136,16 @@ def test_windows_points_and_quality_figures(whole):
         half_z = 1.905 * np.abs(np.sin(beta)) + 0.32 * np.abs(np.cos(beta))
         assert (fits["depth_to_cm"] + half_z)[~level].max() <= 9.001
         assert (fits["depth_from_cm"] - half_z)[~level].min() >= -0.001
-        names = [f"{name}_{c}{unit}" for c in "zx" for name, unit in (
-            ("free_slope", "_N_per_cm3"), ("intercept", "_N_per_cm2"),
-            ("nonlinear", "_p"), ("nonlinear", "_ratio"))]  # fmt: skip
+        names = [
+            f"{name}_{c}{unit}"
+            for c in "zx"
+            for name, unit in (
+                ("free_slope", "_N_per_cm3"),
+                ("intercept", "_N_per_cm2"),
+                ("nonlinear", "_p"),
+                ("nonlinear", "_ratio"),
+            )
+        ]
         assert fits.loc[level, names].isna().all(axis=None)
         assert fits.loc[~level, names].notna().all(axis=None)
         ratio = fits["alpha_z_se_N_per_cm3"] / fits["alpha_z_ols_se_N_per_cm3"]

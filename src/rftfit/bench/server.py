@@ -130,10 +130,13 @@ class _Handler(BaseHTTPRequestHandler):
     ) -> None:
         self.send_response(status)
         for key, value in {
-            "Content-Type": f"{kind}; charset=utf-8", "Content-Security-Policy": _POLICY.format(nonce),
-            "Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff",
+            "Content-Type": f"{kind}; charset=utf-8",
+            "Content-Security-Policy": _POLICY.format(nonce),
+            "Cache-Control": "no-store",
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
             "Cross-Origin-Resource-Policy": "same-origin",
-        }.items():  # fmt: skip
+        }.items():
             self.send_header(key, value)
         if size is not None:
             self.send_header("Content-Length", str(size))

@@ -31,8 +31,14 @@ from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells
 
 MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
-    "measured", "waiting", "growing", "not tared yet", "no alpha", "excluded", "read",
-)  # fmt: skip
+    "measured",
+    "waiting",
+    "growing",
+    "not tared yet",
+    "no alpha",
+    "excluded",
+    "read",
+)
 """States of a run."""
 
 _NEXT = 3
@@ -197,12 +203,19 @@ class Watch:
         numbers += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
         changed = max((stamp[1] / 1e9 for stamp in _stamps_now(row) if stamp), default=np.nan)
         return {
-            "medium": medium.name, "run_id": name, "row": run.row, "kind": run.kind,
-            "state": self.state(medium.name, name), "direction": run.direction,
+            "medium": medium.name,
+            "run_id": name,
+            "row": run.row,
+            "kind": run.kind,
+            "state": self.state(medium.name, name),
+            "direction": run.direction,
             **{number: fit.get(number, np.nan) for number in numbers},
-            "flags": [{"code": one.code, "text": str(one)} for one in flags_of(fit or one.rows["runs"])],
-            "reason": one.why, "seconds_since_change": round(time.time() - changed, 3),
-        }  # fmt: skip
+            "flags": [
+                {"code": one.code, "text": str(one)} for one in flags_of(fit or one.rows["runs"])
+            ],
+            "reason": one.why,
+            "seconds_since_change": round(time.time() - changed, 3),
+        }
 
     # --- media
 
@@ -247,11 +260,14 @@ class Watch:
         failed = medium.checks[medium.checks["verdict"] == FAILED]
         states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
         return {
-            "medium": medium.name, "states": dict(states),
+            "medium": medium.name,
+            "states": dict(states),
             "checks": failed[["check", "effect", "sentence"]].to_dict("records"),
-            "target": medium.plan.target if medium.plan else "", "half_width_percent": medium.width,
-            "before_percent": medium.before, "next": self.next_rows(medium),
-        }  # fmt: skip
+            "target": medium.plan.target if medium.plan else "",
+            "half_width_percent": medium.width,
+            "before_percent": medium.before,
+            "next": self.next_rows(medium),
+        }
 
     def next_rows(self, medium: Medium) -> list[dict[str, str]]:
         """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""

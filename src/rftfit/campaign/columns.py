@@ -65,26 +65,74 @@ _angle = partial(SheetColumn, kinds=_PLATES, low=-90, high=90, unit="degrees")
 
 COLUMNS = (
     SheetColumn("run_id", "name", "unique name of the run"),
-    SheetColumn("kind", "choice", "plate; rod: rod and mount only, no plate; leg; leg_air: the leg turned in air", choices=KINDS),
-    SheetColumn("medium", "choice", "the granular medium", kinds=("plate", "rod", "leg"), section="media"),
-    SheetColumn("intruder", "choice", "the plate or leg; for a rod or in-air run, the one whose tare it is", section="intruders"),
-    SheetColumn("direction", "choice", "how it moved", choices=_DIRECTION_WORDS,
-                hint="rotation for legs, the others for plates and rods"),
+    SheetColumn(
+        "kind",
+        "choice",
+        "plate; rod: rod and mount only, no plate; leg; leg_air: the leg turned in air",
+        choices=KINDS,
+    ),
+    SheetColumn(
+        "medium", "choice", "the granular medium", kinds=("plate", "rod", "leg"), section="media"
+    ),
+    SheetColumn(
+        "intruder",
+        "choice",
+        "the plate or leg; for a rod or in-air run, the one whose tare it is",
+        section="intruders",
+    ),
+    SheetColumn(
+        "direction",
+        "choice",
+        "how it moved",
+        choices=_DIRECTION_WORDS,
+        hint="rotation for legs, the others for plates and rods",
+    ),
     _angle("beta_deg", "number", "angle at which the plate is held"),
-    _angle("gamma_deg", "number", "angle of the path: 90 straight down, 0 horizontal",
-           hint="the angle of the path on the way down, also for an extraction that goes back along it; "
-           "negative: of an extraction up toward -x, as in the table of alpha"),
-    SheetColumn("depth_cm", "number", "depth of a horizontal run", kinds=_PLATES, direction="horizontal", above=0, unit="cm"),
+    _angle(
+        "gamma_deg",
+        "number",
+        "angle of the path: 90 straight down, 0 horizontal",
+        hint="the angle of the path on the way down, also for an extraction that goes back along it; "
+        "negative: of an extraction up toward -x, as in the table of alpha",
+    ),
+    SheetColumn(
+        "depth_cm",
+        "number",
+        "depth of a horizontal run",
+        kinds=_PLATES,
+        direction="horizontal",
+        above=0,
+        unit="cm",
+    ),
     SheetColumn("force_log", "path", "file of the force log"),
     SheetColumn("motion_log", "path", "file of the motion log"),
-    _optional("tare_run", "name", "run_id of the rod run (for a leg: of the leg_air run) to subtract", kinds=_MEASURED,
-              hint="the run_id of another row"),
+    _optional(
+        "tare_run",
+        "name",
+        "run_id of the rod run (for a leg: of the leg_air run) to subtract",
+        kinds=_MEASURED,
+        hint="the run_id of another row",
+    ),
     _optional("tare_shared", "flag", "yes when that tare serves several runs", kinds=_MEASURED),
-    _optional("surface_z_mm", "number", "arm z of the free surface; blank: arm.surface_z_mm of the config", unit="mm"),
+    _optional(
+        "surface_z_mm",
+        "number",
+        "arm z of the free surface; blank: arm.surface_z_mm of the config",
+        unit="mm",
+    ),
     _optional("excluded", "flag", "yes leaves the run out"),
     _optional("reason", "text", "why the run is left out; needed where excluded is yes"),
     _optional("note", "text", "free text"),
-    _optional("zero_log", "path", "force log without load: the zero of this run, in place of its own rest in air"),
-    _optional("stroke", "number", "which stroke along the path, in the order of time from 1; needed where one log holds several",
-              low=1, high=10000),
-)  # fmt: skip
+    _optional(
+        "zero_log",
+        "path",
+        "force log without load: the zero of this run, in place of its own rest in air",
+    ),
+    _optional(
+        "stroke",
+        "number",
+        "which stroke along the path, in the order of time from 1; needed where one log holds several",
+        low=1,
+        high=10000,
+    ),
+)

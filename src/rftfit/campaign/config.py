@@ -197,9 +197,29 @@ MotionQuantity = Literal["time", "x", "z", "angle"]
 QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
 """What a column of a log can be; T1 to T3 are read and not used by the chain."""
 Unit = Literal[
-    "N", "mN", "kN", "lbf", "klbf", "kgf", "gf", "N m", "N mm", "um", "mm", "cm", "m", "in",
-    "deg", "rad", "s", "ms", "us", "ns", "min", "h",
-]  # fmt: skip
+    "N",
+    "mN",
+    "kN",
+    "lbf",
+    "klbf",
+    "kgf",
+    "gf",
+    "N m",
+    "N mm",
+    "um",
+    "mm",
+    "cm",
+    "m",
+    "in",
+    "deg",
+    "rad",
+    "s",
+    "ms",
+    "us",
+    "ns",
+    "min",
+    "h",
+]
 Q = TypeVar("Q", bound=str)
 
 
@@ -698,10 +718,21 @@ class Errors(Model):
 
 
 TableColumn = Literal[
-    "medium", "run_id", "beta_deg", "gamma_deg", "depth_cm", "stress_z_N_per_cm2",
-    "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x", "n",
-    "excluded", "reason",
-]  # fmt: skip
+    "medium",
+    "run_id",
+    "beta_deg",
+    "gamma_deg",
+    "depth_cm",
+    "stress_z_N_per_cm2",
+    "stress_x_N_per_cm2",
+    "alpha_z_N_per_cm3",
+    "alpha_x_N_per_cm3",
+    "se_z",
+    "se_x",
+    "n",
+    "excluded",
+    "reason",
+]
 
 
 class Table(Model):
@@ -733,9 +764,13 @@ class Table(Model):
 
 
 _NOT_OF_TABLES: dict[str, Any] = {
-    "transducer": {"name": "not stated", "range_N": [1e9] * 3, "axes": {"x": "+F1", "y": "+F2", "z": "+F3"}},
+    "transducer": {
+        "name": "not stated",
+        "range_N": [1e9] * 3,
+        "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
+    },
     "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), 1e6),
-}  # fmt: skip
+}
 """Keys that a campaign with logs must give and a table makes needless."""
 
 UNIT_AREA = "unit_area"
@@ -791,9 +826,19 @@ class Figures(Model):
 
 
 CheckName = Literal[
-    "channels", "rods", "work", "symmetry", "up_down", "drift", "surface", "linearity",
-    "steadiness", "repeats", "same_logs", "size",
-]  # fmt: skip
+    "channels",
+    "rods",
+    "work",
+    "symmetry",
+    "up_down",
+    "drift",
+    "surface",
+    "linearity",
+    "steadiness",
+    "repeats",
+    "same_logs",
+    "size",
+]
 """Checks of `rftfit.measure.verdicts`."""
 
 

@@ -22,8 +22,12 @@ BAG = "metadata.yaml"
 
 _DEVICES = frozenset(
     ["con", "prn", "aux", "nul", "conin$", "conout$"]
-    + [f"{port}{number}" for port in ("com", "lpt") for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"]
-)  # fmt: skip
+    + [
+        f"{port}{number}"
+        for port in ("com", "lpt")
+        for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"
+    ]
+)
 _NEAREST_SEARCHES = 20
 _MOST_NAMES = 2000
 

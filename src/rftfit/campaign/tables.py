@@ -55,30 +55,63 @@ _OF_RUN = (
 def _alpha(component: str) -> tuple[Column, Column]:
     name, error = f"alpha_{component}", f"se_{component}"
     return (
-        Column(f"{name}_N_per_cm3", "number", "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
-               needed=component == "z", unit="N/cm^3", also=(name,)),
-        Column(error, "number", f"standard error of {name}", needed=False, low=0, unit="N/cm^3",
-               also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3")),
-    )  # fmt: skip
+        Column(
+            f"{name}_N_per_cm3",
+            "number",
+            "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
+            needed=component == "z",
+            unit="N/cm^3",
+            also=(name,),
+        ),
+        Column(
+            error,
+            "number",
+            f"standard error of {name}",
+            needed=False,
+            low=0,
+            unit="N/cm^3",
+            also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3"),
+        ),
+    )
 
 
 ALPHA = Schema(
     "alpha-table",
-    (*_ANGLES, *_alpha("z"), *_alpha("x"),
-     Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
-     *_OF_RUN),
+    (
+        *_ANGLES,
+        *_alpha("z"),
+        *_alpha("x"),
+        Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
+        *_OF_RUN,
+    ),
     others="warned",
-)  # fmt: skip
+)
 STRESS = Schema(
     "stress-table",
-    (*_ANGLES,
-     Column("depth_cm", "number", "depth of the plate's centre, growing downward", unit="cm",
-            also=("depth",)),
-     *(Column(f"stress_{c}_N_per_cm2", "number", "force of the medium over the plate's area",
-              unit="N/cm^2", also=(f"stress_{c}",)) for c in "zx"),
-     _RUN_ID, *_OF_RUN),
+    (
+        *_ANGLES,
+        Column(
+            "depth_cm",
+            "number",
+            "depth of the plate's centre, growing downward",
+            unit="cm",
+            also=("depth",),
+        ),
+        *(
+            Column(
+                f"stress_{c}_N_per_cm2",
+                "number",
+                "force of the medium over the plate's area",
+                unit="N/cm^2",
+                also=(f"stress_{c}",),
+            )
+            for c in "zx"
+        ),
+        _RUN_ID,
+        *_OF_RUN,
+    ),
     others="warned",
-)  # fmt: skip
+)
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
 _SCALES = {
@@ -86,9 +119,14 @@ _SCALES = {
     "depth_unit": {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54},
     "stress_unit": {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361},
     "alpha_unit": {
-        "N/cm^3": 1.0, "N/m^3": 1e-6, "Pa/m": 1e-6, "kPa/m": 1e-3, "MPa/m": 1.0, "kPa/cm": 0.1,
+        "N/cm^3": 1.0,
+        "N/m^3": 1e-6,
+        "Pa/m": 1e-6,
+        "kPa/m": 1e-3,
+        "MPa/m": 1.0,
+        "kPa/cm": 0.1,
     },
-}  # fmt: skip
+}
 """What each unit that a key of `table` in the config may state is in ours."""
 
 _UNIT_OF = {
@@ -100,9 +138,19 @@ _UNIT_OF = {
 """Key of `table` that states the unit of a column."""
 
 _SAME = {
-    "\N{DEGREE SIGN}": "deg", "degrees": "deg", "radians": "rad", "inch": "in", "inches": "in", "n/m2": "Pa",
-    "kn/m2": "kPa", "n/mm2": "MPa", "mn/m2": "MPa", "lbf/in2": "psi", "kn/m3": "kPa/m", "mn/m3": "MPa/m",
-}  # fmt: skip
+    "\N{DEGREE SIGN}": "deg",
+    "degrees": "deg",
+    "radians": "rad",
+    "inch": "in",
+    "inches": "in",
+    "n/m2": "Pa",
+    "kn/m2": "kPa",
+    "n/mm2": "MPa",
+    "mn/m2": "MPa",
+    "lbf/in2": "psi",
+    "kn/m3": "kPa/m",
+    "mn/m3": "MPa/m",
+}
 """Other spellings of units, as `_plain` makes them."""
 
 SAME_DEPTH_CM = 0.1
@@ -111,9 +159,15 @@ LARGEST_RAD = 3.2
 
 OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
 _NUMBERS = (
-    "depth_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3",
-    "se_z", "se_x", "n",
-)  # fmt: skip
+    "depth_cm",
+    "stress_z_N_per_cm2",
+    "stress_x_N_per_cm2",
+    "alpha_z_N_per_cm3",
+    "alpha_x_N_per_cm3",
+    "se_z",
+    "se_x",
+    "n",
+)
 _POWERS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
 
 _TURN, _MOST_TURNS = 0.02, 6
@@ -357,9 +411,13 @@ class _Checked:
 
 
 def _push(
-    own: dict[str, npt.NDArray[Any]], said: dict[str, str], medium: str, schema: Schema,
-    problems: list[Problem], file: str,
-) -> Push:  # fmt: skip
+    own: dict[str, npt.NDArray[Any]],
+    said: dict[str, str],
+    medium: str,
+    schema: Schema,
+    problems: list[Problem],
+    file: str,
+) -> Push:
     """Make a run of its rows, and note what is wrong with them; `said`: texts of the first."""
     beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, level = int(own["row"][0]), math.nan
@@ -383,17 +441,35 @@ def _push(
             _note_depths(draft, own, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
-        run_id=name, kind="plate", medium=medium, intruder=UNIT_AREA, direction=direction, beta_deg=beta,
-        gamma_deg=gamma, depth_cm=level, force_log=file, motion_log=file, tare_run="", tare_shared=False,
-        surface_z_mm=None, excluded=draft.yes("excluded"), reason=said["reason"], note="", row=row,
-    )  # fmt: skip
+        run_id=name,
+        kind="plate",
+        medium=medium,
+        intruder=UNIT_AREA,
+        direction=direction,
+        beta_deg=beta,
+        gamma_deg=gamma,
+        depth_cm=level,
+        force_log=file,
+        motion_log=file,
+        tare_run="",
+        tare_shared=False,
+        surface_z_mm=None,
+        excluded=draft.yes("excluded"),
+        reason=said["reason"],
+        note="",
+        row=row,
+    )
     return Push(run, columns)
 
 
 def _note_depths(
-    draft: DraftRow, own: dict[str, npt.NDArray[Any]], other: npt.NDArray[np.bool_], again: int,
-    name: str, given: str,
-) -> None:  # fmt: skip
+    draft: DraftRow,
+    own: dict[str, npt.NDArray[Any]],
+    other: npt.NDArray[np.bool_],
+    again: int,
+    name: str,
+    given: str,
+) -> None:
     """Note problems that the depths of a run show: several pushes in one run, or rows that are left out."""
     depth = own["depth_cm"]
     ask = "give each push a run_id of its own"

@@ -49,20 +49,30 @@ _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
     (inspect_log, "inspect raw/paper/air/air_c_leg_force.csv --plot log.png"),
     (reenact, "reenact --media poppy_LP --fault gap --fault saturated"),
     (watch, "watch --json --target legs"),
-    (run, ("run --cores 2\n\n"
-           "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall")),
+    (
+        run,
+        (
+            "run --cores 2\n\n"
+            "Example with words for Snakemake itself, after two dashes: rftfit run -- --forceall"
+        ),
+    ),
     (verify, "verify results/coefficients.csv"),
     (diff, "diff results_before results"),
     (example, "example cmu-sand"),
     (scale, "scale --alpha 0.9 --se 0.02 --output sand.csv"),
     (plan, "plan --leg c_leg --pushes field.csv --pairs"),
     (export, "export --medium poppy_LP --output profile.json"),
-    (predict, ("predict --leg c_leg --medium poppy_LP\n\n"
-               "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 "
-               "--path dig.csv --alpha 0.9")),
+    (
+        predict,
+        (
+            "predict --leg c_leg --medium poppy_LP\n\n"
+            "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 "
+            "--path dig.csv --alpha 0.9"
+        ),
+    ),
     (simulate, "simulate --frequency 2 --curvature 1 --medium poppy_LP"),
     (sweep, "sweep --cores 2"),
-)  # fmt: skip
+)
 """Every command, in the order of the help, with an example of its words, the first being its name."""
 
 for _command, _words in _EXAMPLES:

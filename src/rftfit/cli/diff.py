@@ -49,10 +49,16 @@ def diff(
             f"{count(len(differences), 'number')} changed, in {', '.join(files)}; the largest first:"
         )
         rows = [
-            [one.file, one.row, one.quantity, f"{one.was:.6g}", f"{one.now:.6g}",
-             f"{one.half_widths:.2g}" if math.isfinite(one.half_widths) else ""]
+            [
+                one.file,
+                one.row,
+                one.quantity,
+                f"{one.was:.6g}",
+                f"{one.now:.6g}",
+                f"{one.half_widths:.2g}" if math.isfinite(one.half_widths) else "",
+            ]
             for one in differences[:most]
-        ]  # fmt: skip
+        ]
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
         if len(differences) > most:
             say(f"  and {len(differences) - most} more (--all lists them)")

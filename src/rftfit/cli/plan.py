@@ -154,9 +154,12 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
 
 
 def _known(
-    pushes: options.Pushes, results: Path | None, medium: str | None,
-    angles: tuple[tuple[float, ...], tuple[float, ...]], confidence: float,
-) -> Map:  # fmt: skip
+    pushes: options.Pushes,
+    results: Path | None,
+    medium: str | None,
+    angles: tuple[tuple[float, ...], tuple[float, ...]],
+    confidence: float,
+) -> Map:
     """What was measured already, as a map whose lines are those that the rig can push."""
     from rftfit.model.planning import prior_map
     from rftfit.model.shapes import estimate, map_nodes, pushes_of, sorted_pushes

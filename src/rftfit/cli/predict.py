@@ -45,7 +45,9 @@ _IN_WORDS = {
     "moment": "peak moment (z toward x)",
     "moment_negative": "peak moment (x toward z)",
 }
-_IN_SPACE = {f"{what}_{axis}": f"largest {what} {axis}" for what in ("force", "moment") for axis in "xyz"}  # fmt: skip
+_IN_SPACE = {
+    f"{what}_{axis}": f"largest {what} {axis}" for what in ("force", "moment") for axis in "xyz"
+}
 
 
 @options.grouped
@@ -122,10 +124,13 @@ def predict(
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
     of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"
     level_of_bed = of_bed if level or eps else ""
-    notes = [*names.values(), level and f"_lo and _hi: {level}, row by row",
-             level_of_model and f"_model_lo and _model_hi: {level_of_model}, row by row",
-             level_of_bed and f"_next_lo and _next_hi: {level_of_bed}, row by row",
-             reason and f"empty cells: {_shortened(reason)}"]  # fmt: skip
+    notes = [
+        *names.values(),
+        level and f"_lo and _hi: {level}, row by row",
+        level_of_model and f"_model_lo and _model_hi: {level_of_model}, row by row",
+        level_of_bed and f"_next_lo and _next_hi: {level_of_bed}, row by row",
+        reason and f"empty cells: {_shortened(reason)}",
+    ]
     if as_json:
         facts = {
             "confidence": confidence if level or eps else None,
@@ -151,8 +156,10 @@ def predict(
         if level and known.medium and (left_out := _LEFT_OUT.get(kind)):
             say(f"Not in the intervals: {left_out}.")
         if mesh is not None:
-            say(f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
-                "(closure_N), if it errs alike on all faces.")  # fmt: skip
+            say(
+                f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
+                "(closure_N), if it errs alike on all faces."
+            )
     if unknown:
         needs_less = results is not None and known.kind in ("table", "depth_only")
         warn(
@@ -172,8 +179,10 @@ def predict(
         drawn = draw_forces(forces, source, shape, motion, level)
         write_bytes(figure, content(drawn, ending, _DRAWN))
     if not as_json:
-        say(f"Force and moment in {len(forces)} poses: {output}"
-            + (f"; figure: {figure}" if figure else ""))  # fmt: skip
+        say(
+            f"Force and moment in {len(forces)} poses: {output}"
+            + (f"; figure: {figure}" if figure else "")
+        )
 
 
 def _check_words(

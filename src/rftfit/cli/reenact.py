@@ -137,9 +137,17 @@ def reenact(
         )
     choose("--protocol", protocol, tuple(PROTOCOLS))
     campaign = prepare(
-        places.config, seed=seed, media=media or None, directions=directions, faults=fault or [],
-        spread=spread, disturb=disturb or [], protocol=protocol, tare=not no_tare, legs=not no_legs,
-    )  # fmt: skip
+        places.config,
+        seed=seed,
+        media=media or None,
+        directions=directions,
+        faults=fault or [],
+        spread=spread,
+        disturb=disturb or [],
+        protocol=protocol,
+        tare=not no_tare,
+        legs=not no_legs,
+    )
     earlier = find_earlier(places.raw, places.sheet)
     clear(earlier)
     if earlier:

@@ -41,8 +41,16 @@ LEDGER = "results/ledger.csv"
 _MOST = 5
 
 _RESERVED = (
-    "--config", "-C", "--snakefile", "-s", "--directory", "-d", "--forcerun", "-R", "--logger",
-)  # fmt: skip
+    "--config",
+    "-C",
+    "--snakefile",
+    "-s",
+    "--directory",
+    "-d",
+    "--forcerun",
+    "-R",
+    "--logger",
+)
 
 
 def run(

@@ -118,8 +118,15 @@ def run_as_json(
 ) -> str:
     """Write a run as JSON."""
     condition = asdict(run.condition)
-    facts = ("speed_cm_per_s", "speed_sd_cm_per_s", "outcome", "reason", "warning", "strides",
-             "averaged")  # fmt: skip
+    facts = (
+        "speed_cm_per_s",
+        "speed_sd_cm_per_s",
+        "outcome",
+        "reason",
+        "warning",
+        "strides",
+        "averaged",
+    )
     found = {name: getattr(run, name) for name in facts}
     return json_text(names | condition | found | {"last_two_strides": ranges(tail), "files": files})
 

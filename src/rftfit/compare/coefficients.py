@@ -15,15 +15,33 @@ from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
 from rftfit.reference import MEDIA, coefficients
 
 COEFFICIENT_COLUMNS = [
-    "method", "medium", "coefficient", "value_N_per_cm3", "se", "lo", "hi", "relative_to_A00",
-    "kept", "published", "misfit_rms_N_per_cm3", "without_flagged", *REASON,
-]  # fmt: skip
+    "method",
+    "medium",
+    "coefficient",
+    "value_N_per_cm3",
+    "se",
+    "lo",
+    "hi",
+    "relative_to_A00",
+    "kept",
+    "published",
+    "misfit_rms_N_per_cm3",
+    "without_flagged",
+    *REASON,
+]
 PENETRATION_COLUMNS = [
-    "method", "medium",
-    *(f"alpha_z_{name}{end}_N_per_cm3" for name in ("measured", "fit") for end in ("", "_lo", "_hi")),
+    "method",
+    "medium",
+    *(
+        f"alpha_z_{name}{end}_N_per_cm3"
+        for name in ("measured", "fit")
+        for end in ("", "_lo", "_hi")
+    ),
     *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
-    "zeta_without_flagged", "zeta_errors", *REASON,
-]  # fmt: skip
+    "zeta_without_flagged",
+    "zeta_errors",
+    *REASON,
+]
 
 
 def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
@@ -96,10 +114,14 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
     for name, unit, value, draws in (
         ("alpha_z_measured", "_N_per_cm3", fit.alpha_z, fit.alpha_z_draws),
         ("alpha_z_fit", "_N_per_cm3", fit.zeta, fit.zeta_draws),
-        ("chi", "", np.nan if fit.reason else fit.alpha_z / fit.zeta,
-         fit.alpha_z_draws / fit.zeta_draws),
+        (
+            "chi",
+            "",
+            np.nan if fit.reason else fit.alpha_z / fit.zeta,
+            fit.alpha_z_draws / fit.zeta_draws,
+        ),
         ("zeta", "", fit.zeta, fit.zeta_draws),
-    ):  # fmt: skip
+    ):
         lo, hi = interval(draws, fit.config.fit.confidence)
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
     row["zeta_without_flagged"] = float(scaling.vertical_penetration(fit.without_flagged))

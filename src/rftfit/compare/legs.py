@@ -41,13 +41,27 @@ from rftfit.model.profiles import Profile, TableProfile
 from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
-    "medium", "leg", "profile", "theta_deg",
-    "force_z_N", "force_z_lo_N", "force_z_hi_N", "force_z_model_lo_N", "force_z_model_hi_N",
-    "force_z_next_lo_N", "force_z_next_hi_N",
-    "force_x_N", "force_x_lo_N", "force_x_hi_N", "force_x_model_lo_N", "force_x_model_hi_N",
-    "force_x_next_lo_N", "force_x_next_hi_N",
-    "moment_N_cm", *REASON,
-]  # fmt: skip
+    "medium",
+    "leg",
+    "profile",
+    "theta_deg",
+    "force_z_N",
+    "force_z_lo_N",
+    "force_z_hi_N",
+    "force_z_model_lo_N",
+    "force_z_model_hi_N",
+    "force_z_next_lo_N",
+    "force_z_next_hi_N",
+    "force_x_N",
+    "force_x_lo_N",
+    "force_x_hi_N",
+    "force_x_model_lo_N",
+    "force_x_model_hi_N",
+    "force_x_next_lo_N",
+    "force_x_next_hi_N",
+    "moment_N_cm",
+    *REASON,
+]
 COMPONENTS = ("z", "x")
 WITHIN_PERCENT = 33.0
 """What the paper states of the peaks of all its legs and media."""
@@ -57,14 +71,38 @@ TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
-NUMBERS = ("peak_measured_N", "peak_predicted_N", "peak_predicted_lo_N", "peak_predicted_hi_N",
-           "peak_predicted_model_lo_N", "peak_predicted_model_hi_N",
-           "peak_error_percent", "peak_error_lo_percent", "peak_error_hi_percent",
-           "peak_error_model_lo_percent", "peak_error_model_hi_percent", "peak_late_deg",
-           "rms_error_N", "rms_relative_to_peak", "r2", "theta_from_deg", "theta_to_deg",
-           "model_error", "model_error_of_legs")  # fmt: skip
-COLUMNS = ["medium", "leg", "profile", "component", "verdict", *NUMBERS, "peak_errors", "peak_on_flagged_percent",
-           *REASON]  # fmt: skip
+NUMBERS = (
+    "peak_measured_N",
+    "peak_predicted_N",
+    "peak_predicted_lo_N",
+    "peak_predicted_hi_N",
+    "peak_predicted_model_lo_N",
+    "peak_predicted_model_hi_N",
+    "peak_error_percent",
+    "peak_error_lo_percent",
+    "peak_error_hi_percent",
+    "peak_error_model_lo_percent",
+    "peak_error_model_hi_percent",
+    "peak_late_deg",
+    "rms_error_N",
+    "rms_relative_to_peak",
+    "r2",
+    "theta_from_deg",
+    "theta_to_deg",
+    "model_error",
+    "model_error_of_legs",
+)
+COLUMNS = [
+    "medium",
+    "leg",
+    "profile",
+    "component",
+    "verdict",
+    *NUMBERS,
+    "peak_errors",
+    "peak_on_flagged_percent",
+    *REASON,
+]
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 

@@ -19,10 +19,21 @@ from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
 from rftfit.model.shapes import published_shapes
 
 COLUMNS = [
-    "medium", "run_id", "beta_deg", "gamma_deg", "n_others", "beside",
+    "medium",
+    "run_id",
+    "beta_deg",
+    "gamma_deg",
+    "n_others",
+    "beside",
     *(f"{name}_{c}_N_per_cm3" for c in "zx" for name in ("alpha", "others")),
-    "off_z_ratio", "off_x_ratio", "times_spread", "apart", "seen_from_ratio", "known_z_ratio", "known_x_ratio",
-]  # fmt: skip
+    "off_z_ratio",
+    "off_x_ratio",
+    "times_spread",
+    "apart",
+    "seen_from_ratio",
+    "known_z_ratio",
+    "known_x_ratio",
+]
 REPEATS, MAP = "repeats", "map"
 """What a run is compared with: runs of its direction, or the map of all others."""
 
@@ -64,11 +75,18 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
     off = (alpha - others) / largest
     rows = {
-        "medium": medium, "run_id": known["run_id"], "beta_deg": known["beta_deg"],
-        "gamma_deg": known["gamma_deg"], "n_others": [(groups == own).sum() - 1 for own in groups],
-        "beside": np.where(single, MAP, REPEATS), "off_z_ratio": off[0], "off_x_ratio": off[1],
-        "times_spread": times, "apart": apart, "seen_from_ratio": seen / largest,
-    }  # fmt: skip
+        "medium": medium,
+        "run_id": known["run_id"],
+        "beta_deg": known["beta_deg"],
+        "gamma_deg": known["gamma_deg"],
+        "n_others": [(groups == own).sum() - 1 for own in groups],
+        "beside": np.where(single, MAP, REPEATS),
+        "off_z_ratio": off[0],
+        "off_x_ratio": off[1],
+        "times_spread": times,
+        "apart": apart,
+        "seen_from_ratio": seen / largest,
+    }
     smallest = _smallest_published(
         *(np.radians(known[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     )

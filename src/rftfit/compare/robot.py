@@ -55,10 +55,22 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
     best = optimum[np.isclose(optimum["frequency_Hz"], BEST_HZ) & (optimum["profile"] == "table")]
     for row in best.to_dict("records"):
         items += _best(row)
-    return items + _overturned(speed) + _phases(speed) + [
-        stated("robot: seconds of computing for one of motion", "text", 10, "not timed here", UNJUDGED,
-               TEXT, "a time is no result that can be made again; docs/performance.md has it"),
-    ]  # fmt: skip
+    return (
+        items
+        + _overturned(speed)
+        + _phases(speed)
+        + [
+            stated(
+                "robot: seconds of computing for one of motion",
+                "text",
+                10,
+                "not timed here",
+                UNJUDGED,
+                TEXT,
+                "a time is no result that can be made again; docs/performance.md has it",
+            )
+        ]
+    )
 
 
 def _overturned(speed: pd.DataFrame) -> list[Item]:
@@ -68,9 +80,16 @@ def _overturned(speed: pd.DataFrame) -> list[Item]:
         return []
     over = int((near["outcome"] == "tipped").sum())
     return [
-        stated(f"robot, depth-only: runs at R'/r of {_NEAR_ONE} and more that turn over", "Fig. S13",
-               "it turns over near R'/r = 1", over, over > 0, TEXT, f"{over} of {len(near)} runs")
-    ]  # fmt: skip
+        stated(
+            f"robot, depth-only: runs at R'/r of {_NEAR_ONE} and more that turn over",
+            "Fig. S13",
+            "it turns over near R'/r = 1",
+            over,
+            over > 0,
+            TEXT,
+            f"{over} of {len(near)} runs",
+        )
+    ]
 
 
 def _phases(speed: pd.DataFrame) -> list[Item]:
@@ -153,10 +172,21 @@ def _best(row: dict[Any, Any]) -> list[Item]:
 
 
 COLUMNS = [
-    "medium", "profile", "frequency_Hz", "best_curvature_times_R",
-    "best_curvature_from_alpha_lo", "best_curvature_from_alpha_hi", "reading_lo", "reading_hi", "speed_cm_per_s", "fastest_curvature_times_R",
-    "fastest_speed_cm_per_s", "curvatures", "calibrated", *REASON,
-]  # fmt: skip
+    "medium",
+    "profile",
+    "frequency_Hz",
+    "best_curvature_times_R",
+    "best_curvature_from_alpha_lo",
+    "best_curvature_from_alpha_hi",
+    "reading_lo",
+    "reading_hi",
+    "speed_cm_per_s",
+    "fastest_curvature_times_R",
+    "fastest_speed_cm_per_s",
+    "curvatures",
+    "calibrated",
+    *REASON,
+]
 """Columns of the table of optima: from_alpha is what the errors of alpha alone leave open, the
 reading is the range within which the points of the sweep leave the top."""
 

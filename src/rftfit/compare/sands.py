@@ -18,10 +18,31 @@ from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile, zero_intercept
 from rftfit.model.scaling import scale_new_medium
 
-SAND_COLUMNS = ["medium", "run_id", "window", "linear_to_cm", "alpha_z_N_per_cm3",
-                "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3", "nonlinear_z_ratio", "zeta", "zeta_lo", "zeta_hi", *REASON]  # fmt: skip
-CORRECTION_COLUMNS = ["medium", "model", "factor_z", "factor_x", "rms_fit_N", "rms_cv_N",
-                      "gain_cv_percent", "earns_its_place", *REASON]  # fmt: skip
+SAND_COLUMNS = [
+    "medium",
+    "run_id",
+    "window",
+    "linear_to_cm",
+    "alpha_z_N_per_cm3",
+    "alpha_z_lo_N_per_cm3",
+    "alpha_z_hi_N_per_cm3",
+    "nonlinear_z_ratio",
+    "zeta",
+    "zeta_lo",
+    "zeta_hi",
+    *REASON,
+]
+CORRECTION_COLUMNS = [
+    "medium",
+    "model",
+    "factor_z",
+    "factor_x",
+    "rms_fit_N",
+    "rms_cv_N",
+    "gain_cv_percent",
+    "earns_its_place",
+    *REASON,
+]
 
 BEND = 0.10
 """Largest bend of a regime that is called linear: see `bend_of`."""
@@ -71,9 +92,10 @@ def penetration_rows(
     config, tared = campaign.config, tables["tared"]
     facts = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
     tests = [
-        run for run in map(campaign.by_id.__getitem__, sorted(facts))
+        run
+        for run in map(campaign.by_id.__getitem__, sorted(facts))
         if (run.kind, run.direction, run.beta_deg, run.gamma_deg) == ("plate", "intrusion", 0, 90)
-    ]  # fmt: skip
+    ]
     where = split_runs(tared)
     depth, force = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
     parts = {run.run_id: where[run.run_id] for run in tests if run.run_id in where}
@@ -198,6 +220,8 @@ def _fit(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
 
 def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -> float:
     """Root mean square over all legs, both components, each leg with its own factors."""
-    squares = [((factor[:, None] * ours - true) ** 2).ravel()
-               for (true, ours), factor in zip(legs, factors, strict=True)]  # fmt: skip
+    squares = [
+        ((factor[:, None] * ours - true) ** 2).ravel()
+        for (true, ours), factor in zip(legs, factors, strict=True)
+    ]
     return float(np.sqrt(np.mean(np.concatenate(squares))))

@@ -231,9 +231,11 @@ def theta_axes(axes: Axes, name: bool) -> None:
 
 
 def force_range(
-    axes: Axes, forces: Sequence[FloatArray], notes: Sequence[str] = (),
+    axes: Axes,
+    forces: Sequence[FloatArray],
+    notes: Sequence[str] = (),
     inset: tuple[float, float] = (0.0, 1.0),
-) -> None:  # fmt: skip
+) -> None:
     """Set the range of the forces, N, with room above for notes on what is missing, and write them.
 
     `inset`: Share of the height that an inset at the upper right takes, and of the width that it leaves.

@@ -259,8 +259,9 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
     for c in "zx":
         if leg_panels.has_force(measured, c):
             theta, force = leg_panels.with_gaps(measured, f"force_{c}_N")
-            axes.plot(theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5,
-                      markeredgewidth=0)  # fmt: skip
+            axes.plot(
+                theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5, markeredgewidth=0
+            )
             seen.append(force)
     for c in "zx":
         if leg_panels.has_force(predicted, c):
@@ -370,9 +371,13 @@ def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> lis
 
 
 def _draw_scaled(
-    axes: Axes, results: Results, generic: list[FloatArray], measured: pd.DataFrame,
-    component: str, zetas: Mapping[str, float],
-) -> None:  # fmt: skip
+    axes: Axes,
+    results: Results,
+    generic: list[FloatArray],
+    measured: pd.DataFrame,
+    component: str,
+    zetas: Mapping[str, float],
+) -> None:
     seen: list[FloatArray] = []
     missing = []
     if generic:
@@ -533,8 +538,13 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
     found = [point for point in points if np.isfinite(point)] or [first]
     right = last / max(found) >= min(found) / first
     axes.text(
-        0.985 if right else 0.015, place, "\n".join(textwrap.wrap(message, 52)),
-        ha="right" if right else "left", va="center", fontsize=5.5, color=style.MARK,
+        0.985 if right else 0.015,
+        place,
+        "\n".join(textwrap.wrap(message, 52)),
+        ha="right" if right else "left",
+        va="center",
+        fontsize=5.5,
+        color=style.MARK,
         transform=axes.get_yaxis_transform(),
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
-    )  # fmt: skip
+    )

@@ -35,8 +35,15 @@ def draw(found: Plan, known: Map) -> Figure:
         right.plot(*at, "s", color="#888888", markersize=4, clip_on=False)
     for number, step in enumerate(found.steps[1:], start=1):
         for way, (beta, gamma) in enumerate(step.directions):
-            right.plot(gamma, beta, "o", markersize=9, fillstyle="none" if way else "full",
-                       color=style.OKABE_ITO["sky blue"], clip_on=False)  # fmt: skip
+            right.plot(
+                gamma,
+                beta,
+                "o",
+                markersize=9,
+                fillstyle="none" if way else "full",
+                color=style.OKABE_ITO["sky blue"],
+                clip_on=False,
+            )
             right.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
     style.text_cm(page, 9.0, 0.1, "where they lie", va="top", weight="bold")
     key = "open: on the way back; square: pushed already"

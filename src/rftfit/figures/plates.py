@@ -166,8 +166,12 @@ _NOTE_PT = 5.5
 
 @figure(
     "linearity",
-    reads=("tared/{laboratory}.parquet", "windows/{laboratory}.parquet", "fits/{laboratory}.csv",
-           "alpha/{laboratory}.csv"),
+    reads=(
+        "tared/{laboratory}.parquet",
+        "windows/{laboratory}.parquet",
+        "fits/{laboratory}.csv",
+        "alpha/{laboratory}.csv",
+    ),
     settings=("intruders", "fit"),
     media=when(lambda campaign: campaign.media_with_samples("laboratory")),
     section="Measurement",
@@ -175,7 +179,7 @@ _NOTE_PT = 5.5
         "Is stress in proportion to depth? Lines are alpha times depth; samples outside the window of the fit are "
         "faint. Good: samples lie along their line."
     ),
-)  # fmt: skip
+)
 def linearity(results: Results) -> Figure:
     """Draw stress against depth, one column per cell and one colour per medium."""
     media = results.laboratory
@@ -266,9 +270,13 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
 
 
 def _draw_medium(
-    axes: Axes, c: str, row: Row, look: tuple[str, str], samples: Mapping[str, Trace],
+    axes: Axes,
+    c: str,
+    row: Row,
+    look: tuple[str, str],
+    samples: Mapping[str, Trace],
     fits: Mapping[str, Row],
-) -> None:  # fmt: skip
+) -> None:
     """Draw a cell of one medium."""
     alpha, low, high = alpha_of(row, c)
     colour, marker = look

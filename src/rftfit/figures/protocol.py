@@ -145,8 +145,13 @@ def _about(run: Run) -> str:
 
 @figure(
     "protocol",
-    reads=("traces/{medium}.parquet", "tared/{medium}.parquet", "windows/{medium}.parquet",
-           "fits/{medium}.csv", "legs/{medium}.csv"),
+    reads=(
+        "traces/{medium}.parquet",
+        "tared/{medium}.parquet",
+        "windows/{medium}.parquet",
+        "fits/{medium}.csv",
+        "legs/{medium}.csv",
+    ),
     settings=("intruders", "fit"),
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
@@ -154,7 +159,7 @@ def _about(run: Run) -> str:
         "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result. "
         "Good: the pale force is small, and stress is straight over the shaded window."
     ),
-)  # fmt: skip
+)
 def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
@@ -364,8 +369,19 @@ _GOOD = (
 @figure(
     "clocks",
     reads=("runs/{medium}.csv",),
-    settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock", "surface",
-              "rigid_contact", "intruders", "fit"),
+    settings=(
+        "raw",
+        "dialect",
+        "force_log",
+        "motion_log",
+        "transducer",
+        "arm",
+        "clock",
+        "surface",
+        "rigid_contact",
+        "intruders",
+        "fit",
+    ),
     logs=True,
     media=lambda c: c.media_with_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
@@ -373,7 +389,7 @@ _GOOD = (
         "How the clocks of force and motion log were brought together in {medium}, run by run. "
         "Good: one lag stands out, and its interval is narrow."
     ),
-)  # fmt: skip
+)
 def clocks(results: Results, medium: str) -> Figure:
     """Draw how the clocks of each run of a medium were brought together."""
     from rftfit.measure.ingest import ingest_traces

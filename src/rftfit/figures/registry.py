@@ -102,12 +102,20 @@ class Declared:
 
 
 _GREEK = {
-    "alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "zeta": "\u03b6", "theta": "\u03b8", "chi": "\u03c7",
-}  # fmt: skip
+    "alpha": "\u03b1",
+    "beta": "\u03b2",
+    "gamma": "\u03b3",
+    "zeta": "\u03b6",
+    "theta": "\u03b8",
+    "chi": "\u03c7",
+}
 _SIGNS = (
-    (r"cm\^3", "cm\u00b3"), (r"cm\^2", "cm\u00b2"), (r"(?<=\d) deg\b", "\u00b0"), (r"\+- ", "\u00b1 "),
+    (r"cm\^3", "cm\u00b3"),
+    (r"cm\^2", "cm\u00b2"),
+    (r"(?<=\d) deg\b", "\u00b0"),
+    (r"\+- ", "\u00b1 "),
     (r"(?<=[\dm]) x (?=\d)", " \u00d7 "),
-)  # fmt: skip
+)
 _QUANTITY = re.compile(rf"\b({'|'.join(_GREEK)})(?![a-z])")
 
 

@@ -443,10 +443,13 @@ _KINEMATICS = (
     ("pitch_deg", "pitch, nose up\n(deg)"),
 )
 _GROUPS: tuple[tuple[str, Any], ...] = (
-    (style.OKABE_ITO["blue"], "-"), (style.OKABE_ITO["vermillion"], (0, (5, 1))),
-    ("black", "-"), ("#666666", (0, (1, 1))),
-    (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))), (style.OKABE_ITO["sky blue"], "-"),
-)  # fmt: skip
+    (style.OKABE_ITO["blue"], "-"),
+    (style.OKABE_ITO["vermillion"], (0, (5, 1))),
+    ("black", "-"),
+    ("#666666", (0, (1, 1))),
+    (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))),
+    (style.OKABE_ITO["sky blue"], "-"),
+)
 """Colours and lines of the groups of elements."""
 
 MEAN_S = 0.01

@@ -40,7 +40,9 @@ def draw_forces(
     if level:
         entries[level] = style.band(0.35)
     if forces["closure_N"].notna().any():
-        entries["if the law in space errs alike on all faces"] = style.line("black", linestyle="--", linewidth=0.6)  # fmt: skip
+        entries["if the law in space errs alike on all faces"] = style.line(
+            "black", linestyle="--", linewidth=0.6
+        )
     style.legend(page, entries, 3, loc="lower left")
     _body(page, profile, mesh, motion, pose)
     where = f"{mesh.name} at {key.partition('_')[0]} = {at[pose]:.4g}"
@@ -53,7 +55,14 @@ def _component(axes: Axes, forces: pd.DataFrame, at: np.ndarray, axis: str) -> N
     colour, name = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}"
     value, closure = forces[f"{name}_N"], forces["closure_N"]
     if f"{name}_lo_N" in forces:
-        axes.fill_between(at, forces[f"{name}_lo_N"], forces[f"{name}_hi_N"], color=colour, alpha=0.35, linewidth=0)  # fmt: skip
+        axes.fill_between(
+            at,
+            forces[f"{name}_lo_N"],
+            forces[f"{name}_hi_N"],
+            color=colour,
+            alpha=0.35,
+            linewidth=0,
+        )
     for side in (-1, 1):
         axes.plot(at, value + side * closure, "--", color=colour, linewidth=0.6)
     axes.plot(at, value, color=colour)

@@ -29,9 +29,14 @@ DIRECTIONS = ("extraction", "horizontal", "intrusion")
 """Directions of plate runs, in the order of their filed gamma."""
 
 SAMPLES = (
-    "depth_cm", "path_cm", "stress_z_N_per_cm2", "stress_x_N_per_cm2", "tare_z_N_per_cm2",
-    "tare_x_N_per_cm2", "in_window",
-)  # fmt: skip
+    "depth_cm",
+    "path_cm",
+    "stress_z_N_per_cm2",
+    "stress_x_N_per_cm2",
+    "tare_z_N_per_cm2",
+    "tare_x_N_per_cm2",
+    "in_window",
+)
 """Columns of `stress_samples` besides the run."""
 
 

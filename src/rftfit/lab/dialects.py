@@ -55,13 +55,24 @@ def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
         return "\t".join([key, *cells])
 
     lines = [
-        "LabVIEW Measurement", "Separator\tTab", "Decimal_Separator\t.", "X_Columns\tOne",
-        row("Description", [head[0]]), "Date\t2013/03/22", "Time\t00:00:00", "***End_of_Header***", "",
-        row("Channels", [str(len(others))]), row("Y_Unit_Label", [c.unit for c in others]),
-        row("X_Dimension", ["Time"] * len(others)), row("Delta_X", [step] * len(others)),
-        row("Date", ["2013/03/22"] * len(others)), row("Time", ["00:00:00"] * len(others)),
-        "***End_of_Header***", row("X_Value", [c.name for c in others]),
-    ]  # fmt: skip
+        "LabVIEW Measurement",
+        "Separator\tTab",
+        "Decimal_Separator\t.",
+        "X_Columns\tOne",
+        row("Description", [head[0]]),
+        "Date\t2013/03/22",
+        "Time\t00:00:00",
+        "***End_of_Header***",
+        "",
+        row("Channels", [str(len(others))]),
+        row("Y_Unit_Label", [c.unit for c in others]),
+        row("X_Dimension", ["Time"] * len(others)),
+        row("Delta_X", [step] * len(others)),
+        row("Date", ["2013/03/22"] * len(others)),
+        row("Time", ["00:00:00"] * len(others)),
+        "***End_of_Header***",
+        row("X_Value", [c.name for c in others]),
+    ]
     return ("\n".join(lines) + "\n" + _rows(columns).replace(",", "\t")).encode()
 
 

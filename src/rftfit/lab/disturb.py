@@ -48,47 +48,81 @@ PATCH_CM, SLIP_CM = 2.0, 0.1
 
 DISTURBANCES: dict[str, Disturbance] = {
     "surface": Disturbance(
-        1.0, "mm", "standard deviation of the height of the free surface, drawn for each run",
-        "a bed is levelled by a blade or by eye to about a grain or two", 20,
+        1.0,
+        "mm",
+        "standard deviation of the height of the free surface, drawn for each run",
+        "a bed is levelled by a blade or by eye to about a grain or two",
+        20,
     ),
     "surface-session": Disturbance(
-        1.0, "mm", "standard deviation of an error of the surface that all runs of the campaign share",
-        "the arm's zero is found once, by lowering the plate until it seems to touch", 20,
+        1.0,
+        "mm",
+        "standard deviation of an error of the surface that all runs of the campaign share",
+        "the arm's zero is found once, by lowering the plate until it seems to touch",
+        20,
     ),
     "lag": Disturbance(
-        0.05, "s", "delay of all force channels behind the sync line, in every run",
-        "the low-pass filter of a transducer's amplifier, 3 to 10 Hz, delays by 20 to 50 ms", 2,
+        0.05,
+        "s",
+        "delay of all force channels behind the sync line, in every run",
+        "the low-pass filter of a transducer's amplifier, 3 to 10 Hz, delays by 20 to 50 ms",
+        2,
     ),
     "spread-percent": Disturbance(
-        5.0, "%", "standard deviation of a factor of the granular force, drawn for each run, common to "
+        5.0,
+        "%",
+        "standard deviation of a factor of the granular force, drawn for each run, common to "
         "alpha_z and alpha_x",
-        "beds poured or tapped by hand; the paper's fluidised beds differ by 1 to 5 % (0.005 N/cm^3)", 50,
+        "beds poured or tapped by hand; the paper's fluidised beds differ by 1 to 5 % (0.005 N/cm^3)",
+        50,
     ),
     "pink": Disturbance(
-        0.05, "N", "standard deviation of 1/f noise within 41 s, of each channel",
-        "as large as the demonstration transducer's precision; bridges and amplifiers drift with temperature", 10,
+        0.05,
+        "N",
+        "standard deviation of 1/f noise within 41 s, of each channel",
+        "as large as the demonstration transducer's precision; bridges and amplifiers drift with temperature",
+        10,
     ),
     "patches": Disturbance(
-        3.0, "%", "standard deviation of the granular force along the path, in patches of 2 cm",
-        "compaction that differs by 0.2 % in volume fraction changes the force by a few percent", 50,
+        3.0,
+        "%",
+        "standard deviation of the granular force along the path, in patches of 2 cm",
+        "compaction that differs by 0.2 % in volume fraction changes the force by a few percent",
+        50,
     ),
     "deep-noise": Disturbance(
-        2.0, "%", "standard deviation of stick-slip of 1 mm, of the granular force",
-        "grains give way in steps; the force fluctuates by a few percent of itself", 50,
+        2.0,
+        "%",
+        "standard deviation of stick-slip of 1 mm, of the granular force",
+        "grains give way in steps; the force fluctuates by a few percent of itself",
+        50,
     ),
     "power": Disturbance(
-        1.1, "", "exponent p of the stress of plates, depth^p, that of the table at 5 cm",
-        "penetration tests of dry granular media are fitted with exponents of 1.0 to 1.3", 3, 0.3, 1.0,
+        1.1,
+        "",
+        "exponent p of the stress of plates, depth^p, that of the table at 5 cm",
+        "penetration tests of dry granular media are fitted with exponents of 1.0 to 1.3",
+        3,
+        0.3,
+        1.0,
     ),
     "tare-bed": Disturbance(
-        10.0, "%", "by how much the force on the rod alone is larger than that on the rod of plate runs",
-        "rod runs are made on another day, in beds prepared by somebody else", 500, -100,
+        10.0,
+        "%",
+        "by how much the force on the rod alone is larger than that on the rod of plate runs",
+        "rod runs are made on another day, in beds prepared by somebody else",
+        500,
+        -100,
     ),
     "turn": Disturbance(
-        1.0, "deg", "angle by which the mount is turned more than the config says",
-        "1 degree is 0.9 mm across a flange of 5 cm, which an eye does not see", 45, -45,
+        1.0,
+        "deg",
+        "angle by which the mount is turned more than the config says",
+        "1 degree is 0.9 mm across a flange of 5 cm, which an eye does not see",
+        45,
+        -45,
     ),
-}  # fmt: skip
+}
 
 
 def sizes_of(asked: Sequence[str]) -> dict[str, float]:

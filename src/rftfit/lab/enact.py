@@ -148,13 +148,16 @@ def prepare(
     runs = [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
     found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
     facts = {
-        "media": ", ".join(chosen), "faults": ", ".join(faults) or "none",
+        "media": ", ".join(chosen),
+        "faults": ", ".join(faults) or "none",
         "grid": ",".join(f"{beta:g}:{gamma:g}" for beta, gamma in directions or ()),
         "protocol": "" if protocol == PAPER else protocol,
         "dialect": "" if dialect == "rig" else dialect,
-        "tare": "" if tare else "none", "legs": "" if legs else "none",
-        "run-to-run spread": f"{spread:g} N/cm^3" if spread else "", "disturbed": described(sizes),
-    }  # fmt: skip
+        "tare": "" if tare else "none",
+        "legs": "" if legs else "none",
+        "run-to-run spread": f"{spread:g} N/cm^3" if spread else "",
+        "disturbed": described(sizes),
+    }
     made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
     return Reenactment(

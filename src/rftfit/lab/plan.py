@@ -219,10 +219,18 @@ def _of_medium(config: Config, medium: str, directions: Sequence[Direction]) -> 
         yield from _laboratory(config, first, directions)
     for name, leg in legs_of(config.legs).items():
         yield Run(
-            f"{medium}_{name}", "leg", medium, published, name, "rotation", leg=leg,
-            tare_run=f"{AIR}_{name}", tare_shared=True, natural=natural,
+            f"{medium}_{name}",
+            "leg",
+            medium,
+            published,
+            name,
+            "rotation",
+            leg=leg,
+            tare_run=f"{AIR}_{name}",
+            tare_shared=True,
+            natural=natural,
             note=f"re-enacted from Fig. {'S12' if natural else 'S5'}",
-        )  # fmt: skip
+        )
 
 
 def plan_runs(

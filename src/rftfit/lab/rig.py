@@ -189,9 +189,13 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
 
 
 def _channels(
-    true: Ideal, drawn: Nuisance, sensor: Transducer, path_cm: FloatArray,
-    sizes: disturb.Sizes, stream: disturb.Stream,
-) -> FloatArray:  # fmt: skip
+    true: Ideal,
+    drawn: Nuisance,
+    sensor: Transducer,
+    path_cm: FloatArray,
+    sizes: disturb.Sizes,
+    stream: disturb.Stream,
+) -> FloatArray:
     """Readings of F1, F2, F3, shape (n, 3), N: the forces as disturbed, drift, bias and noise, in steps of the sensor."""
     count = path_cm.size
     drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
@@ -257,21 +261,39 @@ def record(
 
 FAULTS: dict[str, tuple[str, str]] = {
     "gap": ("bp00_g90_in", "1.5 s in the middle of the stroke are missing from the force log"),
-    "saturated": ("bp00_g72_in", "one second of the stroke is stuck at the range of the vertical channel"),
-    "missing_tare": ("bp30_g45_in", "both logs of the run's tare are missing; the sheet still names them"),
+    "saturated": (
+        "bp00_g72_in",
+        "one second of the stroke is stuck at the range of the vertical channel",
+    ),
+    "missing_tare": (
+        "bp30_g45_in",
+        "both logs of the run's tare are missing; the sheet still names them",
+    ),
     "truncated": ("bp30_g90_in", "the force log is cut off in mid-row, after about two thirds"),
-    "wrong_unit": ("bm30_g90_in", "the force log is in lbf and says so, against the config (N where that has lbf)"),
+    "wrong_unit": (
+        "bm30_g90_in",
+        "the force log is in lbf and says so, against the config (N where that has lbf)",
+    ),
     "never_touches": ("bp00_g45_in", "the arm's path stays above the surface (plates and rods)"),
     "duplicated_rows": ("bp60_g45_in", "60 rows of the force log's stroke appear twice each"),
     "time_reversed": ("bp60_g56_in", "60 rows of the force log's stroke are in reverse order"),
-    "nan_cells": ("bp60_g72_in", "every second of 60 rows of the stroke has nan in all force columns"),
+    "nan_cells": (
+        "bp60_g72_in",
+        "every second of 60 rows of the stroke has nan in all force columns",
+    ),
     "header_only": ("bm60_g34_in", "the force log ends after its header row"),
     "empty": ("bm60_g45_in", "the force log has no bytes"),
     "wrong_delimiter": ("bm60_g56_in", "the force log has semicolons and decimal commas"),
     "missing_log": ("bm60_g72_in", "the force log is missing; the sheet still names it"),
-    "wrong_medium_tare": ("bp90_g45_in", "the sheet's tare_run is the same run's tare in another medium"),
-    "flipped_beta": ("bm30_g45_in", "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)"),
-}  # fmt: skip
+    "wrong_medium_tare": (
+        "bp90_g45_in",
+        "the sheet's tare_run is the same run's tare in another medium",
+    ),
+    "flipped_beta": (
+        "bm30_g45_in",
+        "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)",
+    ),
+}
 """By name: the run that gets it where none is named, and what it does.
 
 The run is one of the first medium; where that has no such run, it is its first plate run.

@@ -21,8 +21,12 @@ MOST_COLUMNS = 64
 """A table with more columns than this is a picture or a field, no log."""
 
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
-    b"\x89HDF\r\n\x1a\n", b"\x93NUMPY", b"PK\x03\x04", b"MATLAB 5.0", b"MATLAB 7.3",
-)  # fmt: skip
+    b"\x89HDF\r\n\x1a\n",
+    b"\x93NUMPY",
+    b"PK\x03\x04",
+    b"MATLAB 5.0",
+    b"MATLAB 7.3",
+)
 
 _DEFLATE, _CHECKSUMS = 1, 64
 """Number of a filter of HDF5; the bytes by which checksums make a block larger."""

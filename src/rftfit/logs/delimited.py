@@ -217,9 +217,12 @@ def _try(
     names_at = above[-2:-1] if units else above[-1:]
     names = bool(names_at) and _is_names(table[names_at[0]], width, decimal)
     text = {
-        "delimiter": DELIMITER_WORDS.get(delimiter, delimiter), "decimal": decimal,
-        "skip_lines": names_at[0] if names else first, "names": names, "units": units and names,
-    }  # fmt: skip
+        "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
+        "decimal": decimal,
+        "skip_lines": names_at[0] if names else first,
+        "names": names,
+        "units": units and names,
+    }
     score = sum(shares[place] for place in rows) / (len(table) - first) + 0.01 * min(width, 20)
     return score, text
 

@@ -147,9 +147,20 @@ def survey(blocks: Iterable[Log]) -> Survey:
         not_finite = add_counts(not_finite, log.not_finite)
     assert first is not None
     return Survey(
-        first.path, columns, first.units, clock if "time" in quantities else None, quantities, rows,
-        used, dropped, missing, first.notes, len(lines), not_finite, first.unread,
-    )  # fmt: skip
+        first.path,
+        columns,
+        first.units,
+        clock if "time" in quantities else None,
+        quantities,
+        rows,
+        used,
+        dropped,
+        missing,
+        first.notes,
+        len(lines),
+        not_finite,
+        first.unread,
+    )
 
 
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
@@ -272,9 +283,11 @@ def _instead(name: str) -> str:
 
 
 def config_block(
-    found: Survey, dialect: str, text: Mapping[str, Any] | None = None,
+    found: Survey,
+    dialect: str,
+    text: Mapping[str, Any] | None = None,
     options: Mapping[str, object] | None = None,
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Write the lines of config for a log, as YAML; `text` is the format of a ``delimited`` one."""
     if dialect == "rig":
         return ["dialect: rig"]
@@ -379,9 +392,11 @@ class Recognised(NamedTuple):
 
 
 def recognised(
-    path: Path, name: str | None = None, text: Mapping[str, object] | None = None,
+    path: Path,
+    name: str | None = None,
+    text: Mapping[str, object] | None = None,
     options: Mapping[str, object] | None = None,
-) -> Recognised:  # fmt: skip
+) -> Recognised:
     """Find the reader of a file by its content, or that of a dialect or of a `text` that is described.
 
     `options` are those of the dialect, or further keys of `text`.

@@ -50,18 +50,32 @@ _FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuer
 _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
     distance deplacement desplazamiento recorrido""")
 _WORDS = (
-    ("time", _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
+    (
+        "time",
+        _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
     temps heure tiempo hora tempo"""),
-     "running total test run recording measurement relative standardmessrate ecoule transcurrido"),
+        "running total test run recording measurement relative standardmessrate ecoule transcurrido",
+    ),
     ("arm_moving", _set("moving sync trigger"), "arm line"),
     ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),
-    ("F3", _FORCE, """standard normal axial vertical compression compressive of de estandar axiale
-     verticale normale kompressions druck sensor cell z tcp actual measured"""),
-    ("z", _LENGTH, """standard machine axial vertical traverse actuator axis z plate tool tcp actual
-     measured estandar verticale"""),
-    ("angle", _set("angle theta beta pitch winkel angulo"),
-     "plate leg blade tool arm tilt attack motor actual measured"),
-)  # fmt: skip
+    (
+        "F3",
+        _FORCE,
+        """standard normal axial vertical compression compressive of de estandar axiale
+     verticale normale kompressions druck sensor cell z tcp actual measured""",
+    ),
+    (
+        "z",
+        _LENGTH,
+        """standard machine axial vertical traverse actuator axis z plate tool tcp actual
+     measured estandar verticale""",
+    ),
+    (
+        "angle",
+        _set("angle theta beta pitch winkel angulo"),
+        "plate leg blade tool arm tilt attack motor actual measured",
+    ),
+)
 """Quantity, words that say it, and words that may stand beside them."""
 _OTHERWISE = _set("""target desired setpoint command commanded cmd ref reference soll sollwert consigne consigna friction lateral
     shear tangential peak max min mean avg std rms error offset bias limit preload rate speed velocity
@@ -73,9 +87,10 @@ _OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measu
 _PLACE = [*_LENGTH, "translation", "pose", "motion"]
 # the efforts of ROS are torques of joints
 _KINDS = {
-    **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"), **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"),
+    **dict.fromkeys(_PLACE, "place"),
     **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
-}  # fmt: skip
+}
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
 _BETWEEN = re.compile(r"[\s_\-:,()\[\]{}]+")
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")

@@ -298,8 +298,10 @@ def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> boo
                 topic = normalize(header.get_string("topic"))
                 more = Header.read(BytesIO(length.to_bytes(4, "little") + source.read(length)))
                 found.topics[number] = (
-                    topic, more.get_string("type"), more.get_string("message_definition"),
-                )  # fmt: skip
+                    topic,
+                    more.get_string("type"),
+                    more.get_string("message_definition"),
+                )
             except (ReaderError, UnicodeDecodeError, IndexError):
                 return True
         elif kind == _MESSAGE and inside and end <= size:
@@ -338,10 +340,21 @@ LONGEST_LIST = 64
 """Lists longer than this are pictures or scans, not quantities of a run."""
 
 _TYPES = {
-    "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1",
-    "int16": "<i2", "uint16": "<u2", "int32": "<i4", "uint32": "<u4", "int64": "<i8",
-    "uint64": "<u8", "float32": "<f4", "float64": "<f8",
-}  # fmt: skip
+    "bool": "u1",
+    "byte": "u1",
+    "char": "u1",
+    "octet": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "<i2",
+    "uint16": "<u2",
+    "int32": "<i4",
+    "uint32": "<u4",
+    "int64": "<i8",
+    "uint64": "<u8",
+    "float32": "<f4",
+    "float64": "<f8",
+}
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 _UNITS = {
     "force": ("geometry_msgs/msg/Wrench", "N"),

@@ -25,9 +25,10 @@ _SAID = {order: word for word, order in ORDERS.items()}
 _HALF = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
 _DATE = re.compile(
     r"(?P<d0>\d{4}|\d\d?)[-/.](?P<d1>\d\d?)[-/.](?P<d2>\d{4}|\d\d?)[T ] *(?P<hour>\d\d?):(?P<minute>[0-5]\d)"
-    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?" + _HALF +
-    r" ?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
-)  # fmt: skip
+    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?"
+    + _HALF
+    + r" ?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+)
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
@@ -80,8 +81,13 @@ def seconds_of(text: str, order: str = "") -> float:
         hour = hour % 12 + 12 * (half in "Pp") if 1 <= hour <= 12 else 24
     try:
         moment = dt.datetime(
-            year + 2000 * (year < 100), month, day, hour, int(found["minute"]), int(found["second"] or 0)
-        )  # fmt: skip
+            year + 2000 * (year < 100),
+            month,
+            day,
+            hour,
+            int(found["minute"]),
+            int(found["second"] or 0),
+        )
     except ValueError:
         return np.nan
     away = 0.0

@@ -212,9 +212,13 @@ def _number_columns(
 
 
 def _sheet_log(
-    path: Path, names: Sequence[str], units: Sequence[str], chosen: list[int], block: list[Any],
+    path: Path,
+    names: Sequence[str],
+    units: Sequence[str],
+    chosen: list[int],
+    block: list[Any],
     unread: Mapping[str, str],
-) -> Log:  # fmt: skip
+) -> Log:
     most = max(chosen, default=-1)
     # below a table somebody may have typed something beside it
     rows = [row for row in block if any(cell is not None for cell in row[: most + 1])]

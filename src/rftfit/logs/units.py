@@ -36,9 +36,37 @@ _KNOWN = {word: unit for unit, words in _SPELLINGS.items() for word in words.spl
 # M is not m and nm is not N m where the case says so
 _EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
 _OTHERS = (
-    "V", "mV", "uV", "A", "mA", "Hz", "kHz", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "%", "°C",
-    "°F", "K", "g", "kg", "mg", "J", "mJ", "W", "nm", "km", "nN", "uN", "MN", "rpm",
-)  # fmt: skip
+    "V",
+    "mV",
+    "uV",
+    "A",
+    "mA",
+    "Hz",
+    "kHz",
+    "Pa",
+    "kPa",
+    "MPa",
+    "GPa",
+    "bar",
+    "mbar",
+    "psi",
+    "%",
+    "°C",
+    "°F",
+    "K",
+    "g",
+    "kg",
+    "mg",
+    "J",
+    "mJ",
+    "W",
+    "nm",
+    "km",
+    "nN",
+    "uN",
+    "MN",
+    "rpm",
+)
 """Units of columns that the chain does not use, by which a row of units is recognised."""
 _OF_WEIGHT = {"g": "gf", "kg": "kgf"}
 

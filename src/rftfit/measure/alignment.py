@@ -35,9 +35,13 @@ def find_clock(
             raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
         good = ~readings.saturated
         alignment = estimate_clocks(
-            time[good], readings.force[0, good], path.time, -path.z,
-            settings.max_drift, settings.max_se_s,
-        )  # fmt: skip
+            time[good],
+            readings.force[0, good],
+            path.time,
+            -path.z,
+            settings.max_drift,
+            settings.max_se_s,
+        )
         return alignment.clock, alignment
     if readings.arm_moving is None:
         raise Refused("no-sync-line")
@@ -268,9 +272,14 @@ def estimate_clocks(
     whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
         ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),
-        math.sqrt(chosen.drift_variance), 1 - float(residual.var() / pushed.var()),
-        profile, time, pushed, chosen.depth, chosen.fitted,
-    )  # fmt: skip
+        math.sqrt(chosen.drift_variance),
+        1 - float(residual.var() / pushed.var()),
+        profile,
+        time,
+        pushed,
+        chosen.depth,
+        chosen.fitted,
+    )
 
 
 def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
@@ -317,9 +326,14 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], boo
 
 
 def _refine(
-    time: FloatArray, force: FloatArray, motion_time: FloatArray, depth: FloatArray,
-    max_drift: float, offset: float, knots: int,
-) -> _Refined:  # fmt: skip
+    time: FloatArray,
+    force: FloatArray,
+    motion_time: FloatArray,
+    depth: FloatArray,
+    max_drift: float,
+    offset: float,
+    knots: int,
+) -> _Refined:
     """Gauss and Newton on offset, drift and surface; the smooth function is projected out."""
     drift, reference = 0.0, float(time.mean())
     surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
@@ -370,9 +384,14 @@ def _refine(
     # what the prior of the drift holds fixed is uncertain all the same
     shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
     return _Refined(
-        offset, drift, reference, scatter + float(shrunk[0] ** 2), of_drift + float(shrunk[1] ** 2),
-        there, fitted,
-    )  # fmt: skip
+        offset,
+        drift,
+        reference,
+        scatter + float(shrunk[0] ** 2),
+        of_drift + float(shrunk[1] ** 2),
+        there,
+        fitted,
+    )
 
 
 def _loss(residual: FloatArray, weight: FloatArray, variance: float, terms: int) -> float:

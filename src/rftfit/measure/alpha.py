@@ -140,17 +140,24 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
     seen: set[str] = set()
     groups = []
     for runs in cells:
-        new = [run for run in runs
-               if math.isfinite(run[column(component)]) and run["run_id"] not in seen]  # fmt: skip
+        new = [
+            run
+            for run in runs
+            if math.isfinite(run[column(component)]) and run["run_id"] not in seen
+        ]
         seen.update(str(run["run_id"]) for run in new)
         level = new and new[0]["gamma_deg"] == 0
         parts = _by_depth(new) if level and math.isfinite(new[0]["depth_from_cm"]) else [new]
         for part in filter(None, parts):
-            alpha, se = (np.array([run[column(component, q)] for run in part], dtype=float)
-                         for q in ("", "_se"))  # fmt: skip
+            alpha, se = (
+                np.array([run[column(component, q)] for run in part], dtype=float)
+                for q in ("", "_se")
+            )
             same = len({run.get("tare_run", "") for run in part}) < len(part)
-            tare, curvature = (np.array([run.get(column(component, q), 0.0) for run in part])
-                          for q in ("_tare", "_curvature"))  # fmt: skip
+            tare, curvature = (
+                np.array([run.get(column(component, q), 0.0) for run in part])
+                for q in ("_tare", "_curvature")
+            )
             # a tare that they share and a curvature that they have alike do not make them differ
             groups.append((alpha, np.sqrt(np.maximum(se**2 - same * tare**2 - curvature**2, 0.0))))
     return groups
@@ -191,7 +198,17 @@ class _Cell:
 
 _NUMBERS = [column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))]
 _BEDS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_WORDS = ["depth_from_cm", "depth_to_cm", "n_runs", "run_ids", "tare_runs", "spread", *FLAGS, *MARKS, *REASON]  # fmt: skip
+_WORDS = [
+    "depth_from_cm",
+    "depth_to_cm",
+    "n_runs",
+    "run_ids",
+    "tare_runs",
+    "spread",
+    *FLAGS,
+    *MARKS,
+    *REASON,
+]
 
 
 def _cell(
@@ -253,11 +270,15 @@ def _errors(
     outliers: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, float | str]]:
     """Alpha of each cell with its errors by name, and the interval that holds them all."""
-    alpha = {c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
-             for c in COMPONENTS}  # fmt: skip
+    alpha = {
+        c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
+        for c in COMPONENTS
+    }
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
-    rise = {c: np.hypot(*gradient(beta, gamma, alpha[c]).T) if errors.angle_deg else 0 * alpha[c]
-            for c in COMPONENTS}  # fmt: skip
+    rise = {
+        c: np.hypot(*gradient(beta, gamma, alpha[c]).T) if errors.angle_deg else 0 * alpha[c]
+        for c in COMPONENTS
+    }
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):
         row: dict[str, float | str] = dict.fromkeys([*_NUMBERS, *_BEDS], math.nan)
@@ -277,8 +298,11 @@ def _errors(
             found["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(found, cell, c, spread[c], confidence)
             off = [outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
-            found["bed"] = max(found["bed"], _outlier_error(cell, c, np.array(off)),
-                             key=lambda part: half_width([part], confidence))  # fmt: skip
+            found["bed"] = max(
+                found["bed"],
+                _outlier_error(cell, c, np.array(off)),
+                key=lambda part: half_width([part], confidence),
+            )
             half = half_width(found.values(), confidence)
             se = math.sqrt(sum(part.sd**2 for part in found.values()))
             values = (alpha[c][i], se, alpha[c][i] - half, alpha[c][i] + half)

@@ -128,10 +128,13 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         return []
     side = np.where(table["mirrored"].to_numpy(bool), -1.0, 1.0)
     sides = np.stack([np.ones_like(side), side])
-    force = sides * np.stack([
-        table[f"alpha_{c}_N_per_cm3"].to_numpy(float) + table[f"alpha_{c}_rod_N_per_cm3"].fillna(0)
-        for c in "zx"
-    ])  # fmt: skip
+    force = sides * np.stack(
+        [
+            table[f"alpha_{c}_N_per_cm3"].to_numpy(float)
+            + table[f"alpha_{c}_rod_N_per_cm3"].fillna(0)
+            for c in "zx"
+        ]
+    )
     # a channel that nobody measured adds nothing to the others, and misses nothing
     unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
     force[1, unmeasured] = 0.0
@@ -141,8 +144,10 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
     strong = np.abs(known) >= _CLEAR
     with np.errstate(invalid="ignore", divide="ignore"):
-        sizes = [float(np.nanmedian(np.abs(mount[c] / known[c])[strong[c]])) if strong[c].any() else 0.0
-                 for c in (0, 1)]  # fmt: skip
+        sizes = [
+            float(np.nanmedian(np.abs(mount[c] / known[c])[strong[c]])) if strong[c].any() else 0.0
+            for c in (0, 1)
+        ]
     size = np.nanmax(sizes)
     causes = []
     for place, axis in enumerate("zx"):

@@ -138,9 +138,10 @@ def counted_once(
             kept.add(name)
     later = fits["run_id"].isin([*left_out])
     numbers = [
-        name for name in map(str, fits.select_dtypes("float"))
+        name
+        for name in map(str, fits.select_dtypes("float"))
         if not name.startswith(("beta_", "gamma_", "depth_"))
-    ]  # fmt: skip
+    ]
     fits = fits.copy()
     fits.loc[later, numbers] = np.nan
     if left_out:

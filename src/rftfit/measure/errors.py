@@ -277,9 +277,9 @@ def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) ->
     Least squares of the differences to all neighbours, nearer ones with more weight; 0 along an
     angle in which there is none.
     """
-    step = np.stack([
-        (beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]
-    ])  # fmt: skip
+    step = np.stack(
+        [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
+    )
     distance = np.hypot(*step)
     near = (distance > 0) & (distance <= NEAR_DEG) & np.isfinite(values)
     weight = np.where(near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)

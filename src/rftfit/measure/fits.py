@@ -43,17 +43,45 @@ _EXACT = 1e-6
 """Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
 COMPONENTS = ("z", "x")
 _OF_COMPONENT = (
-    "alpha_{}_N_per_cm3", "alpha_{}_se_N_per_cm3", "alpha_{}_lo_N_per_cm3", "alpha_{}_hi_N_per_cm3",
-    "alpha_{}_dof", "alpha_{}_ols_se_N_per_cm3", "alpha_{}_startup_N_per_cm3",
-    "alpha_{}_tare_N_per_cm3", "alpha_{}_curvature_N_per_cm3", "alpha_{}_rod_N_per_cm3",
-    "intercept_{}_N_per_cm2", "free_slope_{}_N_per_cm3", "free_stress_{}_percent", "exponent_{}",
-    "power_stress_{}_percent", "power_misfit_{}_ratio", "nonlinear_{}_p", "nonlinear_{}_ratio",
-)  # fmt: skip
+    "alpha_{}_N_per_cm3",
+    "alpha_{}_se_N_per_cm3",
+    "alpha_{}_lo_N_per_cm3",
+    "alpha_{}_hi_N_per_cm3",
+    "alpha_{}_dof",
+    "alpha_{}_ols_se_N_per_cm3",
+    "alpha_{}_startup_N_per_cm3",
+    "alpha_{}_tare_N_per_cm3",
+    "alpha_{}_curvature_N_per_cm3",
+    "alpha_{}_rod_N_per_cm3",
+    "intercept_{}_N_per_cm2",
+    "free_slope_{}_N_per_cm3",
+    "free_stress_{}_percent",
+    "exponent_{}",
+    "power_stress_{}_percent",
+    "power_misfit_{}_ratio",
+    "nonlinear_{}_p",
+    "nonlinear_{}_ratio",
+)
 FIT_COLUMNS = [
-    "run_id", "medium", "beta_deg", "gamma_deg", "direction", "mirrored", "tare_run", "depth_from_cm",
-    "depth_to_cm", "n_points", "lever_per_cm", "offset_cm", "offset_se_cm", "start_cm", *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
-    *FLAGS, "note", *REASON,
-]  # fmt: skip
+    "run_id",
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    "direction",
+    "mirrored",
+    "tare_run",
+    "depth_from_cm",
+    "depth_to_cm",
+    "n_points",
+    "lever_per_cm",
+    "offset_cm",
+    "offset_se_cm",
+    "start_cm",
+    *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    *FLAGS,
+    "note",
+    *REASON,
+]
 
 
 Row = dict[Any, Any]
@@ -396,11 +424,17 @@ def _stroke(
     # so does an error of the surface, where that was found in the run; that of a given one is no run's own
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
-        depth, samples["x_cm"], samples["path_cm"], force, samples["why"],
+        depth,
+        samples["x_cm"],
+        samples["path_cm"],
+        force,
+        samples["why"],
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
-        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm), flags, rods,
-    )  # fmt: skip
+        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
+        flags,
+        rods,
+    )
 
 
 def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
@@ -435,21 +469,43 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
 
 def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     row: Row = {
-        "run_id": run.run_id, "medium": run.medium, "beta_deg": fit.beta_deg,
-        "gamma_deg": fit.gamma_deg, "direction": run.direction,
-        "mirrored": filed_under(run)[2] < 0, "tare_run": run.tare_run,
-        "depth_from_cm": fit.depth_from_cm, "depth_to_cm": fit.depth_to_cm, "n_points": 0,
-        "note": note, **flag_columns(fit.flags), **reason_columns(fit.reason),
-    }  # fmt: skip
+        "run_id": run.run_id,
+        "medium": run.medium,
+        "beta_deg": fit.beta_deg,
+        "gamma_deg": fit.gamma_deg,
+        "direction": run.direction,
+        "mirrored": filed_under(run)[2] < 0,
+        "tare_run": run.tare_run,
+        "depth_from_cm": fit.depth_from_cm,
+        "depth_to_cm": fit.depth_to_cm,
+        "n_points": 0,
+        "note": note,
+        **flag_columns(fit.flags),
+        **reason_columns(fit.reason),
+    }
     slope = fit.slope
     if slope is None:
         return row
     row |= {"n_points": slope.points, "lever_per_cm": slope.lever, "start_cm": slope.start[0]}
     row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
     lo, hi = slope.interval(confidence)
-    values = (slope.alpha, slope.se, lo, hi, slope.dof, slope.ols_se, slope.startup, slope.tare,
-              slope.curvature, fit.rod, slope.intercept, slope.free_slope, *_other_laws(fit),
-              slope.nonlinear_p, slope.nonlinear_ratio)  # fmt: skip
+    values = (
+        slope.alpha,
+        slope.se,
+        lo,
+        hi,
+        slope.dof,
+        slope.ols_se,
+        slope.startup,
+        slope.tare,
+        slope.curvature,
+        fit.rod,
+        slope.intercept,
+        slope.free_slope,
+        *_other_laws(fit),
+        slope.nonlinear_p,
+        slope.nonlinear_ratio,
+    )
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]
         row |= {name: value[i] for name, value in zip(names, values, strict=True)}
@@ -462,8 +518,19 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
 
 
 STEP_DEG = 1.0
-LEG_COLUMNS = ["medium", "leg", "run_id", "theta_deg", "force_z_N", "force_x_N", "samples",
-               "zero_se_z_N", "zero_se_x_N", *FLAGS, *MARKS]  # fmt: skip
+LEG_COLUMNS = [
+    "medium",
+    "leg",
+    "run_id",
+    "theta_deg",
+    "force_z_N",
+    "force_x_N",
+    "samples",
+    "zero_se_z_N",
+    "zero_se_x_N",
+    *FLAGS,
+    *MARKS,
+]
 
 
 def leg_curves(

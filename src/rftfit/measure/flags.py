@@ -21,9 +21,14 @@ BACKWARDS = "time runs backwards"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
 
 _ROW_CODES = {
-    CUT: "cut-rows", CELLS: "wrong-cells", NUMBER: "not-numbers", FINITE: "not-finite",
-    DUPLICATE: "duplicated-rows", BACKWARDS: "time-backwards", REPEATED: "repeated-rows",
-}  # fmt: skip
+    CUT: "cut-rows",
+    CELLS: "wrong-cells",
+    NUMBER: "not-numbers",
+    FINITE: "not-finite",
+    DUPLICATE: "duplicated-rows",
+    BACKWARDS: "time-backwards",
+    REPEATED: "repeated-rows",
+}
 """Codes of the reasons for which a reader of logs leaves out rows."""
 
 _OUTSIDE = "outside the window: "

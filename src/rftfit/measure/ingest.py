@@ -198,10 +198,22 @@ def _trace(
     if rests_in_air and (start <= path.time[1] or end >= path.time[-2]):
         flags.append(remark("motion-log-cut"))
     return Trace(
-        run, readings.time, phase, x, z, angle, force, why, zero, clock, tuple(flags),
-        (force_log.rows, motion_log.rows), alignment, surface,
+        run,
+        readings.time,
+        phase,
+        x,
+        z,
+        angle,
+        force,
+        why,
+        zero,
+        clock,
+        tuple(flags),
+        (force_log.rows, motion_log.rows),
+        alignment,
+        surface,
         lab_frame.channel_facts(readings.channels, in_stroke),
-    )  # fmt: skip
+    )
 
 
 _RAMP_S = 0.1
@@ -255,10 +267,13 @@ def _zero(
 def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     """Rows that were lost from each log, and why; `whole_lines`: lines of one table hold force and motion."""
     lost = [
-        {reason: count for reason, count in (*log.dropped.items(), *log.missing.items())
-         if reason != REPEATED}
+        {
+            reason: count
+            for reason, count in (*log.dropped.items(), *log.missing.items())
+            if reason != REPEATED
+        }
         for log in (force, motion)
-    ]  # fmt: skip
+    ]
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
     flags = []
     for own, other, log, part in zip(lost, lost[::-1], (force, motion), parts, strict=True):
@@ -311,36 +326,66 @@ RUN_COLUMNS: dict[str, object] = {
     **dict.fromkeys(("run_id", "kind", "status", *REASON, *FLAGS, "note", "readings"), ""),
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
-        ("sample_step_s", "clock_offset_s", "clock_residual_s", "clock_se_s", "zero_var_z_N2",
-         "zero_var_x_N2", "zero_dof", "zero_trend_z_N", "zero_trend_x_N", "clock_hours", "clock_rest_s",
-         "clock_drift", "clock_drift_se", "clock_explained", "surface_z_mm", "surface_se_mm",
-         "surface_growth_N_per_cm",
-         *(f"{channel}_{fact}" for channel in lab_frame.CHANNELS for fact in lab_frame.CHANNEL_FACTS)),
+        (
+            "sample_step_s",
+            "clock_offset_s",
+            "clock_residual_s",
+            "clock_se_s",
+            "zero_var_z_N2",
+            "zero_var_x_N2",
+            "zero_dof",
+            "zero_trend_z_N",
+            "zero_trend_x_N",
+            "clock_hours",
+            "clock_rest_s",
+            "clock_drift",
+            "clock_drift_se",
+            "clock_explained",
+            "surface_z_mm",
+            "surface_se_mm",
+            "surface_growth_N_per_cm",
+            *(
+                f"{channel}_{fact}"
+                for channel in lab_frame.CHANNELS
+                for fact in lab_frame.CHANNEL_FACTS
+            ),
+        ),
         math.nan,
     ),
-}  # fmt: skip
+}
 """Columns of the table of runs, and what stands where nothing is known."""
 
 
 def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
     clock, zero = trace.clock, trace.zero
     row: dict[str, object] = {
-        "run_id": trace.run.run_id, "kind": trace.run.kind, "status": "read",
-        **flag_columns(trace.flags), "note": say(trace.note), "rows_force": trace.rows[0],
-        "rows_motion": trace.rows[1], "sample_step_s": trace.step_s,
-        "clock_offset_s": clock.offset_s, "clock_residual_s": clock.residual_s,
-        "clock_se_s": clock.offset_se(trace.step_s), "zero_var_z_N2": zero.variance[0],
-        "zero_var_x_N2": zero.variance[1], "zero_dof": zero.dof,
-        "zero_trend_z_N": zero.trend_N[0], "zero_trend_x_N": zero.trend_N[1],
-    }  # fmt: skip
+        "run_id": trace.run.run_id,
+        "kind": trace.run.kind,
+        "status": "read",
+        **flag_columns(trace.flags),
+        "note": say(trace.note),
+        "rows_force": trace.rows[0],
+        "rows_motion": trace.rows[1],
+        "sample_step_s": trace.step_s,
+        "clock_offset_s": clock.offset_s,
+        "clock_residual_s": clock.residual_s,
+        "clock_se_s": clock.offset_se(trace.step_s),
+        "zero_var_z_N2": zero.variance[0],
+        "zero_var_x_N2": zero.variance[1],
+        "zero_dof": zero.dof,
+        "zero_trend_z_N": zero.trend_N[0],
+        "zero_trend_x_N": zero.trend_N[1],
+    }
     if (found := trace.alignment) is not None:
         hours = clock.whole_hours
         # in a table of six digits hours would hide the rest
         row |= {
-            "clock_hours": hours, "clock_rest_s": clock.offset_s - HOUR_S * hours,
-            "clock_drift": clock.drift, "clock_drift_se": found.drift_se,
+            "clock_hours": hours,
+            "clock_rest_s": clock.offset_s - HOUR_S * hours,
+            "clock_drift": clock.drift,
+            "clock_drift_se": found.drift_se,
             "clock_explained": found.explained,
-        }  # fmt: skip
+        }
     if (surface := trace.surface) is not None:
         row |= {
             "surface_z_mm": given_surface_z_mm - 10 * surface.depth_cm,
@@ -352,12 +397,20 @@ def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
 
 def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
-    return samples_table({
-        one.run.run_id: (
-            one.time, one.phase, one.x, -one.z, np.degrees(one.angle), *one.force, one.why
-        )
-        for one in traces
-    })  # fmt: skip
+    return samples_table(
+        {
+            one.run.run_id: (
+                one.time,
+                one.phase,
+                one.x,
+                -one.z,
+                np.degrees(one.angle),
+                *one.force,
+                one.why,
+            )
+            for one in traces
+        }
+    )
 
 
 # --- Every row of every log, in the ledger.

@@ -73,26 +73,34 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     gain = (of_log * shape - across * bent) / (square * alone * at_cm)
     alpha = float(gain @ stress)
     return Fitted(
-        alpha, gain, np.stack([shape, size * bent]), stress - alpha * at_cm * shape - more * bent,
-        p if fits else math.nan, float(gain @ (p * size * shape / above)) / (alpha or 1.0),
-    )  # fmt: skip
+        alpha,
+        gain,
+        np.stack([shape, size * bent]),
+        stress - alpha * at_cm * shape - more * bent,
+        p if fits else math.nan,
+        float(gain @ (p * size * shape / above)) / (alpha or 1.0),
+    )
 
 
 def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> Slope:
     """Put another law's stress over depth in the place of the slope through zero, with its error."""
     if laws is None or law == "through_zero":
         return slope
-    noise, dof = np.array([
-        weighted_sum_variance(one.rest[None], one.gain, one.design) for one in laws[law]
-    ], dtype=object).T  # fmt: skip
+    noise, dof = np.array(
+        [weighted_sum_variance(one.rest[None], one.gain, one.design) for one in laws[law]],
+        dtype=object,
+    ).T
     scatter = np.array([float(one[0]) for one in noise])
     moved = np.array([float(one.gain.sum()) for one in laws[law]])
     shift = slope.shift * moved**2
     tare = np.sqrt(0.5 * scatter + slope.shift_of_tare * moved**2)
     alpha = np.array([one.alpha for one in laws[law]])
     return replace(
-        slope, alpha=alpha, se=np.sqrt(scatter + shift),
+        slope,
+        alpha=alpha,
+        se=np.sqrt(scatter + shift),
         dof=combine_dof(np.stack([scatter, shift]), np.stack([dof.astype(float), slope.dof])),
-        curvature=np.zeros(alpha.size), tare=np.where(slope.tare > 0, tare, 0.0),
+        curvature=np.zeros(alpha.size),
+        tare=np.where(slope.tare > 0, tare, 0.0),
         lever=laws[law][int(np.abs(alpha).argmax())].lever,
-    )  # fmt: skip
+    )

@@ -21,9 +21,14 @@ from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
 
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
 FORCE_TO_N = {
-    "N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605, "klbf": 4448.2216152605,
-    "kgf": 9.80665, "gf": 9.80665e-3,
-}  # fmt: skip
+    "N": 1.0,
+    "mN": 1e-3,
+    "kN": 1e3,
+    "lbf": 4.4482216152605,
+    "klbf": 4448.2216152605,
+    "kgf": 9.80665,
+    "gf": 9.80665e-3,
+}
 LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
 TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}

@@ -9,8 +9,15 @@ import pandas as pd
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 SAMPLE_COLUMNS = (
-    "time_s", "phase", "x_cm", "depth_cm", "angle_deg", "force_z_N", "force_x_N", "why"
-)  # fmt: skip
+    "time_s",
+    "phase",
+    "x_cm",
+    "depth_cm",
+    "angle_deg",
+    "force_z_N",
+    "force_x_N",
+    "why",
+)
 """Columns of the table of samples, beside the run."""
 
 

@@ -255,11 +255,24 @@ def fit_slope(
     # run and tare were recorded with the same noise; without a tare there is one zero only
     tare = (scatter / power**2 / 2 + zero_variance[1:].sum(axis=0) * lever**2) * (len(shift) > 2)
     return Slope(
-        alpha, se, combine_dof(parts, dofs), ols_se, intercept, free_slope, p_value, ratio,
-        depth.size, moved, np.sqrt(tare), curvature, lever,
-        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)), stress_onset(depth, stress),
-        shift.sum(axis=0), zero_variance[1:].sum(axis=0),
-    )  # fmt: skip
+        alpha,
+        se,
+        combine_dof(parts, dofs),
+        ols_se,
+        intercept,
+        free_slope,
+        p_value,
+        ratio,
+        depth.size,
+        moved,
+        np.sqrt(tare),
+        curvature,
+        lever,
+        *_offset(depth, intercept, free_slope, noise, shift.sum(axis=0)),
+        stress_onset(depth, stress),
+        shift.sum(axis=0),
+        zero_variance[1:].sum(axis=0),
+    )
 
 
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
@@ -277,9 +290,25 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     nothing = np.zeros(alpha.size)
     lever = float(depth.sum() / (depth @ depth))
     return Slope(
-        alpha, se, dof, se, intercept, free_slope, unknown[0], unknown[1], depth.size, nothing,
-        nothing, nothing, lever, unknown[0], unknown[1], stress_onset(depth, stress), nothing, nothing,
-    )  # fmt: skip
+        alpha,
+        se,
+        dof,
+        se,
+        intercept,
+        free_slope,
+        unknown[0],
+        unknown[1],
+        depth.size,
+        nothing,
+        nothing,
+        nothing,
+        lever,
+        unknown[0],
+        unknown[1],
+        stress_onset(depth, stress),
+        nothing,
+        nothing,
+    )
 
 
 def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:

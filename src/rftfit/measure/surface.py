@@ -189,9 +189,16 @@ def _fit(
     variance, dof = weighted_sum_variance(residual, weights[3])
     of_slope, _ = weighted_sum_variance(residual, weights[1])
     return Surface(
-        place, math.sqrt(float(variance[0])), dof, float(terms[1]), math.sqrt(float(of_slope[0])),
-        float(terms[0]), d, f, fitted,
-    )  # fmt: skip
+        place,
+        math.sqrt(float(variance[0])),
+        dof,
+        float(terms[1]),
+        math.sqrt(float(of_slope[0])),
+        float(terms[0]),
+        d,
+        f,
+        fitted,
+    )
 
 
 def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
@@ -291,9 +298,14 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
     named = config.rigid_contact
     assert named is not None
     run = replace(
-        like, run_id="rigid contact", direction="intrusion", force_log=named.force_log,
-        motion_log=named.motion_log, surface_z_mm=None, gamma_deg=90.0,
-    )  # fmt: skip
+        like,
+        run_id="rigid contact",
+        direction="intrusion",
+        force_log=named.force_log,
+        motion_log=named.motion_log,
+        surface_z_mm=None,
+        gamma_deg=90.0,
+    )
     (_, pair), *_ = load_pairs(campaign, [run])
     if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
         raise InputError(f"rigid_contact: {say(pair.problems)}")

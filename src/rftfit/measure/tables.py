@@ -51,9 +51,14 @@ def ingest_table(
         phase = np.where(other, PHASES.index("other"), PHASES.index("stroke"))
         why = np.where(other, RowStatus.OTHER_SENSE, RowStatus.GOOD).astype(np.int8)
         parts[run.run_id] = (
-            np.arange(size, dtype=float), phase, np.zeros(size), table["depth_cm"],
-            np.full(size, run.beta_deg), *stress, why,
-        )  # fmt: skip
+            np.arange(size, dtype=float),
+            phase,
+            np.zeros(size),
+            table["depth_cm"],
+            np.full(size, run.beta_deg),
+            *stress,
+            why,
+        )
     return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger.table()
 
 
@@ -68,11 +73,19 @@ def fit_alpha_table(
         beta, gamma, _ = filed_under(run)
         excluded = [remark("excluded", why=run.reason)] if run.excluded else []
         row = dict.fromkeys(FIT_COLUMNS, math.nan) | {
-            "run_id": run.run_id, "medium": medium, "beta_deg": beta, "gamma_deg": gamma,
-            "direction": run.direction, "mirrored": False, "tare_run": "", "n_points": 0,
-            **flag_columns([]), "note": "", **reason_columns(excluded),
+            "run_id": run.run_id,
+            "medium": medium,
+            "beta_deg": beta,
+            "gamma_deg": gamma,
+            "direction": run.direction,
+            "mirrored": False,
+            "tare_run": "",
+            "n_points": 0,
+            **flag_columns([]),
+            "note": "",
+            **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
-        }  # fmt: skip
+        }
         rows.append(row)
         if excluded:
             continue

@@ -15,10 +15,27 @@ from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import StrokeColumns, join_runs, strokes
 
 TARE_KINDS = ("rod", "leg_air")
-_TARED_COLUMNS = ("depth_cm", "x_cm", "path_cm", "angle_deg", "force_z_N", "force_x_N", "tare_z_N",
-                  "tare_x_N", "why")  # fmt: skip
-TARE_COLUMNS = ["run_id", "tare_run", "abscissa", "valid_from", "valid_to", "force_rms_N",
-                 "tare_rms_N", *REASON]  # fmt: skip
+_TARED_COLUMNS = (
+    "depth_cm",
+    "x_cm",
+    "path_cm",
+    "angle_deg",
+    "force_z_N",
+    "force_x_N",
+    "tare_z_N",
+    "tare_x_N",
+    "why",
+)
+TARE_COLUMNS = [
+    "run_id",
+    "tare_run",
+    "abscissa",
+    "valid_from",
+    "valid_to",
+    "force_rms_N",
+    "tare_rms_N",
+    *REASON,
+]
 
 
 @dataclass(frozen=True)

@@ -34,25 +34,61 @@ class Rule(NamedTuple):
 _LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
 _ALPHA: tuple[CheckName, ...] = (*_LOGS, "work")
 CHECKS: dict[str, Rule] = {
-    "channels": Rule(UNUSABLE, "no force channel is dead, frozen, clipped, reversed or exchanged in several runs",
-                     "a force channel is dead, frozen, clipped, reversed or exchanged"),
-    "rods": Rule(UNUSABLE, "the force on rods is smaller than on plates", "the force on rods is as large as on plates", ("channels",)),
-    "work": Rule(UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS),
-    "symmetry": Rule(UNUSABLE, "plates straight down are not pushed to one side",
-                     "plates straight down are pushed to one side", _ALPHA),
-    "up_down": Rule(DOUBTFUL, "down is harder than up", "up is harder than down for a level plate", _ALPHA),
-    "drift": Rule(DOUBTFUL, "the zero of the force stays where it is", "the zero of the force drifts",
-                  ("channels", "rods")),
-    "surface": Rule(DOUBTFUL, "stress begins at the surface in all runs alike",
-                    "stress does not begin at the stated surface", _LOGS),
-    "linearity": Rule(DOUBTFUL, "stress is proportional to depth", "stress is not proportional to depth",
-                      (*_LOGS, "surface")),
-    "steadiness": Rule(DOUBTFUL, "horizontal runs are steady", "horizontal runs are not steady", _LOGS),
-    "repeats": Rule(DOUBTFUL, "each run agrees with the others", "single runs disagree with the others",
-                    (*_ALPHA, "symmetry", "surface")),
+    "channels": Rule(
+        UNUSABLE,
+        "no force channel is dead, frozen, clipped, reversed or exchanged in several runs",
+        "a force channel is dead, frozen, clipped, reversed or exchanged",
+    ),
+    "rods": Rule(
+        UNUSABLE,
+        "the force on rods is smaller than on plates",
+        "the force on rods is as large as on plates",
+        ("channels",),
+    ),
+    "work": Rule(
+        UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS
+    ),
+    "symmetry": Rule(
+        UNUSABLE,
+        "plates straight down are not pushed to one side",
+        "plates straight down are pushed to one side",
+        _ALPHA,
+    ),
+    "up_down": Rule(
+        DOUBTFUL, "down is harder than up", "up is harder than down for a level plate", _ALPHA
+    ),
+    "drift": Rule(
+        DOUBTFUL,
+        "the zero of the force stays where it is",
+        "the zero of the force drifts",
+        ("channels", "rods"),
+    ),
+    "surface": Rule(
+        DOUBTFUL,
+        "stress begins at the surface in all runs alike",
+        "stress does not begin at the stated surface",
+        _LOGS,
+    ),
+    "linearity": Rule(
+        DOUBTFUL,
+        "stress is proportional to depth",
+        "stress is not proportional to depth",
+        (*_LOGS, "surface"),
+    ),
+    "steadiness": Rule(
+        DOUBTFUL, "horizontal runs are steady", "horizontal runs are not steady", _LOGS
+    ),
+    "repeats": Rule(
+        DOUBTFUL,
+        "each run agrees with the others",
+        "single runs disagree with the others",
+        (*_ALPHA, "symmetry", "surface"),
+    ),
     "same_logs": Rule(UNUSABLE, "no log or run is there twice", "a log or run is there twice"),
-    "size": Rule(UNUSABLE, "alpha is as large as expected", "alpha is not as large as expected", _LOGS),
-}  # fmt: skip
+    "size": Rule(
+        UNUSABLE, "alpha is as large as expected", "alpha is not as large as expected", _LOGS
+    ),
+}
 assert tuple(CHECKS) == get_args(CheckName)
 
 COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence"]

@@ -96,8 +96,28 @@ def _rft3d(
     if (-nz if abs(nz) > _NONE else forward) < -_NONE:
         nx, ny, nz, forward = -nx, -ny, -nz, -forward
     p, q, r = -vz, -nz, forward
-    terms = (1.0, p, q, r, p * p, q * q, r * r, p * q, q * r, r * p, p * p * p, q * q * q, r * r * r,
-             p * q * q, q * p * p, q * r * r, r * q * q, r * p * p, p * r * r, p * q * r)  # fmt: skip
+    terms = (
+        1.0,
+        p,
+        q,
+        r,
+        p * p,
+        q * q,
+        r * r,
+        p * q,
+        q * r,
+        r * p,
+        p * p * p,
+        q * q * q,
+        r * r * r,
+        p * q * q,
+        q * p * p,
+        q * r * r,
+        r * q * q,
+        r * p * p,
+        p * r * r,
+        p * q * r,
+    )
     m, v, g = 0.0, 0.0, 0.0
     for k in range(20):
         m, v, g = m + c[0, k] * terms[k], v + c[1, k] * terms[k], g + c[2, k] * terms[k]
@@ -106,10 +126,17 @@ def _rft3d(
 
 @_compiled
 def face_forces(
-    pack: Pack, across: float, coefficients: FloatArray, friction: float, faces: FloatArray,
-    ranges: IntArray, frames: FloatArray, elastic: tuple[float, float, float], shifts: FloatArray,
+    pack: Pack,
+    across: float,
+    coefficients: FloatArray,
+    friction: float,
+    faces: FloatArray,
+    ranges: IntArray,
+    frames: FloatArray,
+    elastic: tuple[float, float, float],
+    shifts: FloatArray,
     result: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Forces on bodies, each the faces of one range in one frame, written to `result` (p, 7 or 13).
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0

@@ -35,9 +35,12 @@ def as_table(profile: Profile) -> TableProfile:
 
 
 def face_alpha(
-    profile: Profile, normal: FloatArray, velocity: FloatArray, law: str = "measured",
+    profile: Profile,
+    normal: FloatArray,
+    velocity: FloatArray,
+    law: str = "measured",
     friction: float | None = None,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
 
     `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
@@ -134,8 +137,12 @@ def moving_faces(
 
 
 def mesh_forces(
-    profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
-) -> FloatArray:  # fmt: skip
+    profile: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
     """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
     poses = []
     for frame in motion.frames:

@@ -51,8 +51,10 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
     per_pose = max(1, len(outline.body) * max(values_z.shape[-1], values_x.shape[-1]))
     step = max(1, _MOST_AT_ONCE // per_pose)
     # of force, of force times its arm in x, in z: shape (3, p, parameters)
-    parts = [_weights(profile, outline, poses[start : start + step])
-             for start in range(0, len(poses), step)]  # fmt: skip
+    parts = [
+        _weights(profile, outline, poses[start : start + step])
+        for start in range(0, len(poses), step)
+    ]
     if not parts:
         nothing = np.zeros((*values_z.shape[:-1], 0))
         return Forces(nothing, nothing, nothing)

@@ -59,9 +59,16 @@ def _compiled(function: _F) -> _F:
 
 @_step
 def _place(
-    w: FloatArray, block: FloatArray, z0: float, c: float, s: float, vx0: float, vz0: float,
-    rate: float, solid: bool,
-) -> None:  # fmt: skip
+    w: FloatArray,
+    block: FloatArray,
+    z0: float,
+    c: float,
+    s: float,
+    vx0: float,
+    vz0: float,
+    rate: float,
+    solid: bool,
+) -> None:
     """Turn a block by the angle of cosine `c` and sine `s`, move it, and clip it at the surface."""
     for i in range(LANES):
         bx, bz, bt, bn = block[_X + i], block[_Z + i], block[_TX + i], block[_TZ + i]
@@ -184,9 +191,18 @@ def _table(w: FloatArray, block: FloatArray, angle: float, pack: Pack) -> None:
 
 @_step
 def _net(
-    pack: Pack, blocks: FloatArray, solid: bool, z0: float, angle: float, c: float, s: float,
-    vx0: float, vz0: float, rate: float, w: FloatArray,
-) -> tuple[float, float, float]:  # fmt: skip
+    pack: Pack,
+    blocks: FloatArray,
+    solid: bool,
+    z0: float,
+    angle: float,
+    c: float,
+    s: float,
+    vx0: float,
+    vz0: float,
+    rate: float,
+    w: FloatArray,
+) -> tuple[float, float, float]:
     """Force z, x and moment about the reference point of blocks that move as one.
 
     `c`, `s`: cosine and sine of their angle.
@@ -252,9 +268,18 @@ def pose_forces(
     for p in range(len(poses)):
         c, s = math.cos(poses[p, 2]), math.sin(poses[p, 2])
         force_z, force_x, moment = _net(
-            pack, blocks, solid, poses[p, 1], poses[p, 2], c, s, poses[p, 3], poses[p, 4],
-            poses[p, 5], w,
-        )  # fmt: skip
+            pack,
+            blocks,
+            solid,
+            poses[p, 1],
+            poses[p, 2],
+            c,
+            s,
+            poses[p, 3],
+            poses[p, 4],
+            poses[p, 5],
+            w,
+        )
         result[p, 0], result[p, 1] = force_z, force_x
         result[p, 2] = moment + 0.0 * poses[p, 0]  # none without a place, not even in the air
     return result
@@ -262,9 +287,16 @@ def pose_forces(
 
 @_step
 def _on_members(
-    pack: Pack, blocks: FloatArray, group: IntArray, hips: FloatArray, state: FloatArray,
-    turn: float, rate: float, w: FloatArray, each: FloatArray,
-) -> None:  # fmt: skip
+    pack: Pack,
+    blocks: FloatArray,
+    group: IntArray,
+    hips: FloatArray,
+    state: FloatArray,
+    turn: float,
+    rate: float,
+    w: FloatArray,
+    each: FloatArray,
+) -> None:
     """Force z, x, moment about the centre of mass and about its own hip, of each member."""
     pitch, pitch_rate = state[2], state[5]
     cos_p, sin_p = math.cos(pitch), math.sin(pitch)
@@ -274,19 +306,39 @@ def _on_members(
         z = hips[m, 1] * cos_p - hips[m, 0] * sin_p
         c, s = (cos_t, sin_t) if hips[m, 2] else (cos_p, sin_p)
         force_z, force_x, moment = _net(
-            pack, blocks[group[m]], False, state[1] + z, pitch + hips[m, 2] * turn, c, s,
-            state[3] + pitch_rate * z, state[4] - pitch_rate * x, pitch_rate + hips[m, 2] * rate, w,
-        )  # fmt: skip
+            pack,
+            blocks[group[m]],
+            False,
+            state[1] + z,
+            pitch + hips[m, 2] * turn,
+            c,
+            s,
+            state[3] + pitch_rate * z,
+            state[4] - pitch_rate * x,
+            pitch_rate + hips[m, 2] * rate,
+            w,
+        )
         each[m, 0], each[m, 1], each[m, 3] = force_z, force_x, moment
         each[m, 2] = moment + z * force_x - x * force_z
 
 
 @_compiled
 def advance(
-    pack: Pack, bodies: FloatArray, widths_cm: FloatArray, group: IntArray, hips: FloatArray,
-    inertia: FloatArray, state: FloatArray, turn: float, rate: float, step: float, steps: int,
-    rk4: bool, every: int, samples: FloatArray,
-) -> None:  # fmt: skip
+    pack: Pack,
+    bodies: FloatArray,
+    widths_cm: FloatArray,
+    group: IntArray,
+    hips: FloatArray,
+    inertia: FloatArray,
+    state: FloatArray,
+    turn: float,
+    rate: float,
+    step: float,
+    steps: int,
+    rk4: bool,
+    every: int,
+    samples: FloatArray,
+) -> None:
     """Step a robot through time by semi-implicit Euler, or the fourth-order method (`rk4`).
 
     `bodies`, `widths_cm`, `group`, `hips`, `inertia`: of `rftfit.robot.body.Parts`. `state`: shape

@@ -25,11 +25,17 @@ FORMATS = (".stl", ".obj", ".ply")
 SIZES_CM = (0.2, 100.0)
 """Least and greatest length of a body from a file: outside of them its unit is probably another."""
 
-PATH = replace(SCHEMA, columns=(
-    SCHEMA.columns[0],
-    *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
-    *(Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation") for axis in "xyz"),
-))  # fmt: skip
+PATH = replace(
+    SCHEMA,
+    columns=(
+        SCHEMA.columns[0],
+        *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
+        *(
+            Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation")
+            for axis in "xyz"
+        ),
+    ),
+)
 
 _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
@@ -216,8 +222,13 @@ class Mesh:
         if outline.solid:
             raise ValueError(f"{outline.name} is solid; allowed: a thin outline")
         x, z, along_x, along_z, length = outline.body.T
-        ends = np.stack([np.stack([x + side * length * along_x, 0 * x, z + side * length * along_z], axis=-1)
-                         for side in (-1, 1)], axis=1)  # fmt: skip
+        ends = np.stack(
+            [
+                np.stack([x + side * length * along_x, 0 * x, z + side * length * along_z], axis=-1)
+                for side in (-1, 1)
+            ],
+            axis=1,
+        )
         side = np.array([0.0, outline.width_cm / 2, 0.0])
         corners = np.concatenate([ends - side, ends + side], axis=1).reshape(-1, 3)
         four = 4 * np.arange(len(x))[:, None]
@@ -370,9 +381,13 @@ class Motion3D:
     """
 
     def __init__(
-        self, position_cm: ArrayLike, velocity_cm_per_s: ArrayLike, rate_rad_per_s: ArrayLike | None = None,
-        rotation: Any = None, name: str = "poses in space",
-    ) -> None:  # fmt: skip
+        self,
+        position_cm: ArrayLike,
+        velocity_cm_per_s: ArrayLike,
+        rate_rad_per_s: ArrayLike | None = None,
+        rotation: Any = None,
+        name: str = "poses in space",
+    ) -> None:
         matrices = getattr(rotation, "as_matrix", lambda: rotation)()
         parts = {
             "position_cm": (position_cm, 3),
@@ -399,8 +414,12 @@ class Motion3D:
 
     @classmethod
     def path(
-        cls, time_s: ArrayLike, position_cm: ArrayLike, turn_deg: ArrayLike, name: str = "a path in space"
-    ) -> Motion3D:  # fmt: skip
+        cls,
+        time_s: ArrayLike,
+        position_cm: ArrayLike,
+        turn_deg: ArrayLike,
+        name: str = "a path in space",
+    ) -> Motion3D:
         """Move along a path; velocities and rates are differences between neighbouring times.
 
         Parameters

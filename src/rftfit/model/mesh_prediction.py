@@ -58,8 +58,12 @@ def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
 
 
 def mesh_forces(
-    profile: Profile, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None,
-) -> FloatArray:  # fmt: skip
+    profile: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    law: str = "measured",
+    friction: float | None = None,
+) -> FloatArray:
     """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7).
 
     Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
@@ -92,9 +96,14 @@ def mesh_draws(
 
 
 def predict_mesh(
-    profile: Profile, mesh: Mesh, motion: Motion3D, confidence: float = 0.95, law: str = "measured",
-    friction: float | None = None, eps: float = EPS,
-) -> tuple[pd.DataFrame, list[Peak]]:  # fmt: skip
+    profile: Profile,
+    mesh: Mesh,
+    motion: Motion3D,
+    confidence: float = 0.95,
+    law: str = "measured",
+    friction: float | None = None,
+    eps: float = EPS,
+) -> tuple[pd.DataFrame, list[Peak]]:
     """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
     whole = mesh_forces(profile, mesh, motion, law, friction)
     best = _named(whole)

@@ -179,9 +179,13 @@ def arc_of(leg: Leg) -> float:
 
 
 def leg_outline(
-    leg: Leg, name: str = "leg", elements: int = ELEMENTS, *, arc_deg: float | None = None,
+    leg: Leg,
+    name: str = "leg",
+    elements: int = ELEMENTS,
+    *,
+    arc_deg: float | None = None,
     lead_cm: float = 0.0,
-) -> Outline:  # fmt: skip
+) -> Outline:
     """Outline of a leg of the campaign's configuration.
 
     `arc_deg`: Another angle that its arc spans, with the same maximal length; a straight leg has none.

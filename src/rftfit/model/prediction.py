@@ -208,9 +208,14 @@ def _of_further_medium(
 
 
 def _spread_of_draws(
-    draws: Profile, outline: Outline, poses: FloatArray, best: dict[str, FloatArray], confidence: float,
-    quantities: Sequence[str], eps: float,
-) -> tuple[DrawStatistics, DrawStatistics | None]:  # fmt: skip
+    draws: Profile,
+    outline: Outline,
+    poses: FloatArray,
+    best: dict[str, FloatArray],
+    confidence: float,
+    quantities: Sequence[str],
+    eps: float,
+) -> tuple[DrawStatistics, DrawStatistics | None]:
     """Draws of alpha, and these with the model's error."""
     alpha = DrawStatistics(quantities, PEAKS, confidence)
     model = DrawStatistics(quantities, PEAKS, confidence) if eps else None
@@ -230,9 +235,14 @@ def _spread_of_draws(
 
 
 def _spread_of_model(
-    profile: Profile, outline: Outline, poses: FloatArray, best: dict[str, FloatArray], confidence: float,
-    quantities: Sequence[str], eps: float,
-) -> DrawStatistics:  # fmt: skip
+    profile: Profile,
+    outline: Outline,
+    poses: FloatArray,
+    best: dict[str, FloatArray],
+    confidence: float,
+    quantities: Sequence[str],
+    eps: float,
+) -> DrawStatistics:
     """The model's error alone, about the best curves."""
     model = DrawStatistics(quantities, PEAKS, confidence)
     step = max(1, _MOST_AT_ONCE // errors.DRAWS)
@@ -297,9 +307,11 @@ _NOTICED = 0.1
 
 
 def beyond_measured(
-    profile: Profile, outline: Outline | Mesh, motion: Motion | Motion3D | None = None,
+    profile: Profile,
+    outline: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
     config: Config | None = None,
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Where a prediction leaves what was measured, or what the model is for.
 
     Parameters

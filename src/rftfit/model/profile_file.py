@@ -48,10 +48,16 @@ _PUSHES = ("beta_deg", "gamma_deg", *_ALPHA, "se_z", "se_x")
 
 
 def write_profile(
-    path: str | Path, profile: Map | TableProfile, *, name: str = "", title: str = "",
-    notes: str = "", marks: str = "", window: tuple[float, float] | None = None,
+    path: str | Path,
+    profile: Map | TableProfile,
+    *,
+    name: str = "",
+    title: str = "",
+    notes: str = "",
+    marks: str = "",
+    window: tuple[float, float] | None = None,
     made_from: Mapping[str, str] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write a stress profile as one file to hand on, ``profile.json``.
 
     It holds alpha over all directions with its errors, the pushes behind it, the conventions in words and
@@ -94,20 +100,25 @@ def write_profile(
     low, high = window or table.window
     file = ModelFile[ProfileFile](str(path))
     file.data = {
-        "format": FORMAT, "version": VERSION,
+        "format": FORMAT,
+        "version": VERSION,
         "medium": {"name": name or own, "title": title, "notes": notes},
         "golden": _golden(table),
         "validity": {
-            "depth_from_cm": low or None, "depth_to_cm": high if math.isfinite(high) else None,
-            "without_number": table.reason, "marks": marks,
+            "depth_from_cm": low or None,
+            "depth_to_cm": high if math.isfinite(high) else None,
+            "without_number": table.reason,
+            "marks": marks,
         },
         "force_errors": {"model_error": table.model_error, "bed_spread": table.bed_spread},
         **_numbers_of(table, profile.pushed),
         "origin": {
-            "program": f"rftfit {__version__}", "profile": table.name,
-            "made_from": dict(made_from or {}), **_origin(profile),
+            "program": f"rftfit {__version__}",
+            "profile": table.name,
+            "made_from": dict(made_from or {}),
+            **_origin(profile),
         },
-    }  # fmt: skip
+    }
     content = _checked(file)
     text = _text(content.model_copy(update={"digest": _digest(content)}).model_dump()) + "\n"
     if (size := len(text.encode())) > _MOST_BYTES:
@@ -123,8 +134,11 @@ def _origin(profile: Map | TableProfile) -> dict[str, Any]:
         return {"kind": "table"}
     belongs = None if math.isnan(profile.belongs) else profile.belongs
     return {
-        "kind": "map", "pushes": profile.pushes, "known_media": profile.known, "belongs": belongs
-    }  # fmt: skip
+        "kind": "map",
+        "pushes": profile.pushes,
+        "known_media": profile.known,
+        "belongs": belongs,
+    }
 
 
 def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:

@@ -334,9 +334,13 @@ class TableProfile(Profile):
             place = _place(*(np.degrees(angle[number]) for angle in cells))
             why = reasons.get(place)
             places.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
-        far = f"farther than {REACH_DEG:g} deg from every push" if self.scattered else (
-            f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
-        )  # fmt: skip
+        far = (
+            f"farther than {REACH_DEG:g} deg from every push"
+            if self.scattered
+            else (
+                f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
+            )
+        )
         if not places:
             return f"{self.name}: no alpha {far}"
         more = f"; nor {far}" if self.scattered else ""
@@ -344,9 +348,13 @@ class TableProfile(Profile):
 
     @classmethod
     def of_directions(
-        cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
-        name: str = "", reason: str = "",
-    ) -> TableProfile:  # fmt: skip
+        cls,
+        beta: FloatArray,
+        gamma: FloatArray,
+        alpha: tuple[FloatArray, FloatArray],
+        name: str = "",
+        reason: str = "",
+    ) -> TableProfile:
         """Take alpha (..., n) in directions that are with their mirror images a whole, closed grid, as they are.
 
         Raises ValueError where they are not.
@@ -363,9 +371,13 @@ class TableProfile(Profile):
 
     @classmethod
     def of_nodes(
-        cls, beta: FloatArray, gamma: FloatArray, alpha: tuple[FloatArray, FloatArray],
-        name: str = "", reason: str = "",
-    ) -> TableProfile:  # fmt: skip
+        cls,
+        beta: FloatArray,
+        gamma: FloatArray,
+        alpha: tuple[FloatArray, FloatArray],
+        name: str = "",
+        reason: str = "",
+    ) -> TableProfile:
         """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
         made = cls.__new__(cls)
         made.name, made.reason, made.spread, made.scattered = name, reason, None, False

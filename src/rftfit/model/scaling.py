@@ -124,9 +124,14 @@ def scale_new_medium(
     half = float(np.hypot(half_chi, half_alpha))
     zeta = alpha / centre
     return Scaled(
-        zeta, zeta * np.exp(-half), zeta * np.exp(half),
-        centre, centre * np.exp(-half_chi), centre * np.exp(half_chi), confidence,
-    )  # fmt: skip
+        zeta,
+        zeta * np.exp(-half),
+        zeta * np.exp(half),
+        centre,
+        centre * np.exp(-half_chi),
+        centre * np.exp(half_chi),
+        confidence,
+    )
 
 
 def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:

@@ -460,15 +460,22 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     order = np.lexsort([found.alpha[1], found.alpha[0], gamma_deg, beta_deg])
     both = np.concatenate([order, order.size + order])
     return Pushes(
-        found.beta[order], found.gamma[order], found.alpha[:, order],
+        found.beta[order],
+        found.gamma[order],
+        found.alpha[:, order],
         found.covariance[np.ix_(both, both)],
-    )  # fmt: skip
+    )
 
 
 def estimate_map(
-    pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95, name: str = "",
-    *, beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = (),
-) -> Map:  # fmt: skip
+    pushes: pd.DataFrame,
+    shapes: Shapes | None = None,
+    confidence: float = 0.95,
+    name: str = "",
+    *,
+    beta_deg: npt.ArrayLike = (),
+    gamma_deg: npt.ArrayLike = (),
+) -> Map:
     """Estimate alpha over all directions from one push or many.
 
     Parameters
@@ -556,9 +563,11 @@ def merged(pushes: Pushes) -> Pushes:
     alpha = (np.nan_to_num(mean) @ np.where(known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
     lost = np.isnan(mean).any(axis=1).reshape(2, -1)
     return Pushes(
-        pushes.beta[first], pushes.gamma[first], np.where(lost, np.nan, alpha),
+        pushes.beta[first],
+        pushes.gamma[first],
+        np.where(lost, np.nan, alpha),
         np.nan_to_num(mean) @ covariance @ np.nan_to_num(mean).T,
-    )  # fmt: skip
+    )
 
 
 _MOST_NODES = 400
@@ -600,9 +609,11 @@ def estimate(
     order = np.concatenate([np.flatnonzero(on_grid), np.flatnonzero(~on_grid)])
     count, coarse = pushes.beta.size, int(on_grid.sum())
     prior = shapes.prior(
-        *(np.concatenate([made_at, at_nodes[order]]) for made_at, at_nodes in
-          ((pushes.beta, nodes.beta), (pushes.gamma, nodes.gamma)))
-    ).by_blocks((count, coarse, nodes.beta.size - coarse))  # fmt: skip
+        *(
+            np.concatenate([made_at, at_nodes[order]])
+            for made_at, at_nodes in ((pushes.beta, nodes.beta), (pushes.gamma, nodes.gamma))
+        )
+    ).by_blocks((count, coarse, nodes.beta.size - coarse))
     seen = np.arange(2 * count)
     y, errors = pushes.alpha.ravel(), pushes.covariance
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
@@ -626,10 +637,24 @@ def estimate(
     else:
         off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     return Map(
-        name, nodes.beta, nodes.gamma, draws, measured, share, expected, usual.distance(expected),
-        y[used].size - 1, made, shapes.name,
-        usual.farthest(pushes, used, expected), horizontal, float(off), confidence, pushes, nodes.lines,
-    )  # fmt: skip
+        name,
+        nodes.beta,
+        nodes.gamma,
+        draws,
+        measured,
+        share,
+        expected,
+        usual.distance(expected),
+        y[used].size - 1,
+        made,
+        shapes.name,
+        usual.farthest(pushes, used, expected),
+        horizontal,
+        float(off),
+        confidence,
+        pushes,
+        nodes.lines,
+    )
 
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
@@ -695,9 +720,14 @@ class _Posterior:
     """
 
     def __init__(
-        self, prior: _Prior, seen: npt.NDArray[np.intp], y: FloatArray, errors: FloatArray,
-        by: Variation, size: float | None,
-    ) -> None:  # fmt: skip
+        self,
+        prior: _Prior,
+        seen: npt.NDArray[np.intp],
+        y: FloatArray,
+        errors: FloatArray,
+        by: Variation,
+        size: float | None,
+    ) -> None:
         self.prior, self.seen, self.y = prior, seen, y
         self.own = np.linspace(0, by.most_own, _OWN)
         covariances = [prior.covariance(own) for own in self.own]
@@ -802,8 +832,13 @@ class _Posterior:
         return _Batch(own, s, wide, normals, pull, noise)
 
     def _between(
-        self, batch: _Batch, draws: FloatArray, nodes: Angles, kept: _PushedNodes, random: np.random.Generator
-    ) -> FloatArray:  # fmt: skip
+        self,
+        batch: _Batch,
+        draws: FloatArray,
+        nodes: Angles,
+        kept: _PushedNodes,
+        random: np.random.Generator,
+    ) -> FloatArray:
         """Complete draws at the nodes of the published grid (draws, 2, n) by the nodes between its lines.
 
         Beside a push that gives energy back, as errors may make it, no completion takes energy: then the last one stays.
@@ -928,8 +963,13 @@ class _Given:
     """
 
     def __init__(
-        self, mean: FloatArray, prior: FloatArray, y: FloatArray, errors: FloatArray, whiten: FloatArray,
-    ) -> None:  # fmt: skip
+        self,
+        mean: FloatArray,
+        prior: FloatArray,
+        y: FloatArray,
+        errors: FloatArray,
+        whiten: FloatArray,
+    ) -> None:
         self.mean, self.y = mean, y
         own = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
         self.least_error = float(np.sqrt(np.maximum(own, 0.0).min()))
@@ -995,9 +1035,13 @@ class _Given:
         component, push = divmod(int(np.flatnonzero(used)[worst]), pushes.beta.size)
         beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
         return Push(
-            float(beta_deg), float(gamma_deg), "zx"[component], float(self.y[worst]), float(self.y[worst] - off[worst]),
+            float(beta_deg),
+            float(gamma_deg),
+            "zx"[component],
+            float(self.y[worst]),
+            float(self.y[worst] - off[worst]),
             float(np.sqrt(spread[worst])),
-        )  # fmt: skip
+        )
 
 
 class Push(NamedTuple):
@@ -1212,8 +1256,9 @@ class Map:
         """
         order = np.lexsort([self.gamma, self.beta])
         columns: dict[str, npt.NDArray[np.generic]] = {
-            "beta_deg": np.degrees(self.beta[order]), "gamma_deg": np.degrees(self.gamma[order]),
-        }  # fmt: skip
+            "beta_deg": np.degrees(self.beta[order]),
+            "gamma_deg": np.degrees(self.gamma[order]),
+        }
         # what is 0 by symmetry is so to the last digit
         ends = np.round(interval(self.draws, self.confidence), 12) + 0.0
         for place, component in enumerate("zx"):

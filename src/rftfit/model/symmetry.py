@@ -71,8 +71,9 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     return Torus(
         np.radians((beta_deg[first] + 90) % 180 - 90) if first.size else np.empty(0),
         np.radians((gamma_deg[first] + 180) % 360 - 180) if first.size else np.empty(0),
-        cell, sign,
-    )  # fmt: skip
+        cell,
+        sign,
+    )
 
 
 def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
@@ -90,9 +91,11 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     own = np.flatnonzero(np.take_along_axis(whole.sign, slot, axis=1)[:, 0] > 0)
     own = own[np.argsort(first[own])]
     listed = Torus(
-        whole.beta[own], whole.gamma[own],
-        np.where(whole.cell[own] < 0, -1, order[whole.cell[own]]), whole.sign[own],
-    )  # fmt: skip
+        whole.beta[own],
+        whole.gamma[own],
+        np.where(whole.cell[own] < 0, -1, order[whole.cell[own]]),
+        whole.sign[own],
+    )
     return order[first[own]], listed
 
 

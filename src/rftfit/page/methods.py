@@ -171,8 +171,10 @@ def _law(results: Results) -> str:
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window
         line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
-        at = [f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
-              for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)]  # fmt: skip
+        at = [
+            f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
+            for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)
+        ]
         curved.append(
             f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} pushes), so that "
             f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"

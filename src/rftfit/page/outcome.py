@@ -46,10 +46,21 @@ _EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
 """Reasons for which rows of every good run are dropped."""
 
 _GRAVEST_FIRST = (
-    "gives-back", "stroke-saturated", "motion-log-cut", "force-log-short", "cut-rows", "gap", "gaps",
-    "time-backwards", "not-finite", "duplicated-rows", "few-depths", "not-linear", "pooled-plates",
+    "gives-back",
+    "stroke-saturated",
+    "motion-log-cut",
+    "force-log-short",
+    "cut-rows",
+    "gap",
+    "gaps",
+    "time-backwards",
+    "not-finite",
+    "duplicated-rows",
+    "few-depths",
+    "not-linear",
+    "pooled-plates",
     "zero-drifted",
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)

@@ -39,9 +39,17 @@ from rftfit.results import Results
 from rftfit.store.environment import versions
 
 SCRIPTS = (
-    "kernel.js", "scaling.js", "drawing.js", "tables.js", "maps.js", "curves.js", "viewer.js",
-    "calculator.js", "robot.js", "page.js",
-)  # fmt: skip
+    "kernel.js",
+    "scaling.js",
+    "drawing.js",
+    "tables.js",
+    "maps.js",
+    "curves.js",
+    "viewer.js",
+    "calculator.js",
+    "robot.js",
+    "page.js",
+)
 """Parts of the script, in this order."""
 
 

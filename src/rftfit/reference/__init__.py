@@ -32,8 +32,18 @@ _GAMMA_UP = np.append(np.degrees(np.arctan(_TANGENTS)), 90.0)
 GAMMA_DEG = np.concatenate([-_GAMMA_UP[:0:-1], _GAMMA_UP])
 """Intrusion angles of Table S5: tan gamma = 0, 1/3, 2/3, 1, 3/2, 3, infinity, both signs."""
 
-NAMES = ("table_s1", "table_s2", "table_s3", "table_s4", "table_s5", "fig_s5", "fig_s11", "fig_s12",
-         "fig_4c", "discrepancies")  # fmt: skip
+NAMES = (
+    "table_s1",
+    "table_s2",
+    "table_s3",
+    "table_s4",
+    "table_s5",
+    "fig_s5",
+    "fig_s11",
+    "fig_s12",
+    "fig_4c",
+    "discrepancies",
+)
 
 
 @cache

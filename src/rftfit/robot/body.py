@@ -62,8 +62,14 @@ class Parts:
         for index, (body, width_cm) in enumerate(zip(self.bodies, self.widths_cm, strict=True)):
             x, z, turns = self.hips[self.group == index].T
             x, z = x * np.cos(pitch) + z * np.sin(pitch), z * np.cos(pitch) - x * np.sin(pitch)
-            parts = (x0 + x, z0 + z, pitch + turns * turn, vx0 + spin * z, vz0 - spin * x,
-                     spin + turns * rate)  # fmt: skip
+            parts = (
+                x0 + x,
+                z0 + z,
+                pitch + turns * turn,
+                vx0 + spin * z,
+                vz0 - spin * x,
+                spin + turns * rate,
+            )
             result.append(place(body, width_cm, np.stack(parts, axis=-1)))
         return result
 

@@ -39,9 +39,15 @@ COARSER = 4
 """How many times longer the time step of the draws is."""
 
 WIDTH_COLUMNS = [
-    "medium", "profile", "quantity", "curvature_times_R", "frequency_Hz", "half_width", "draws",
+    "medium",
+    "profile",
+    "quantity",
+    "curvature_times_R",
+    "frequency_Hz",
+    "half_width",
+    "draws",
     *REASON,
-]  # fmt: skip
+]
 """Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
@@ -126,9 +132,11 @@ def coarser(robot: Robot) -> Robot:
 
 
 def speeds_of(
-    robot: Robot, profiles: Sequence[Profile], conditions: Sequence[Condition],
+    robot: Robot,
+    profiles: Sequence[Profile],
+    conditions: Sequence[Condition],
     threads: int | None = None,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Speeds (profiles, conditions), cm/s; NaN where a run is not steady."""
     runs = (run_all(robot, profile, conditions, threads) for profile in profiles)
     rows = [[run.speed_cm_per_s for run in own] for own in runs]

@@ -56,8 +56,11 @@ def element_series(
         result[name] = ElementSeries(
             x[..., None] + ends * (half * tx)[..., None],
             z[..., None] + ends * (half * tz)[..., None],
-            force_x, force_z, at_x, at_z,
-        )  # fmt: skip
+            force_x,
+            force_z,
+            at_x,
+            at_z,
+        )
     return result
 
 

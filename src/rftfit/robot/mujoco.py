@@ -30,9 +30,15 @@ class Ground:
     """
 
     def __init__(
-        self, model: Any, data: Any, law: tuple[Any, ...], friction: float,
-        meshes: Mapping[int, Sequence[FloatArray]], delta_cm: float, tau_s: float,
-    ) -> None:  # fmt: skip
+        self,
+        model: Any,
+        data: Any,
+        law: tuple[Any, ...],
+        friction: float,
+        meshes: Mapping[int, Sequence[FloatArray]],
+        delta_cm: float,
+        tau_s: float,
+    ) -> None:
         from rftfit.model.face_kernel import face_forces
 
         self.model, self.data = model, data
@@ -68,18 +74,34 @@ class Ground:
         self.frames[:, 6:9] = rate
         self.frames[:, 9:] = data.xmat[bodies]
         elastic = (float(model.opt.timestep), *self._elastic)
-        self._kernel(*self._law, self._friction, self._faces, self._ranges, self.frames, elastic,
-                     self._shifts, self.forces)  # fmt: skip
+        self._kernel(
+            *self._law,
+            self._friction,
+            self._faces,
+            self._ranges,
+            self.frames,
+            elastic,
+            self._shifts,
+            self.forces,
+        )
         force, arm = self.forces[:, :3], data.xpos[bodies] - data.xipos[bodies]
         moment = self.forces[:, 3:6] / 100 + np.cross(arm, force)
         data.xfrc_applied[bodies] = np.hstack([force, moment])
 
 
 def attach(
-    model: Any, data: Any, medium: Profile, geoms: Sequence[str] | None = None, *,
-    meshes: Mapping[str, Mesh] | None = None, law: str = "measured", friction: float | None = None,
-    triangle_cm: float = 0.5, delta_mm: float = 0.3, tau_s: float = 0.002,
-) -> Ground:  # fmt: skip
+    model: Any,
+    data: Any,
+    medium: Profile,
+    geoms: Sequence[str] | None = None,
+    *,
+    meshes: Mapping[str, Mesh] | None = None,
+    law: str = "measured",
+    friction: float | None = None,
+    triangle_cm: float = 0.5,
+    delta_mm: float = 0.3,
+    tau_s: float = 0.002,
+) -> Ground:
     """Put a robot on a measured medium, whose surface is z = 0 of MuJoCo's world.
 
     Parameters
@@ -164,8 +186,11 @@ def _shape(kinds: Any, model: Any, geom: int) -> Mesh:
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         start, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
         try:
-            return Mesh(100 * model.mesh_vert[first : first + count],
-                        model.mesh_face[start : start + faces], name)  # fmt: skip
+            return Mesh(
+                100 * model.mesh_vert[first : first + count],
+                model.mesh_face[start : start + faces],
+                name,
+            )
         except ValueError as error:
             raise InputError(f"geom {name}: {error}") from None
     if kind == kinds.mjGEOM_BOX:

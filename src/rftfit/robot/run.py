@@ -291,10 +291,21 @@ class _Stepper:
         samples = np.empty((self.pieces, SAMPLE_HEAD + 2 * len(parts.names)))
         # whole turns add nothing to the legs' place
         advance(
-            self.pack, parts.bodies, parts.widths_cm, parts.group, parts.hips, parts.inertia,
-            self.state, self.turn, self.rate, self.stride_s / self.steps, self.steps, self.rk4,
-            self.every, samples,
-        )  # fmt: skip
+            self.pack,
+            parts.bodies,
+            parts.widths_cm,
+            parts.group,
+            parts.hips,
+            parts.inertia,
+            self.state,
+            self.turn,
+            self.rate,
+            self.stride_s / self.steps,
+            self.steps,
+            self.rk4,
+            self.every,
+            samples,
+        )
         self.ends.append(self.state.copy())
         self.samples.append(samples)
 
@@ -305,6 +316,16 @@ class _Stepper:
         force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
         return Series(
-            time, x, z, -degrees(pitch), vx, vz, -degrees(pitch_rate),
-            degrees(self.turn + self.rate * time), moment, -against, force_z, force_x,
-        )  # fmt: skip
+            time,
+            x,
+            z,
+            -degrees(pitch),
+            vx,
+            vz,
+            -degrees(pitch_rate),
+            degrees(self.turn + self.rate * time),
+            moment,
+            -against,
+            force_z,
+            force_x,
+        )

@@ -45,9 +45,17 @@ BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 """Where the best curvature R'/r is looked for: 0.6 to 1 by 0.04, at 5 Hz."""
 
 RUN_COLUMNS = (
-    "curvature_times_R", "frequency_Hz", "phase_turns", "speed_cm_per_s", "speed_sd_cm_per_s",
-    "outcome", *REASON, "warning", "strides", "averaged",
-)  # fmt: skip
+    "curvature_times_R",
+    "frequency_Hz",
+    "phase_turns",
+    "speed_cm_per_s",
+    "speed_sd_cm_per_s",
+    "outcome",
+    *REASON,
+    "warning",
+    "strides",
+    "averaged",
+)
 
 
 def paper_conditions(every: int = 1) -> list[Condition]:
@@ -113,12 +121,19 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
     """Table of runs, with columns `RUN_COLUMNS`."""
     rows = [
         (
-            run.condition.curvature_times_R, run.condition.frequency_Hz, run.condition.phase_turns,
-            run.speed_cm_per_s, run.speed_sd_cm_per_s, run.outcome, *reason_cells(run.why),
-            run.warning, run.strides, run.averaged,
+            run.condition.curvature_times_R,
+            run.condition.frequency_Hz,
+            run.condition.phase_turns,
+            run.speed_cm_per_s,
+            run.speed_sd_cm_per_s,
+            run.outcome,
+            *reason_cells(run.why),
+            run.warning,
+            run.strides,
+            run.averaged,
         )
         for run in runs
-    ]  # fmt: skip
+    ]
     return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 
@@ -129,14 +144,27 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
         runs = part.to_dict("records")
         steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
         lost = [run for run in runs if run["outcome"] != "steady"]
-        words = [(Remark(run["outcome"].replace(" ", "-"), words=run["outcome"]), *reason_of(run))
-                 for run in lost]  # fmt: skip
-        reason = [one for run, why in zip(lost, words, strict=True)
-                  for one in about(f"phase {run['phase_turns']:.3g}", why)]  # fmt: skip
+        words = [
+            (Remark(run["outcome"].replace(" ", "-"), words=run["outcome"]), *reason_of(run))
+            for run in lost
+        ]
+        reason = [
+            one
+            for run, why in zip(lost, words, strict=True)
+            for one in about(f"phase {run['phase_turns']:.3g}", why)
+        ]
         ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
         rows.append((*place, *ends, steady.size, len(runs), *reason_cells(reason)))
-    names = ["curvature_times_R", "frequency_Hz", "speed_cm_per_s", "speed_lo_cm_per_s",
-             "speed_hi_cm_per_s", "phases_steady", "phases", *REASON]  # fmt: skip
+    names = [
+        "curvature_times_R",
+        "frequency_Hz",
+        "speed_cm_per_s",
+        "speed_lo_cm_per_s",
+        "speed_hi_cm_per_s",
+        "phases_steady",
+        "phases",
+        *REASON,
+    ]
     return pd.DataFrame(rows, columns=names)
 
 

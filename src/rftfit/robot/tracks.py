@@ -97,9 +97,13 @@ def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
 def _trial(draft: DraftRow) -> Trial:
     text, number = draft.text, draft.number
     return Trial(
-        text["run_id"], text["condition"], text["medium"], number["curvature_times_R"],
-        number.get("frequency_Hz", math.nan), text["track"],
-    )  # fmt: skip
+        text["run_id"],
+        text["condition"],
+        text["medium"],
+        number["curvature_times_R"],
+        number.get("frequency_Hz", math.nan),
+        text["track"],
+    )
 
 
 # --- Marker tracks of the robot: read with every row accounted for, or refused with a reason.

@@ -23,8 +23,18 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _SOURCE = (".py", ".toml", ".csv", ".mplstyle", ".html", ".css", ".js")
 
 ROOMS = (
-    "store", "reference", "campaign", "outputs", "logs", "measure", "model", "robot", "compare", "figures", "page",
-)  # fmt: skip
+    "store",
+    "reference",
+    "campaign",
+    "outputs",
+    "logs",
+    "measure",
+    "model",
+    "robot",
+    "compare",
+    "figures",
+    "page",
+)
 """Rooms of the package from the lowest to the highest: each imports lower ones only."""
 
 _EVERYWHERE = ("errors.py", "conventions.py", "results.py", "workflow/job.py", "workflow/stages.py")
@@ -96,10 +106,13 @@ def code_digest(room: str, *more: str) -> str:
     files = source_digests()
     below = ROOMS[: ROOMS.index(room) + 1]
     named = {*_EVERYWHERE, *more, *(_SETTINGS[one] for one in below if one in _SETTINGS)}
-    return digest_of([
-        (name, digest) for name, digest in files.items()
-        if name in named or name.partition("/")[0] in below
-    ])  # fmt: skip
+    return digest_of(
+        [
+            (name, digest)
+            for name, digest in files.items()
+            if name in named or name.partition("/")[0] in below
+        ]
+    )
 
 
 @cache

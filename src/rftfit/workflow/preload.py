@@ -21,10 +21,18 @@ from rftfit.figures.registry import figures
 from rftfit.workflow.state import States, handed_over
 
 _MODULES = (
-    "pandas", "scipy.special", "numba", "rftfit.workflow.job", "rftfit.page.page", "rftfit.page.workbooks",
-    *(f"rftfit.workflow.{name}" for name in ("measure", "profiles", "validate", "robot", "provenance")),
+    "pandas",
+    "scipy.special",
+    "numba",
+    "rftfit.workflow.job",
+    "rftfit.page.page",
+    "rftfit.page.workbooks",
+    *(
+        f"rftfit.workflow.{name}"
+        for name in ("measure", "profiles", "validate", "robot", "provenance")
+    ),
     *(f"matplotlib.backends.backend_{name}" for name in ("agg", "pdf", "svg")),
-)  # fmt: skip
+)
 
 
 def campaign_states() -> States | None:

@@ -24,9 +24,16 @@ from rftfit.results import Results
 
 SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), *MARKS]
 MAP_COLUMNS = [
-    "medium", "beta_deg", "gamma_deg", *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
-    "source", "known_media", "chance_if_it_belongs", "horizontal", *MARKS,
-]  # fmt: skip
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
+    "source",
+    "known_media",
+    "chance_if_it_belongs",
+    "horizontal",
+    *MARKS,
+]
 
 
 def symmetry(results: Results) -> pd.DataFrame:

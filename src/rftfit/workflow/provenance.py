@@ -76,10 +76,14 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
             "from cannot be told; run again: what depends on them is made again"
         )
     data = {
-        "format": FORMAT, "reenacted": results.campaign.reenacted, "settings": state.settings,
-        "modules": state.modules, "versions": state.versions, "commit": commit(),
+        "format": FORMAT,
+        "reenacted": results.campaign.reenacted,
+        "settings": state.settings,
+        "modules": state.modules,
+        "versions": state.versions,
+        "commit": commit(),
         "jobs": {name: asdict(record) for name, record in sorted(records.items())},
-    }  # fmt: skip
+    }
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     return text, sums_text(state.logs), pd.DataFrame([*state.rows.values()])
 
