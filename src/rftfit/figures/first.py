@@ -66,13 +66,13 @@ def _map_caption(results: Results, _: str) -> str:
     reads=("alpha/{media}.csv", "maps/{media}.csv"),
     section="summary",
     caption=_map_caption,
-    shown=lambda results, _: len(mapped(results)[1]),
+    lacking=lambda results, _: (
+        () if len(mapped(results)[1]) else ("no medium has an alpha to draw",)
+    ),
 )
 def first_map(results: Results) -> Figure:
     """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
     medium, table, how = mapped(results)
-    if table.empty:
-        return style.missing("no medium has an alpha to draw")
     page, axes = _panel(f"{style.title_of(results, medium)}: {how} {style.alpha_label('z')}")
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
@@ -99,13 +99,13 @@ def _peaks(results: Results) -> pd.DataFrame:
     media=when(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="summary",
     caption="Peak forces on legs, predicted against measured. Good: points on the line, inside the shade.",
-    shown=lambda results, _: len(_peaks(results)),
+    lacking=lambda results, _: (
+        () if len(_peaks(results)) else ("no peak of a leg was measured and predicted",)
+    ),
 )
 def first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _peaks(results)
-    if rows.empty:
-        return style.missing("no peak of a leg was measured and predicted")
     page, axes = _panel("peak force on a leg (N)")
     names = [f"peak_{what}_N" for what in ("measured", "predicted", "predicted_lo", "predicted_hi")]
     every = rows[names[:2]].abs().to_numpy(float)
@@ -147,13 +147,13 @@ def first_peaks(results: Results) -> Figure:
     ),
     section="summary",
     caption="Stress less alpha times depth, of every run. Good: noise about zero, without a bend.",
-    shown=lambda results, _: _lined(results),
+    lacking=lambda results, _: (
+        () if _lined(results) else ("no run has a line to compare its stress with",)
+    ),
 )
 def first_lines(results: Results) -> Figure:
     """Draw the stress of single runs less alpha times depth, over the depths that were fitted."""
     medium = _lined(results)
-    if not medium:
-        return style.missing("no run has a line to compare its stress with")
     page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()

@@ -13,7 +13,7 @@ from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import GENERIC
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -46,10 +46,15 @@ def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     return rows, scaled if generic else scaled.assign(zeta=np.nan)
 
 
-def _of_several(results: Results) -> bool:
-    """Whether there is a generic profile that is the mean of two media or more."""
+def _lacking(results: Results, _: str) -> Sequence[str]:
+    """Say why there is no generic profile that is the mean of two media or more."""
     rows, scaled = _tables(results)
-    return rows["medium"].nunique() > 2 and not why_no_fit(results, scaled, "zeta")
+    nothing = f"no generic profile by {results.config.fourier.method}"
+    if why := why_no_fit(results, scaled, "zeta"):
+        return nothing, *why
+    if rows["medium"].nunique() > 2:
+        return ()
+    return nothing, "one medium alone has nine terms: the mean of several is the generic profile"
 
 
 @figure(
@@ -63,14 +68,12 @@ def _of_several(results: Results) -> bool:
         "Coefficients of the media over zeta (thin), and their mean M0 (thick); below, alpha of M0, and alpha over "
         "zeta against it. Good: the media lie together."
     ),
-    shown=lambda results, _: _of_several(results),
+    lacking=_lacking,
 )
 def generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method = results.config.fourier.method
     rows, scaled = _tables(results)
-    if why := why_no_fit(results, scaled, "zeta"):
-        return style.missing(f"no generic profile by {method}", why)
     generic = kept_coefficients(results, GENERIC)
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
     zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}

@@ -304,6 +304,13 @@ _ZETA_TOP_CM, _ZETA_PANEL_CM, _ZETA_BETWEEN_CM = 0.5, 4.6, 0.35
 _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
+def _without_zeta(results: Results, _: str) -> Sequence[str]:
+    """Say why no medium has a zeta by the configured method."""
+    why = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
+    method = results.config.fourier.method
+    return (f"no zeta by {method}, so forces cannot be scaled", *why) if why else ()
+
+
 @figure(
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
@@ -315,9 +322,7 @@ _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1
         "Measured forces over zeta in the laboratory media. Good: all curves fall together, on the black generic "
         "prediction."
     ),
-    shown=lambda results, _: (
-        not why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
-    ),
+    lacking=_without_zeta,
 )
 def forces_over_zeta(results: Results) -> Figure:
     """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
@@ -325,9 +330,7 @@ def forces_over_zeta(results: Results) -> Figure:
     Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
     zeta (one and the same curve), its band the widest of their intervals.
     """
-    own, method = labels.of_method(results, "penetration.csv"), results.config.fourier.method
-    if why := why_no_fit(results, own, "zeta"):
-        return style.missing(f"no zeta by {method}, so forces cannot be scaled", why)
+    own = labels.of_method(results, "penetration.csv")
     zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
     predicted = rows_of(predicted, profile="generic")
@@ -414,6 +417,13 @@ _BANDS = {33.0: "#ececec", 10.0: "#cfcfcf"}
 _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
 
+def _without_peaks(results: Results, _: str) -> Sequence[str]:
+    """Say that there is no peak, both measured and predicted."""
+    table = results.table("leg_errors.csv")
+    known = table[["peak_measured_N", "peak_predicted_N"]].notna().all(axis=1)
+    return () if known.any() else ("no leg was measured in or predicted for any medium",)
+
+
 @figure(
     "peak_errors",
     reads=("leg_errors.csv",),
@@ -424,7 +434,7 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
         "Error of the predicted peak lift. Shaded: what the paper states, 10 % (c-leg, four media) and 33 % (all). "
         "Good: points inside the shades."
     ),
-    shown=lambda results, _: results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
+    lacking=_without_peaks,
 )
 def peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
@@ -432,8 +442,6 @@ def peak_errors(results: Results) -> Figure:
     rows = table[table["component"] == "z"]
     known = set(rows["medium"])
     media = [medium for medium in results.config.media if medium in known]
-    if not media:
-        return style.missing("no leg was measured in or predicted for any medium")
     names = leg_panels.leg_order([rows])
     profiles = [profile for profile in PROFILE_LOOKS if profile in set(rows["profile"])]
     ratios = _ratios(rows)

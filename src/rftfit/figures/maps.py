@@ -128,13 +128,15 @@ def _estimated(results: Results) -> list[str]:
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
         "and the half width of its interval. Good: narrow where elements of a body move."
     ),
-    shown=lambda results, _: _estimated(results),
+    lacking=lambda results, _: (
+        ()
+        if _estimated(results)
+        else ("no map was estimated", "no medium with few pushes has a slope")
+    ),
 )
 def estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
     media = _estimated(results)
-    if not media:
-        return style.missing("no map was estimated", ["no medium with few pushes has a slope"])
     page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
     for row, name in enumerate(media):
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
@@ -212,9 +214,11 @@ def has_holes(table: pd.DataFrame, column: str) -> bool:
     return bool(np.isnan(values).any())
 
 
-def _fitted(results: Results, medium: str = "") -> bool:  # noqa: ARG001
-    """Whether any medium has nine terms by the configured method."""
-    return not why_no_fit(results, labels.of_method(results, "coefficients.csv"), "value_N_per_cm3")
+def _without_fit(results: Results, _: str) -> Sequence[str]:
+    """Say why no medium has nine terms by the configured method."""
+    fits = labels.of_method(results, "coefficients.csv")
+    why = why_no_fit(results, fits, "value_N_per_cm3")
+    return (f"no nine-term fit by {results.config.fourier.method}", *why) if why else ()
 
 
 @figure(
@@ -226,19 +230,24 @@ def _fitted(results: Results, medium: str = "") -> bool:  # noqa: ARG001
     caption=(
         "The nine-term Fourier fit by {method}, and measured minus fit. Good: what is left is small beside alpha."
     ),
-    shown=_fitted,
+    lacking=_without_fit,
 )
 def fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
-    method, fits = results.config.fourier.method, labels.of_method(results, "coefficients.csv")
-    if why := why_no_fit(results, fits, "value_N_per_cm3"):
-        return style.missing(f"no nine-term fit by {method}", why)
+    method = results.config.fourier.method
     models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
 
 
 def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
     return DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
+
+
+def _without_depth_only(results: Results, medium: str) -> Sequence[str]:
+    profile = _depth_only(results, medium)
+    if np.isfinite(profile.values).all():
+        return ()
+    return f"{results.titles[medium]}: no depth-only model", profile.reason
 
 
 @figure(
@@ -251,13 +260,11 @@ def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
         "alpha of the depth-only model in {medium}, made from measured pushes straight down, up and sideways; "
         "beside it what the model misses, since it knows depth and projected area but no angle."
     ),
-    shown=lambda results, medium: not _depth_only(results, medium).reason,
+    lacking=_without_depth_only,
 )
 def depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
     profile = _depth_only(results, medium)
-    if np.isnan(profile.values).any():
-        return style.missing(f"{results.titles[medium]}: no depth-only model", [profile.reason])
     heads = "depth-only", "measured minus depth-only"
     return _draw_models(results, {medium: profile.alpha}, *heads)
 

@@ -306,6 +306,17 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
     return tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
 
 
+def _without_tare(results: Results, medium: str) -> Sequence[str]:
+    """Say why no plate run of a medium has a tare."""
+    if len(_known(results, medium)):
+        return ()
+    none = results.config.fit.missing_tare == "none"
+    nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
+    reasons = dict.fromkeys(results.table(f"tares/{medium}.csv")["reason"])
+    why = [reason or nothing for reason in reasons]
+    return f"{results.titles[medium]}: no plate run has a tare to draw", *why
+
+
 @figure(
     "tare",
     reads=("tared/{medium}.parquet", "tares/{medium}.csv"),
@@ -316,17 +327,12 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
         "The force on the rod and the mount along the deepest slanted path in {medium}, used as a tare within the "
         "shaded depths. Good: small beside the forces on plates, and valid over the whole stroke."
     ),
-    shown=lambda results, medium: len(_known(results, medium)),
+    lacking=_without_tare,
 )
 def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
-    tares, samples = results.table(f"tares/{medium}.csv"), results.table(f"tared/{medium}.parquet")
+    samples = results.table(f"tared/{medium}.parquet")
     known = _known(results, medium)
-    none = results.config.fit.missing_tare == "none"
-    if known.empty:
-        nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
-        why = [reason or nothing for reason in dict.fromkeys(tares["reason"])]
-        return style.missing(f"{results.titles[medium]}: no plate run has a tare to draw", why)
     deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     depth = part["depth_cm"].to_numpy(float)

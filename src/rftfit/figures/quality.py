@@ -44,12 +44,13 @@ def _count(fits: pd.DataFrame, title: str, what: str = "run") -> str:
     folder="quality",
     section="Measurement",
     caption=lambda results, medium: _count(results[medium].fits, results[medium].title),
+    lacking=lambda results, medium: (
+        () if len(results[medium].fits) else (f"{results.titles[medium]}: no plate run to draw",)
+    ),
 )
 def quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
     fits = results[medium].fits
-    if fits.empty:
-        return [style.missing(f"{results.titles[medium]}: no plate run to draw")]
     return draw_quality(stress_of(results, medium), fits, results[medium].title)
 
 
@@ -390,13 +391,15 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
         "Does each run agree with the others of its medium? Its alpha less what they say: filled beside repeats, "
         "hollow beside the shape that granular media share. Good: all points about zero, none red."
     ),
-    shown=lambda results, _: _compared(results),
+    lacking=lambda results, _: (
+        ()
+        if _compared(results)
+        else ("no medium has two plate runs with alpha: there is nothing to compare",)
+    ),
 )
 def runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
     tables = _compared(results)
-    if not tables:
-        return style.missing("no medium has two plate runs with alpha: there is nothing to compare")
     tall = _SIDE_TOP_CM + len(tables) * _SIDE_ROW_CM + _SIDE_FOOT_CM
     page = style.new_figure(style.DOUBLE_CM, tall)
     for row, (medium, table) in enumerate(tables.items()):

@@ -12,15 +12,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, wraps
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 from rftfit.errors import InputError
 from rftfit.figures.labels import usable
-from rftfit.figures.style import mark, stamp, styled
+from rftfit.figures.style import mark, missing, stamp, styled
 from rftfit.measure.flags import say
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from rftfit.campaign.load import Campaign
     from rftfit.results import Results
@@ -61,7 +61,7 @@ class Declared:
     section: str
     media: Callable[[Campaign], tuple[str, ...]]
     paper: str = ""
-    shown: Callable[[Results, str], object] = lambda results, medium: True  # noqa: ARG005
+    lacking: Callable[[Results, str], Sequence[str]] = lambda results, medium: ()  # noqa: ARG005
     settings: tuple[str, ...] = ()
     logs: bool = False
     folder: str = "figures"
@@ -89,7 +89,7 @@ class Declared:
         paper = f" After {self.paper} of the paper." if self.paper else ""
         # no table, or an odd one: the caption stands as it is
         with suppress(InputError, LookupError, ValueError, TypeError):
-            if not self.shown(results, medium):
+            if self.lacking(results, medium):
                 return ""
             if callable(self.caption):
                 return self.caption(results, medium) + paper
@@ -141,14 +141,16 @@ def when(there: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str,
 
 def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
+    lacking = facts.get("lacking", Declared.lacking)
 
     def declare(draw: Callable[P, R]) -> Callable[P, R]:
         @styled()
         @wraps(draw)
         def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-            made = draw(*args, **kwargs)
             named: Any = args
             results, *medium = named
+            words = lacking(results, *(medium or [""]))
+            made = cast("R", missing(words[0], words[1:])) if words else draw(*args, **kwargs)
             if marks := _marks(results, facts["section"], *medium):
                 mark(made, marks)
             if results.campaign.reenacted:

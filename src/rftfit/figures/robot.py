@@ -83,8 +83,7 @@ _WIDEST_HZ = 1.25
 """No speed is read between neighbours that are farther apart."""
 
 
-def _simulated(results: Results, sweep: str) -> int:
-    return len(results.table(f"{sweep}/speed.csv"))
+_NO_SPEED = ("there is no simulated speed to draw",)
 
 
 @sweep_figure(
@@ -96,7 +95,9 @@ def _simulated(results: Results, sweep: str) -> int:
         "Shaded bars: what the errors of \N{GREEK SMALL LETTER ALPHA} and of the legs' arc leave open. "
         "Good: lines through the points.",
     ),
-    shown=lambda results, sweep: len(_on_measured_table(results, sweep, "speed")[0]),
+    lacking=lambda results, sweep: (
+        () if len(_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
+    ),
 )
 def speed(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency on the measured table.
@@ -104,8 +105,6 @@ def speed(results: Results, sweep: str) -> Figure:
     Without any measured condition model curves alone are drawn, at seven curvatures.
     """
     speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
-    if speeds.empty:
-        return style.missing("there is no simulated speed to draw")
     looks = _shown(speeds, errors)
     page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
     axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
@@ -131,14 +130,14 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
         "(right).",
         "Good: lines through the points.",
     ),
-    shown=_simulated,
+    lacking=lambda results, sweep: (
+        () if len(results.table(f"{sweep or 'robot'}/speed.csv")) else _NO_SPEED
+    ),
 )
 def profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
-    if speed.empty:
-        return style.missing("there is no simulated speed to draw")
     looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
     page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
     for row, name in enumerate(names):
@@ -311,6 +310,25 @@ def _speed_entries(
     return entries
 
 
+def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
+    """Speeds on the measured table, a row a frequency of which the best curvature is known, a column a curvature."""
+    speeds, best = _on_measured_table(results, sweep, "speed", "optimum")
+    grid = speeds[np.isin(speeds["frequency_Hz"], best["frequency_Hz"].to_numpy(float))]
+    return grid.pivot_table(
+        values="speed_cm_per_s", index="frequency_Hz", columns="curvature_times_R"
+    )
+
+
+def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
+    """Say why there is no speed over curvature."""
+    sweep = sweep or "robot"
+    if not _over_curvature_and_frequency(results, sweep).empty:
+        return ()
+    speeds = _on_measured_table(results, sweep, "speed")[0]
+    why, *_ = [*speeds["reason"].value_counts().index, "no run of the sweep"]
+    return f"{labels.name_of('table')}: no run of the sweep has a steady speed", str(why)
+
+
 @sweep_figure(
     "curvature",
     reads=("speed.csv", "optimum.csv", "errors.csv"),
@@ -320,21 +338,14 @@ def _speed_entries(
         "curvature and frequency, the fastest curvature in white.",
         "Good: lines through the points.",
     ),
-    shown=lambda results, sweep: len(_on_measured_table(results, sweep, "optimum")[0]),
+    lacking=_without_steady_run,
 )
 def curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
     own, best, known = _on_measured_table(results, sweep, "speed", "optimum", "errors")
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
-    grid = own[np.isin(own["frequency_Hz"], frequencies)]
-    table = grid.pivot_table(
-        values="speed_cm_per_s", index="frequency_Hz", columns="curvature_times_R"
-    )
-    if table.empty:
-        why, *_ = [*own["reason"].value_counts().index, "no run of the sweep"]
-        head = f"{labels.name_of('table')}: no run of the sweep has a steady speed"
-        return style.missing(head, [str(why)])
+    table = _over_curvature_and_frequency(results, sweep)
     page = style.new_figure(style.DOUBLE_CM, 8.3)
     left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
     _curvature_panel(left, own, known)
@@ -382,7 +393,11 @@ def _run_name(curvature: float, frequency: float) -> str:
         "One tripod of the simulated robot below its hips, with the force on every element. "
         "Good: the arrows lean forward, the way the robot runs, and are longest deep in the medium."
     ),
-    shown=lambda results, _: len(results.table("robot/stances.csv")),
+    lacking=lambda results, _: (
+        ()
+        if len(results.table("robot/stances.csv"))
+        else ("there is no simulated run of the robot to draw",)
+    ),
 )
 def robot_stance(results: Results) -> Figure:
     """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
@@ -390,8 +405,6 @@ def robot_stance(results: Results) -> Figure:
 
     stances = results.table("robot/stances.csv")
     runs = _by_run(stances)
-    if not runs:
-        return style.missing("there is no simulated run of the robot to draw")
     width, height = 8.6, 5.0
     page = style.new_figure(style.DOUBLE_CM, height + 1.7)
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]

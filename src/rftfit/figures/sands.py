@@ -42,7 +42,14 @@ _FITS: dict[str, tuple[str, Any]] = {
         "A flat plate pushed down into each natural sand, fitted through zero over the linear regime. "
         "Good: the stress follows its line to the end of the window."
     ),
-    shown=lambda results, _: results.table("sands.csv")["alpha_z_N_per_cm3"].notna().any(),
+    lacking=lambda results, _: (
+        ()
+        if results.table("sands.csv")["alpha_z_N_per_cm3"].notna().any()
+        else (
+            "no penetration test has a slope",
+            *dict.fromkeys(results.table("sands.csv")["reason"]),
+        )
+    ),
 )
 def penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""

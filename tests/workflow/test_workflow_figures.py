@@ -1,0 +1,55 @@
+"""A figure without anything to show says so once: words in its place, and no caption."""
+
+import numpy as np
+import pytest
+from text_boxes import words
+
+import rftfit
+from rftfit.figures.registry import Declared, figures
+from rftfit.results import Results
+
+pytestmark = pytest.mark.slow
+
+CAN_LACK = [one for one in figures() if one.lacking is not Declared.lacking and not one.on_demand]
+
+
+@pytest.fixture
+def without_rows(small_made):
+    """Results of a campaign, the tables that a figure reads without their rows; only read."""
+    whole = rftfit.open(small_made.root)
+
+    def empty(declared):
+        results = Results(whole.campaign)
+        places = {"media": whole.media, "laboratory": whole.laboratory, "sands": whole.sands}
+        for path in declared.reads:
+            word = path.partition("{")[2].partition("}")[0]
+            for name in places.get(word, declared.media(whole.campaign)) if word else ("",):
+                table = path.replace(f"{{{word}}}", name)
+                results.hold(table, emptied(whole.table(table)))
+        return results
+
+    def emptied(table):
+        alpha = [name for name in table if str(name).startswith("alpha_")]
+        # an alpha table has a row for each direction of the grid, with or without a number
+        return table.assign(**dict.fromkeys(alpha, np.nan)) if "n_runs" in table else table[:0]
+
+    return empty
+
+
+def test_most_figures_can_lack_their_input():
+    assert len(CAN_LACK) >= 15
+
+
+@pytest.mark.parametrize("declared", CAN_LACK, ids=lambda one: one.name)
+def test_what_is_lacking_is_drawn_and_has_no_caption(declared, without_rows):
+    results = without_rows(declared)
+    if not (media := declared.media(results.campaign)):
+        pytest.skip("the campaign has no such figure")
+    given = [media[0]] if media[0] else []
+    lacking = declared.lacking(results, media[0])
+    assert lacking
+    drawn = declared.draw(results, *given)
+    assert lacking[0] in " ".join(words(drawn))
+    assert declared.caption_of(results, media[0]) == ""
+    whole = rftfit.open(results.root)
+    assert bool(declared.caption_of(whole, media[0])) != bool(declared.lacking(whole, media[0]))
