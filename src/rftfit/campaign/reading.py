@@ -104,14 +104,15 @@ def check_model(file: ModelFile[M], model: type[M]) -> None:
 def parse_yaml(text: str, file: ModelFile[Any]) -> None:
     """Fill in data and lines; syntax errors, refused features and keys given twice are problems."""
     try:
-        file.data = _Parser(file, yaml.parse(text, Loader=_LOADER)).document()
+        _refuse_features(text, file)
+        file.data = _plain_data(yaml.compose(text, Loader=_LOADER), (), file)
     except CampaignError as error:
         file.problems += error.problems
     except yaml.YAMLError as error:
         place = Place(file.name)
         mark = error.problem_mark if isinstance(error, yaml.MarkedYAMLError) else None
         if mark is not None:
-            place = _mark(file, mark)
+            place = _place_of(mark, file)
         elif isinstance(error, yaml.reader.ReaderError):
             place = Place(file.name, line=text.count("\n", 0, error.position) + 1)
         parts = (getattr(error, name, None) for name in ("context", "problem", "reason"))
@@ -123,77 +124,81 @@ def parse_yaml(text: str, file: ModelFile[Any]) -> None:
         file.problems.append(Problem("config.not-yaml", place, None, allowed))
 
 
-class _Parser:
-    """Turns the events of one YAML document into plain data."""
+_REFUSED_TOKENS: dict[type, tuple[str, str, str]] = {
+    yaml.AnchorToken: ("alias", "&", "values written out; anchors (&) and aliases (*) are not"),
+    yaml.AliasToken: ("alias", "*", "values written out; anchors (&) and aliases (*) are not"),
+    yaml.TagToken: ("tag", "", "plain values; tags (!) are not"),
+}
+"""Features of YAML that a file may not use: code, sign before the name, and what is allowed."""
 
-    def __init__(self, file: ModelFile[Any], events: Iterator[Any]) -> None:
-        self.file, self.events, self.nodes = file, events, 0
-
-    def document(self) -> Any:
-        next(self.events)  # start of the stream
-        if isinstance(next(self.events), yaml.StreamEndEvent):
-            return None
-        data = self.node(next(self.events), ())
-        next(self.events)  # end of the document
-        if not isinstance(after := next(self.events), yaml.StreamEndEvent):
-            text = "one document only: a second one starts here after ---"
-            raise self.refusal(after, "not-yaml", text)
-        return data
-
-    def node(self, event: Any, path: KeyPath) -> Any:
-        self.nodes += 1
-        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            found = f"{'*' if isinstance(event, yaml.AliasEvent) else '&'}{event.anchor}"
-            text = "values written out; anchors (&) and aliases (*) are not"
-            raise self.refusal(event, "alias", text, found)
-        if event.tag is not None:
-            raise self.refusal(event, "tag", "plain values; tags (!) are not", str(event.tag))
-        if len(path) > MAX_DEPTH or self.nodes > MAX_NODES:
-            raise self.refusal(event, "too-large", _TOO_LARGE)
-        if isinstance(event, yaml.MappingStartEvent):
-            return self.mapping(path)
-        if isinstance(event, yaml.SequenceStartEvent):
-            return self.sequence(path)
-        if sign := unshowable(event.value):
-            text = "text without control characters, also when they are written as escapes"
-            raise self.refusal(event, "control", text, escaped(sign))
-        return _scalar(event.value) if event.implicit[0] else event.value
-
-    def mapping(self, path: KeyPath) -> dict[str, Any]:
-        data: dict[str, Any] = {}
-        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
-            if not isinstance(event, yaml.ScalarEvent):
-                raise self.refusal(event, "not-yaml", "a key must be a single word")
-            # a key is a name, whatever it looks like: a medium may be called 2013 or no
-            key, here = event.value, (*path, event.value)
-            self.node(event, here)
-            mark: Any = event.start_mark
-            line = mark.line + 1
-            first = self.file.lines.setdefault(here, line)
-            value = self.node(next(self.events), here)
-            if key in data:
-                place = Place(self.file.name, line=line, key=self.file.place(here).key)
-                text = f"each key once; line {first} already has it"
-                self.file.problems.append(Problem("config.duplicate-key", place, key, text))
-            data.setdefault(key, value)
-        return data
-
-    def sequence(self, path: KeyPath) -> list[Any]:
-        data: list[Any] = []
-        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
-            here = (*path, len(data))
-            self.file.lines[here] = event.start_mark.line + 1
-            data.append(self.node(event, here))
-        return data
-
-    def refusal(
-        self, event: Any, code: str, allowed: str, found: str | None = None
-    ) -> CampaignError:
-        place = _mark(self.file, event.start_mark)
-        return CampaignError([Problem(f"config.{code}", place, found, allowed)])
+_ENTRIES = (yaml.ScalarToken, yaml.BlockEntryToken, yaml.FlowEntryToken)
+_OPENED = (
+    yaml.BlockMappingStartToken,
+    yaml.BlockSequenceStartToken,
+    yaml.FlowMappingStartToken,
+    yaml.FlowSequenceStartToken,
+)
+_CLOSED = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 
-def _mark(file: ModelFile[Any], mark: Any) -> Place:
+def _refuse_features(text: str, file: ModelFile[Any]) -> None:
+    """Refuse what a file may not use, and too much of it, before any of it is built."""
+    depth = entries = 0
+    tokens: Iterator[Any] = yaml.scan(text, Loader=_LOADER)
+    for token in tokens:
+        if refused := _REFUSED_TOKENS.get(type(token)):
+            code, sign, allowed = refused
+            name = token.value if sign else "".join(filter(None, token.value))
+            raise _refusal(token, file, code, allowed, sign + name)
+        depth += isinstance(token, _OPENED) - isinstance(token, _CLOSED)
+        entries += isinstance(token, _ENTRIES)
+        if depth > MAX_DEPTH + 1 or entries > MAX_NODES:
+            raise _refusal(token, file, "too-large", _TOO_LARGE)
+
+
+def _plain_data(node: Any, path: KeyPath, file: ModelFile[Any]) -> Any:
+    """Plain data of a node; notes the line of each key and entry."""
+    if node is None:
+        return None
+    if isinstance(node, yaml.MappingNode):
+        return _mapping(node, path, file)
+    if isinstance(node, yaml.SequenceNode):
+        items = [(item, (*path, place)) for place, item in enumerate(node.value)]
+        file.lines |= {item_path: item.start_mark.line + 1 for item, item_path in items}
+        return [_plain_data(item, item_path, file) for item, item_path in items]
+    if sign := unshowable(node.value):
+        text = "text without control characters, also when they are written as escapes"
+        raise _refusal(node, file, "control", text, escaped(sign))
+    return node.value if node.style else _scalar(node.value)
+
+
+def _mapping(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for key_node, value_node in node.value:
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise _refusal(key_node, file, "not-yaml", "a key must be a single word")
+        # a key is a name, whatever it looks like: a medium may be called 2013 or no
+        key, key_path = key_node.value, (*path, key_node.value)
+        _plain_data(key_node, key_path, file)
+        line = key_node.start_mark.line + 1
+        first_line = file.lines.setdefault(key_path, line)
+        value = _plain_data(value_node, key_path, file)
+        if key in data:
+            place = Place(file.name, line=line, key=file.place(key_path).key)
+            text = f"each key once; line {first_line} already has it"
+            file.problems.append(Problem("config.duplicate-key", place, key, text))
+        data.setdefault(key, value)
+    return data
+
+
+def _refusal(
+    at: Any, file: ModelFile[Any], code: str, allowed: str, found: str | None = None
+) -> CampaignError:
+    place = _place_of(at.start_mark, file)
+    return CampaignError([Problem(f"config.{code}", place, found, allowed)])
+
+
+def _place_of(mark: Any, file: ModelFile[Any]) -> Place:
     return Place(file.name, line=mark.line + 1, column=str(mark.column + 1))
 
 
