@@ -13,7 +13,7 @@ from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
 from rftfit.store import digests
-from rftfit.workflow.provenance import changes_between, present_state
+from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
 
 PAGE = Path(__file__).parents[2] / "docs" / "dialects.md"
@@ -157,7 +157,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     states = read_states(campaign)[0]
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
     before = [states.of(*job)["code"] for job in jobs]
-    state = present_state(states)
+    state = present_provenance(states)
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
 
@@ -168,7 +168,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     after = [changed.of(*job)["code"] for job in jobs]
     # a figure that reads logs is drawn again too
     assert [one != other for one, other in zip(before, after, strict=True)] == [True, True, False]
-    found = changes_between(state, present_state(changed))
+    found = changes_between(state, present_provenance(changed))
     assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
 
     (tmp_path / "site" / "ourlab_dialect.py").unlink()
@@ -176,7 +176,9 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     sys.modules.pop("ourlab_dialect", None)
     importlib.invalidate_caches()
     fresh()
-    gone = [one for one in changes_between(state, present_state(states)) if one.now == "not there"]
+    gone = [
+        one for one in changes_between(state, present_provenance(states)) if one.now == "not there"
+    ]
     assert ("code", "ourlab_dialect") in [(one.sort, one.name) for one in gone]
 
 

@@ -17,7 +17,7 @@ from rftfit.errors import InputError
 from rftfit.store import digests, read_csv, write_csv
 from rftfit.store.digests import digests_of_files, read_sums, sha256_of, sums_text
 from rftfit.store.tables import guarded, unguarded
-from rftfit.workflow.provenance import changes_between, present_state
+from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.records import Record, maker_of, read_record
 from rftfit.workflow.stages import STAGES
 from rftfit.workflow.state import States, read_states
@@ -172,7 +172,7 @@ def test_the_robots_files_are_watched(robot_campaign):
     states = read_states(robot_campaign / "config" / "config.yaml")[0]
     names = {"config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"}
     assert {name: sha256_of(robot_campaign / name) for name in names} == states.robot_files
-    state = present_state(states)
+    state = present_provenance(states)
     for name in sorted(names):
         path = robot_campaign / name
         content = path.read_bytes()
@@ -184,7 +184,7 @@ def test_the_robots_files_are_watched(robot_campaign):
         )
         path.write_bytes(new)
         changed = read_states(robot_campaign / "config" / "config.yaml")[0]
-        found = changes_between(state, present_state(changed))
+        found = changes_between(state, present_provenance(changed))
         assert [(one.sort, one.name) for one in found] == [("log", name)]
         for job, watches in (
             (("robot_measured", ""), True),

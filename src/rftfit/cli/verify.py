@@ -44,15 +44,15 @@ def verify(
         RECORD,
         changes_between,
         lines_of,
-        present_state,
-        read_state,
+        present_provenance,
+        read_provenance,
     )
     from rftfit.workflow.records import Recorded
     from rftfit.workflow.state import read_states
 
     now = Recorded(read_states(config)[0])
-    recorded, data = read_state(now.root / FOLDER)
-    changes = changes_between(recorded, present_state(now.states))
+    recorded, data = read_provenance(now.root / FOLDER)
+    changes = changes_between(recorded, present_provenance(now.states))
     most = 10**9 if all_ else _MOST
     stale = _stale(now)
     known = [path for record in now.results().values() for path in record.writes]

@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
-from rftfit.workflow.provenance import Change, changes_between, read_state
+from rftfit.workflow.provenance import Change, changes_between, read_provenance
 from rftfit.workflow.records import read_record
 
 NOT_SAME = 1e-5
@@ -77,7 +77,7 @@ def compare(first: Path, second: Path) -> Comparison:
         else:
             alone.append(name)
     found.sort(key=lambda one: (not _is_head(one), np.isnan(one.half_widths), -_size(one)))
-    records = [read_state(folder) for folder in folders]
+    records = [read_provenance(folder) for folder in folders]
     unrecorded = []
     since = {}
     for folder, (_, record), own in zip(folders, records, names, strict=True):

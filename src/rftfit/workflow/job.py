@@ -28,7 +28,7 @@ from rftfit.figures.style import save_pages
 from rftfit.results import Results
 from rftfit.store import write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
-from rftfit.workflow.records import Record, maker_of, read_state, split
+from rftfit.workflow.records import Record, maker_of, read_fingerprint, split
 from rftfit.workflow.state import States, job_of, read_states
 
 _ENDED = 143
@@ -83,7 +83,7 @@ def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads:
 
 def _check_state(path: Path, now: dict[str, str]) -> None:
     """Refuse to work in another state than that which was planned."""
-    planned = read_state(path)
+    planned = read_fingerprint(path)
     changed = [what for what in now if now[what] != planned.get(what)]
     if changed:
         raise RftfitError(

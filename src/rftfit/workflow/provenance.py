@@ -26,7 +26,7 @@ RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "res
 
 
 @dataclass(frozen=True)
-class State:
+class Provenance:
     """What results depend on: as it was recorded, or as it is now.
 
     `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Of the
@@ -40,13 +40,13 @@ class State:
     versions: dict[str, str]
 
 
-def present_state(states: States) -> State:
+def present_provenance(states: States) -> Provenance:
     """What the results of a campaign depend on now."""
     campaign = states.campaign
     raw = campaign.raw.relative_to(campaign.root).as_posix()
     logs = {f"{raw}/{name}": digest for name, digest in states.all_logs.items() if digest}
     runs = sorted(campaign.runs, key=lambda run: run.run_id)
-    return State(
+    return Provenance(
         logs | {name: digest for name, digest in states.robot_files.items() if digest},
         {run.run_id: cells(run) for run in runs},
         campaign.config.model_dump(mode="json"),
@@ -67,7 +67,7 @@ def commit() -> str:
 
 def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame]:
     """Record what every result was made from: the records of all jobs before this one, and their inputs."""
-    recorded, state = Recorded(states), present_state(states)
+    recorded, state = Recorded(states), present_provenance(states)
     made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in made_from}
     if changed := dict.fromkeys(one.what for name in records for one in recorded.findings(name)):
@@ -88,7 +88,7 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     return text, sums_text(state.logs), pd.DataFrame([*state.rows.values()])
 
 
-def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
+def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
     """Recorded state of a folder of results, and all that `provenance` wrote into its record."""
     path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
@@ -102,7 +102,7 @@ def read_state(folder: Path) -> tuple[State, dict[str, Any]]:
             table = [*csv.DictReader(handle)]
         cells_of = [{name: unguarded(cell) for name, cell in row.items()} for row in table]
         rows, facts = {row["run_id"]: row for row in cells_of}, ("settings", "modules", "versions")
-        state = State(read_sums(sums), rows, *(data[name] for name in facts))
+        state = Provenance(read_sums(sums), rows, *(data[name] for name in facts))
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "
@@ -136,7 +136,7 @@ class Change:
         return f"{what.get(self.sort, self.sort)} {self.name}: was {self.was}, is {self.now}"
 
 
-def changes_between(was: State, now: State) -> list[Change]:
+def changes_between(was: Provenance, now: Provenance) -> list[Change]:
     """List what is different between two states, each log, cell, value and module by itself."""
     found = [
         Change(sort, name, _short(old), _short(new))

@@ -56,8 +56,8 @@ def read_record(path: Path) -> Record | None:
     return record if all(isinstance(word, str) for word in words) else None
 
 
-def read_state(path: Path) -> dict[str, str]:
-    """Read the file of a job's state; empty where it is not there or damaged."""
+def read_fingerprint(path: Path) -> dict[str, str]:
+    """Read the fingerprint of a job, the small file of its state; empty where it is not there or damaged."""
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
@@ -77,7 +77,7 @@ def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> b
     record = read_record(root / RECORDS / state.removeprefix(f"{STATES}/"))
     return (
         record is not None
-        and record.state == read_state(root / state)
+        and record.state == read_fingerprint(root / state)
         and record.reads == digests_of_files(root, reads)
         and record.writes == digests_of_files(root, record.writes)
         and set(outputs) <= set(record.writes)
