@@ -345,11 +345,11 @@ def test_error_of_the_push_widens_the_map(numbers, percent):
     np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.1)
 
 
-def test_next_push_is_that_of_the_plan(numbers):
+def test_next_push_is_that_of_the_plan(browser):
     step = plan("map", one_push(1.0, 0.0), count=1).steps[1]
     beta, gamma = step.directions[0]
     words = f"β {beta:.3g}°, γ {gamma:.3g}°. It narrows"
-    assert words in numbers.evaluate("document.querySelector('#calculator').innerText")
+    assert words in browser.evaluate("document.querySelector('#calculator').innerText")
 
 
 def test_a_large_error_is_told_to_widen_more(numbers):
