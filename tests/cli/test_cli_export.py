@@ -238,7 +238,7 @@ def test_a_damaged_file_is_refused_by_every_reader(rftfit, here):
         ("simulate", "--frequency", 2, "--curvature", 1),
     ):
         said = rftfit(*command, "--profile-file", "profile.json", code=2)
-        assert "in the directions the sign of alpha_x is turned" in said.err
+        assert "the golden value alpha_x_N_per_cm3" in said.err
     # the forces never overwrite the file that is read
     rftfit("export", "--medium", "poppy_LP", "--output", "q.json")
     said = rftfit(

@@ -308,10 +308,10 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
 
 def _without_tare(results: Results, medium: str) -> Sequence[str]:
     """Say why no plate run of a medium has a tare."""
-    if len(_known(results, medium)):
-        return ()
     none = results.config.fit.missing_tare == "none"
     nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
+    if len(_known(results, medium)):
+        return ()
     reasons = dict.fromkeys(results.table(f"tares/{medium}.csv")["reason"])
     why = [reason or nothing for reason in reasons]
     return f"{results.titles[medium]}: no plate run has a tare to draw", *why

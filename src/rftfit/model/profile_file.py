@@ -388,7 +388,7 @@ def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> Non
 
 
 def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Draws lie about alpha; alpha gives the golden value, or says which convention is another one."""
+    """Draws lie about alpha, and alpha gives the golden value."""
     golden, table = content.golden, profile_of(content)
     largest = float(np.nanmax(np.abs([table.alpha_z, table.alpha_x]), initial=1e-300))
     near = _AGREES * largest
