@@ -236,3 +236,11 @@ def test_a_wrong_error_is_refused():
     for eps in (-0.1, np.nan, np.inf):
         with pytest.raises(ValueError, match="0 or a positive number"):
             rftfit.predict(POPPY, LEG, TURN, model_error=eps)
+
+
+def test_rounding_is_no_peak():
+    """A plate pushed straight down by its middle has a lift and no moment, whatever its elements add up to."""
+    plate = rftfit.polyline([[-4.0, 0.0], [4.0, 0.0]], width_cm=5.0)
+    down = rftfit.path([0.0, 1.0], [0.0, 0.0], [1.0, -5.0], [0.0, 0.0])
+    peaks = find_peaks(rftfit.published_medium("poppy_LP"), plate, down)
+    assert [peak.name for peak in peaks] == ["lift"]

@@ -94,6 +94,10 @@ class DrawStatistics:
         return lo, hi
 
 
+_ROUNDING = 1e-9
+"""Share of the largest force (N) or moment (N cm) below which a value is rounding and no peak."""
+
+
 def pick_peaks(
     best: Mapping[str, FloatArray],
     extremes: Iterable[Extreme],
@@ -112,10 +116,11 @@ def pick_peaks(
     peaks without draws. `bed`: half width of the interval of a bed, relative.
     """
     peaks = []
+    largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
     for extreme in extremes:
         values = extreme.sign * best[extreme.quantity]
         known = np.isfinite(values)
-        if not known.any() or not values[known].max() > 0:
+        if not known.any() or not values[known].max() > _ROUNDING * largest:
             continue
         row = int(np.nanargmax(values))
         if not known.all():
