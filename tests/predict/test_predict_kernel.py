@@ -38,9 +38,9 @@ each_profile = pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name
 length = st.floats(-10, 10).map(lambda value: round(value, 9))
 angle_deg = st.one_of(st.floats(-400, 400), st.sampled_from([*range(-180, 181, 15)]))
 speed = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))
-element = st.tuples(
-    length, length, angle_deg, st.floats(1e-6, 2), st.floats(0, 5), angle_deg, speed
-)
+# an area of 5e-324 has a force that is 0 in one order of factors and not in another
+area = st.just(0.0) | st.floats(1e-9, 5)
+element = st.tuples(length, length, angle_deg, st.floats(1e-6, 2), area, angle_deg, speed)
 
 
 def elements_of(rows):
