@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from few_draws import few_draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -167,6 +168,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
 
 @settings(max_examples=8, deadline=None)
 @given(st.integers(1, 30), st.sampled_from(MEDIA), st.integers(0, 2**31))
+@few_draws()
 def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""
     places = [*np.random.default_rng(seed).choice(COUNT, count, replace=False)]
@@ -376,6 +378,7 @@ def test_a_rougher_medium_widens_its_own_intervals():
     assert widths[2] > 1.2 * widths[1]
 
 
+@few_draws()
 def test_a_medium_that_does_not_belong_is_told_so():
     more = [(-30, 56), (-60, -45), (60, 72), (30, 18), (0, 45), (60, -18)]
     places = [*FEW, *(node(*one) for one in more), *range(2, COUNT, 10)]

@@ -1,5 +1,12 @@
 import pytest
+from few_draws import few_draws
 from rigroom import Room
+
+
+@pytest.fixture(autouse=True)
+def _few_draws():
+    with few_draws():
+        yield
 
 
 @pytest.fixture

@@ -7,6 +7,13 @@ import shutil
 import pytest
 from bench import DIRECTIONS, Bench
 from campaigns import make_campaign
+from few_draws import few_draws
+
+
+@pytest.fixture(autouse=True)
+def _few_draws():
+    with few_draws():
+        yield
 
 
 @pytest.fixture(scope="session")
