@@ -4,6 +4,7 @@
 
 Each part writes FOLDER/PART.csv, goes on where it stopped, and prints its table; `--against` prints the same table
 of another version beside it. All parts take about a quarter of an hour on one core; `all` makes them in order.
+`--tilt SHARE` grades the map with another share of its full tilt.
 
 legs      Fig. S5: table, maps of 91, 16, 6 and 1 pushes and rivals, five media x three legs x lift, thrust
 reversed  lift of the reversed c-leg with all directions pushed, by spacing of the lines
