@@ -261,7 +261,7 @@ def robot_inside(table, own, config, conditions):
     """Speed of the paper's robot under some conditions, by the measured table."""
     profile, draws = robot_draws(table, config)
     found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
-    widths = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
+    widths, _ = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
     assert not any(width.why for width in widths), widths
     half = np.array([width.half for width in widths])
     truth = np.array([true_speed(own.medium, condition) for condition in conditions])

@@ -67,7 +67,7 @@ def test_draws_of_every_kind_of_profile():
 def test_widths_grow_with_the_errors_of_alpha():
     robot = paper_robot()
     small, large = (
-        speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)
+        speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)[0]
         for spread in (0.002, 0.004)
     )
     ratios = [two.half / one.half for one, two in zip(small, large, strict=True)]
@@ -103,16 +103,15 @@ def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
 
 def test_the_error_of_the_model_widens_a_speed():
     draws = each_draw(nine_draws(0.01), 8)
-    of_alpha = speed_widths(paper_robot(), NINE, draws, FAST, 0.95)
-    shifted = with_model_error(NINE, 0.28)
-    speeds, *others = speeds_of(coarser(paper_robot()), [NINE, *shifted], FAST)
-    of_model = model_widths(of_alpha, speeds, others, 0.95)
+    of_alpha, of_model = speed_widths(paper_robot(), NINE, draws, FAST, 0.95)
     for width, wider in zip(of_alpha, of_model, strict=True):
         assert wider.half > 2 * width.half
     # two errors of 3 and 4 are one of 5, and without an error of the model nothing is added
     alone = [Width(3.0, 8)]
     found = model_widths(alone, np.array([20.0]), [np.array([20 + 4 / 1.959964])] * 4, 0.95)
     assert found[0].half == pytest.approx(5, rel=1e-6)
+    speeds = np.array([30.0, 20.0])
+    others = [speeds + 1, speeds - 1]
     assert model_widths(of_alpha, speeds, [speeds] * 4, 0.95) == of_alpha
     # neither is known where a run is not steady
     lost = model_widths(alone, np.array([20.0]), [np.array([np.nan])], 0.95)[0]
@@ -125,7 +124,7 @@ def test_the_error_of_the_model_widens_a_speed():
 def test_widths_hold_what_another_arc_does():
     robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
     exact, small, large = (
-        speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0].half
+        speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0][0].half
         for size in (0.0, 1.0, 2.0)
     )
     near = with_arc_scaled(Condition(5.0, 0.8), 1.01)

@@ -47,7 +47,9 @@ function scaleMap(push, alpha, se) {
   const legs = Object.entries(push.legs).map(([name, leg]) => {
     const peaks = ["z", "x"].map((c) => {
       const [at, ...numbers] = leg.peaks[c];
-      return [scaled(...numbers), at];
+      // the greatest force of one sign is none of the other one
+      const clipped = numbers[0] < 0 ? Math.min : Math.max;
+      return [scaled(...numbers).map((end) => clipped(end, 0)), at];
     });
     return [name, { z: curve(leg, "z"), x: curve(leg, "x"), peaks }];
   });

@@ -167,16 +167,20 @@ def speed_widths(
     confidence: float,
     threads: int | None = None,
     arc_percent: float = 0.0,
-) -> list[Width]:
-    """Half widths of the intervals of the speed (cm/s) in each condition.
+) -> tuple[list[Width], list[Width]]:
+    """Half widths of the intervals of the speed (cm/s) in each condition: of alpha, and with the model's own error.
 
     `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
     that all legs have in common.
     """
     robot = coarser(robot)
-    speeds, *drawn = speeds_of(robot, [profile, *draws], conditions, threads)
+    shifted = with_model_error(profile, profile.model_error) if profile.model_error else []
+    speeds, *others = speeds_of(robot, [profile, *draws, *shifted], conditions, threads)
     moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
-    return widths_of_draws(speeds, drawn, moved, confidence)
+    of_alpha = widths_of_draws(speeds, others[: len(draws)], moved, confidence)
+    if not shifted:
+        return of_alpha, of_alpha
+    return of_alpha, model_widths(of_alpha, speeds, others[len(draws) :], confidence)
 
 
 def moved_by_arc(
@@ -278,13 +282,8 @@ def widths(
         assert isinstance(stack, Profile)
         bare.spread = None  # the processes need not carry it
         draws = each_draw(stack, DRAWS)
-        shifted = with_model_error(bare, profile.model_error)
-        longer = coarser(robot)
-        speeds, *others = speeds_of(longer, [bare, *draws, *shifted], conditions, threads)
-        moved = moved_by_arc(longer, bare, speeds, conditions, arc_percent, threads)
-        of_alpha = widths_of_draws(speeds, others[: len(draws)], moved, confidence)
-        of_model = model_widths(of_alpha, speeds, others[len(draws) :], confidence)
-        for quantity, half in ((SPEED, of_alpha), (SPEED_MODEL, of_model)):
+        of_speed = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
+        for quantity, half in zip((SPEED, SPEED_MODEL), of_speed, strict=True):
             rows += [
                 (name, quantity, at.curvature_times_R, at.frequency_Hz, *width.cells)
                 for at, width in zip(conditions, half, strict=True)
