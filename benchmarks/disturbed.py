@@ -38,6 +38,7 @@ from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, described, sizes_of
 from rftfit.reference import MEDIA
+from rftfit.workflow.measure import FLAGGING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -61,11 +62,6 @@ LEVELS = {
 """Head of a column and its level."""
 
 STRESS = {f"{depth:g} cm": f"stress at {depth:g} cm" for depth in STRESS_DEPTHS_CM}
-
-
-def any_flag(fits: pd.DataFrame) -> bool:
-    """Tell whether any run has a flag."""
-    return bool((fits["flags"] != "").any())
 
 
 NOTHING_LEFT = "stated to be none"
@@ -102,7 +98,9 @@ def campaigns_of(sizes: Sizes, campaigns: int, repeats: int, seed: int = SEED) -
             fits = ensembles[slow].fits(seed + place, repeats=repeats)
             found = held([ensembles[slow]], scenario, config, seed + place, methods=("lsq",))
             for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
-                rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, own)
+                rows += rows_of(
+                    {"told": what, "medium": medium, "campaign": number}, levels, own["bent"].any()
+                )
     return pd.DataFrame(rows).set_index(INDEX)
 
 
@@ -118,19 +116,20 @@ def campaign_in_files(sizes: Sizes, number: int) -> pd.DataFrame:
                 every[slow] = measured(campaign, slow)
             (medium,) = every[slow].media
             levels = held_in_files(every[slow], errors, sizes, number)
-            fits = every[slow].table(f"fits/{medium}.csv")
-            rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, fits)
+            flags = (every[slow].table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING)
+            flagged = any(map(len, flags))
+            rows += rows_of({"told": what, "medium": medium, "campaign": number}, levels, flagged)
     return pd.DataFrame(rows).set_index(INDEX)
 
 
-def rows_of(each: dict[str, object], levels: Inside, fits: pd.DataFrame) -> list[dict[str, object]]:
+def rows_of(each: dict[str, object], levels: Inside, flagged: bool) -> list[dict[str, object]]:
     """Rows of one campaign."""
-    flagged = {"level": "flagged", "inside": float(any_flag(fits)), "width": np.nan}
+    of_flags = {"level": "flagged", "inside": float(flagged), "width": np.nan}
     found = [
         {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
         for level, one in levels.items()
     ]
-    return [each | row for row in (flagged, *found)]
+    return [each | row for row in (of_flags, *found)]
 
 
 def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[str]) -> str:

@@ -21,6 +21,7 @@ from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import tare_medium
 from rftfit.store.digests import code_digest, sha256_of
@@ -66,11 +67,13 @@ def draw(root: Path, png: Path) -> None:
                 (raw / name).write_bytes(content)
     (raw / "runs.csv").write_text(sheet_text(runs, {}), encoding="utf-8")
     campaign = load_campaign(path)
-    traces, status, _ = ingest_medium(campaign, MEDIUM)
-    tared, tares, _ = tare_medium(campaign, MEDIUM, traces, status)
-    fits, windows, _ = fit_medium(campaign, MEDIUM, status, tared, tares)
+    traces, status, of_ingest = ingest_medium(campaign, MEDIUM)
+    tared, tares, of_tare = tare_medium(campaign, MEDIUM, traces, status)
+    fits, windows, of_slopes = fit_medium(campaign, MEDIUM, status, tared, tares)
     samples = stress_samples(campaign, tared, windows, fits)
-    figure = draw_quality(samples, fits, "poppy seeds, loose")[0]
+    stages = {"ingest": of_ingest, "tare": of_tare, "slopes": of_slopes}
+    flags = Flags(*(flag_table(MEDIUM, stage, book.flags) for stage, book in stages.items()))
+    figure = draw_quality(samples, fits, flags, "poppy seeds, loose")[0]
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=110, bbox_inches="tight", metadata={"Software": None})
     shown = {f"{MEDIUM}_{name}": rf"$\gamma$ = {gamma}" for name, gamma in PUSHES.items()}

@@ -20,7 +20,7 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
-from rftfit.measure.flags import Remark, remark, with_reasons
+from rftfit.measure.flags import Flags, Remark, remark, with_reasons
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
 from rftfit.model.draws import measured_profile
@@ -418,6 +418,11 @@ class Medium:
     def runs(self) -> pd.DataFrame:
         """What became of the logs of every run."""
         return self.results.table(f"runs/{self.name}.csv")
+
+    @property
+    def flags(self) -> Flags:
+        """Doubts about the runs and cells, by code."""
+        return Flags(self.results.table(f"flags/{self.name}.csv"))
 
     @property
     def legs(self) -> pd.DataFrame:

@@ -24,7 +24,7 @@ def alpha_table(medium, missing=MISSING):
         ):
             table[f"alpha_{c}{end}_N_per_cm3"] = value
     names = [f"{medium}_{i:03d}" for i in range(len(table))]
-    table = table.assign(n_runs=1, run_ids=names, flags="", reason="")
+    table = table.assign(n_runs=1, run_ids=names, lost_run_ids="", reason="")
     numbers = [name for name in table.columns if name.startswith("alpha_")]
     for (b, g), reason in missing.items():
         here = (table["beta_deg"] == b) & np.isclose(table["gamma_deg"], g)
@@ -105,7 +105,6 @@ def one_run(run, kind, level, alpha_z, alpha_x, rng, samples):
         "run_id": run,
         "direction": kind,
         "mirrored": kind == "extraction",
-        "flags": "",
         "note": "",
         "reason": "",
         "depth_from_cm": low,

@@ -11,7 +11,7 @@ from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow import measure
 
-MEASURED = ("runs/{}.csv", "tares/{}.csv", "fits/{}.csv", "tared/{}.parquet", "windows/{}.parquet")
+MEASURED = [name for _, names in measure.MEASURED for name in names]
 
 
 def written(folder, sizes, number, seed, draws):
@@ -33,13 +33,7 @@ def measured(campaign, slow_noise_N=0.0):
     config = campaign.config.model_copy(update={"transducer": transducer})
     results = Results(replace(campaign, config=config))
     (medium,) = results.media
-    for stage, names in (
-        (measure.ingest, ("traces/{}.parquet", "runs/{}.csv")),
-        (measure.tare, ("tared/{}.parquet", "tares/{}.csv")),
-        (measure.slopes, ("fits/{}.csv", "windows/{}.parquet")),
-    ):
-        for name, table in zip(names, stage(results, medium), strict=False):
-            results.hold(name.format(medium), table)
+    measure.measure_logs(results, medium)
     return results
 
 

@@ -21,7 +21,6 @@ from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
-from rftfit.measure.flags import flag_columns, remark
 from rftfit.measure.laws import by_law, power_fit
 from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
 from rftfit.measure.zero import find_zero
@@ -289,25 +288,18 @@ class Ensemble:
                     for name in ("nonlinear_p", "nonlinear_ratio", "alpha")
                 )
                 bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
-            flags = [
-                flag_columns(
-                    [
-                        remark("not-linear", component=c, percent=100.0)
-                        for c, one in zip("zx", pair, strict=True)
-                        if one
-                    ]
-                )
-                for pair in zip(*bent, strict=True)
-            ]
             offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
-            yield fixed.assign(**own, **offset).join(pd.DataFrame(flags, index=fixed.index))
+            yield fixed.assign(**own, **offset).assign(bent=np.any(bent, axis=0))
 
     def tables(self, seed, run_to_run=0.0, errors=EXACT, repeats=1, repeated=(90.0, -90.0)):
         """Alpha table of every campaign, as the slope stage makes it of `fits` with stated `errors`."""
         for fits in self.fits(seed, run_to_run, repeats, repeated):
             offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
             surface = surface_error(offset, se, errors)
-            yield alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, self.at_cm)
+            alpha = alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, self.at_cm)
+            bent = {*fits.loc[fits["bent"], "run_id"]}
+            weak = [not bent.isdisjoint(runs.split()) for runs in alpha["run_ids"]]
+            yield alpha.assign(flagged=weak)
 
 
 def simulate(medium, campaigns, seed, sizes=NOTHING, slow_noise_N=0.0, at_cm=None, repeats=REPEATS):

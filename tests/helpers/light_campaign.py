@@ -11,7 +11,7 @@ from paper import paper_values, write_yaml
 from rftfit import reference
 from rftfit.campaign.load import Campaign
 from rftfit.measure.errors import SOURCES
-from rftfit.measure.flags import FLAGS, MARKS
+from rftfit.measure.flags import MARKS, flag_table
 from rftfit.results import Results
 from rftfit.store import write_csv
 
@@ -37,9 +37,9 @@ def alpha_frame(medium, values):
             columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known * (source == "noise")
     empty = np.isnan(values[0].ravel())
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
-    columns |= {"n_runs": np.where(empty, 0, 1), "run_ids": ""}
+    columns |= {"n_runs": np.where(empty, 0, 1), "n_depths": 0, "run_ids": "", "lost_run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
-    columns |= {"spread": "one bed as prepared", **dict.fromkeys((*FLAGS, *MARKS), "")}
+    columns |= {"spread": "one bed as prepared", "flagged": False, **dict.fromkeys(MARKS, "")}
     columns |= {
         "reason": np.where(empty, "no run", ""),
         "reason_code": np.where(empty, "no-run", ""),
@@ -79,6 +79,7 @@ def make_campaign(root, roles, alpha, settings=None, without_runs=()):
     (root / "config" / "runs.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
     for medium, values in alpha.items():
         write_csv(alpha_frame(medium, values), root / "results" / "alpha" / f"{medium}.csv")
+        write_csv(flag_table(medium, "checks", []), root / "results" / "flags" / f"{medium}.csv")
     return root / "results"
 
 

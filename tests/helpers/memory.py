@@ -3,11 +3,13 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 from paper import paper_config
 
 from rftfit import reference
 from rftfit.campaign.load import Campaign
 from rftfit.errors import InputError
+from rftfit.measure.flags import FLAG_COLUMNS
 from rftfit.measure.ledger import RowStatus
 from rftfit.results import Results
 
@@ -75,5 +77,6 @@ def of_runs(traces, fits, **settings):
         "tared/{medium}.parquet": tared,
         "windows/{medium}.parquet": windows,
         "fits/{medium}.csv": fits,
+        "flags/{medium}.csv": pd.DataFrame(columns=FLAG_COLUMNS),
     }
     return memory(tables, runs=runs, **settings)

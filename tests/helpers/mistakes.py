@@ -24,6 +24,7 @@ from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import fixed, sheet_text
 from rftfit.measure.alpha import column
+from rftfit.measure.flags import Flags
 from rftfit.workflow.measure import checks
 
 Luck = np.random.Generator
@@ -401,6 +402,7 @@ class Judged(NamedTuple):
     checks: pd.DataFrame
     alpha: pd.DataFrame
     at_depth: pd.DataFrame
+    told: Flags
 
     @property
     def failed(self):
@@ -411,7 +413,12 @@ class Judged(NamedTuple):
     @property
     def flags(self):
         """Codes of all flags on cells."""
-        return {code for own in self.alpha["flag_codes"] for code in str(own).split()}
+        cells = self.alpha.to_dict("records")
+        return {flag.code for cell in cells for flag in self.told.of_cell(cell)}
+
+    def without_flag(self, cells):
+        """Those of some cells that have no flag."""
+        return cells[[not self.told.of_cell(cell) for cell in cells.to_dict("records")]]
 
     def wrong(self, truth=table_s5):
         """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
@@ -419,7 +426,7 @@ class Judged(NamedTuple):
 
     def silent(self):
         """Number of wrong cells without a flag where no check fails."""
-        return 0 if self.failed else int((self.wrong()["flag_codes"] == "").sum())
+        return 0 if self.failed else len(self.without_flag(self.wrong()))
 
     def narrower(self, than, least=NARROWER):
         """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
@@ -433,9 +440,7 @@ class Judged(NamedTuple):
     def silently(self, than):
         """Of these, cells without a flag where no check fails that did not fail before."""
         found = self.narrower(than)
-        return (
-            found.iloc[:0] if self.failed.keys() - than.failed else found[found["flag_codes"] == ""]
-        )
+        return found.iloc[:0] if self.failed.keys() - than.failed else self.without_flag(found)
 
     @staticmethod
     def _is_wrong(row, truth):
@@ -466,4 +471,5 @@ def judged(made):
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        return Judged(*checks(results, medium)[:3])
+        verdicts, alpha, at_depth, _, flags = checks(results, medium)
+        return Judged(verdicts, alpha, at_depth, Flags(flags))

@@ -31,7 +31,7 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import optima
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import flag_columns, remark
+from rftfit.measure.flags import about, flag_table, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -135,6 +135,9 @@ def _page_results(nasty, robot):
     results = bare_campaign(folder, (*reference.MEDIA, "yuma"), robot=robot, **changes)
     for name, table in paper_tables().items():
         write(results, f"{name}.csv", table)
+    for medium in (*reference.MEDIA, "yuma"):
+        if not results.has(f"flags/{medium}.csv"):
+            write(results, f"flags/{medium}.csv", flag_table(medium, "ingest", []))
     reason = NASTY if nasty else "saturated throughout"
     write(results, "maps/yuma.csv", maps(results, "yuma"))
     write(results, "reproduction.csv", _reproduction(reason))
@@ -169,10 +172,7 @@ def paper_tables():
     )
     legs = predicted[predicted["profile"] == "table"].drop(columns=["profile", "reason"])
     legs = legs.assign(
-        force_z_N=0.9 * legs["force_z_N"],
-        force_x_N=0.8 * legs["force_x_N"],
-        run_id=legs["leg"],
-        flag_codes="",
+        force_z_N=0.9 * legs["force_z_N"], force_x_N=0.8 * legs["force_x_N"], run_id=legs["leg"]
     )
     found |= {f"legs/{m}": legs[legs["medium"] == m] for m in profiles}
     rows = [_penetration("lsq", m, measured[m], zeta[m], chi[m]) for m in fits]
@@ -180,8 +180,11 @@ def paper_tables():
     flags = [remark("zero-drifted", newtons=0.3), remark("gap", seconds=1.51)]
     return found | {
         "alpha/yuma": _one_test("yuma"),
-        "runs/poppy_LP": pd.DataFrame(
-            [{"run_id": f"p{i}"} | flag_columns([one]) for i, one in enumerate(flags, 1)]
+        "runs/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"]}),
+        "flags/poppy_LP": flag_table(
+            "poppy_LP",
+            "ingest",
+            [flag for i, one in enumerate(flags, 1) for flag in about(f"p{i}", [one])],
         ),
         "coefficients": pd.concat(
             [_coefficients(m, own) for m, own in {**fits, "generic": m0}.items()]

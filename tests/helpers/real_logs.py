@@ -243,7 +243,8 @@ def judge(log, folder, *, page):
         wrong.append(f"{found} lost samples in the ledger, not {log.lost}")
     fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
     checks = folder.table(f"checks/{MEDIUM}.csv")["sentence"].dropna()
-    said = "; ".join([str(fit["reason"]), str(fit["flags"]), *map(str, checks)])
+    flags = folder.table(f"flags/{MEDIUM}.csv")["words"]
+    said = "; ".join([str(fit["reason"]), *flags, *map(str, checks)])
     if log.words not in said:
         wrong.append(f"{log.words!r} is not in {said!r}")
     html = folder.root / "results" / "report.html"

@@ -15,8 +15,9 @@ from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import Run, plan_runs
 from rftfit.lab.write import sheet_text
-from rftfit.measure.alpha import alpha_table
+from rftfit.measure.alpha import alpha_table, with_flagged
 from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.tare import tare_medium
@@ -133,12 +134,17 @@ class Results:
     alpha: pd.DataFrame
     curves: pd.DataFrame
     book: pd.DataFrame
+    flags: Flags
 
     def fit(self, run_id):
         return one(self.fits, run_id)
 
     def run(self, run_id):
         return one(self.runs, run_id)
+
+    def codes(self, run_id):
+        """Codes of the flags of a run."""
+        return [flag.code for flag in self.flags.of_run(run_id)]
 
     def cell(self, beta_deg, gamma_deg):
         here = (self.alpha["beta_deg"] == beta_deg) & (
@@ -170,8 +176,11 @@ def chain(campaign, medium):
     curves, *_, book4 = leg_curves(campaign, medium, runs, tared)
     fit = campaign.config.fit
     alpha = alpha_table(fits, medium, fit.confidence, len(fit.horizontal_depths_cm))
-    book = join([part.table() for part in (book1, book2, book3, book4)])
-    return Results(traces, runs, tared, tares, fits, alpha, curves, book)
+    books = (book1, book2, book3, book4)
+    book = join([part.table() for part in books])
+    flags = Flags(*(flag_table(medium, "", part.flags) for part in books))
+    alpha = with_flagged(alpha, flags)
+    return Results(traces, runs, tared, tares, fits, alpha, curves, book, flags)
 
 
 def digests(folder):

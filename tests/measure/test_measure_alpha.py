@@ -8,8 +8,15 @@ import pytest
 from paper_grid import PAPER, grid
 
 from rftfit.campaign.config import Errors, Grid
-from rftfit.measure.alpha import alpha_table, column, flagged, window_of
-from rftfit.measure.flags import about, flag_columns, flags_of, remark
+from rftfit.measure.alpha import (
+    alpha_table,
+    column,
+    flagged,
+    flags_of_cells,
+    window_of,
+    with_flagged,
+)
+from rftfit.measure.flags import Flags, about, codes_of, flag_table, remark, say
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -20,7 +27,7 @@ GAP, DRIFT = remark("gap", seconds=2.0), remark("zero-drifted", newtons=0.3)
 BENT = remark("not-linear", component="z", percent=12.0)
 
 
-def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, flags=(), **cells):
+def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, **cells):
     return {
         "run_id": name,
         "beta_deg": beta,
@@ -35,7 +42,6 @@ def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, flags=(), **c
         "alpha_x_dof": dof,
         "reason": "",
         "reason_code": "",
-        **flag_columns(flags),
         **cells,
     }
 
@@ -43,6 +49,11 @@ def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, flags=(), **c
 def table(*runs, depths=3):
     columns = list(run("a", 0, 0, 0))
     return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths, None, PAPER)
+
+
+def flags_of_runs(by_run):
+    flags = [flag for name, of_run in by_run.items() for flag in about(name, of_run)]
+    return Flags(flag_table("m", "slopes", flags))
 
 
 def cell(found, beta, gamma):
@@ -135,7 +146,7 @@ def test_horizontal_fit_through_three_depths():
     assert here[column("z")] == pytest.approx(sigma @ depths / (depths @ depths))
     # the error of each mean stress is 0.01
     assert here[column("z", "_se")] == pytest.approx(0.01 / math.sqrt(depths @ depths))
-    assert (here["n_runs"], here["flags"], here["reason"]) == (3, "", "")
+    assert (here["n_runs"], here["n_depths"], here["reason"]) == (3, 3, "")
 
 
 @pytest.mark.parametrize(
@@ -151,8 +162,11 @@ def test_horizontal_fit_through_three_depths():
 )
 def test_horizontal_runs_at_too_few_depths(depths, planned, code):
     runs = [run(f"h{depth}", 60, 0, 0.1, depth=depth) for depth in depths]
-    here = cell(table(*runs, depths=planned), 60, 0)
-    assert (here["flag_codes"] or here["reason_code"]) == code
+    found = table(*runs, depths=planned)
+    here = cell(found, 60, 0)
+    flags = flags_of_cells(found, Flags(), planned)
+    assert (codes_of(flags) or here["reason_code"]) == code
+    assert {flag.cell for flag in flags} <= {(60.0, 0.0)}
     numbers = [here[column("z")], here[column("x", "_hi")]]
     assert np.isnan(numbers).all() == (code == "too-few-depths")
     if code == "few-depths":
@@ -247,7 +261,7 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     assert here["reason_code"] == "too-few-depths"
     here = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
     assert here[column("z")] == pytest.approx(0.1)
-    assert here["flag_codes"] == "few-depths"
+    assert here["n_depths"] == 2
     repeats = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
@@ -260,32 +274,37 @@ def test_what_several_runs_have_to_tell_is_told_in_turn():
     no = math.nan
     here = cell(
         table(
-            run("a", 0, 90, 0.3, flags=(GAP, DRIFT)), run("b", 0, 90, 0.3, flags=(DRIFT,)),
+            run("a", 0, 90, 0.3), run("b", 0, 90, 0.3),
             run("c", 0, 90, no, no, reason="gone"), run("d", 0, 90, no, no, reason="no zero"),
         ), 0, 90,
     )  # fmt: skip
-    assert here["flags"] == f"a: {GAP}, {DRIFT}; b: {DRIFT}"
-    assert here["flag_codes"] == "gap zero-drifted zero-drifted"
     assert here["reason"] == "c: gone; d: no zero"
+    assert (here["run_ids"], here["lost_run_ids"]) == ("a b", "c d")
+    flags = flags_of_runs({"a": [GAP, DRIFT], "b": [DRIFT], "d": [GAP], "e": [DRIFT]})
+    assert say(flags.of_cell(here)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
+    assert say(flags.of_cell(here, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
 
 
 def test_repeats_with_different_plates_say_so():
     names = ("disc_60", "disc_80", "disc_100")
     flags = [remark("several-plates", plate=name, count=3) for name in names]
-    runs = [run(one.values["plate"], 0, 90, 0.3, flags=(one,)) for one in flags]
-    assert flags_of({**cell(table(*runs), 0, 90)}) == (
-        remark("pooled-plates", plates=", ".join(names)),
-    )
-    apart = table(*runs[:2], run("q", 30, 90, 0.2, flags=(flags[2], DRIFT)))
-    assert flags_of({**cell(apart, 30, 90)}) == (*about("q", [DRIFT]), flags[2])
+    runs = [run(name, 0, 90, 0.3) for name in names]
+    of_runs = flags_of_runs({name: [flag] for name, flag in zip(names, flags, strict=True)})
+    (pooled,) = flags_of_cells(table(*runs), of_runs, 3)
+    assert pooled == remark("pooled-plates", (0.0, 90.0), plates=", ".join(names))
+    apart = table(*runs[:1], run(names[1], 30, 90, 0.2))
+    assert flags_of_cells(apart, of_runs, 3) == []
 
 
-def test_a_missing_tare_stands_once_in_a_cell():
+def test_a_missing_tare_of_all_runs_is_said_once():
     bare = remark("no-tare")
-    runs = [run(name, 0, 90, 0.3, flags=(bare,)) for name in "abc"]
-    assert flags_of({**cell(table(*runs), 0, 90)}) == (bare,)
-    tared = run("d", 0, 90, 0.3)
-    assert flags_of({**cell(table(runs[0], tared), 0, 90)}) == (*about("a", [bare]),)
+    here = cell(table(*(run(name, 0, 90, 0.3) for name in "abc")), 0, 90)
+    fits = pd.DataFrame({"run_id": list("abc"), "reason": ""})
+    flags = flags_of_runs({name: [bare] for name in "abc"})
+    assert flags.shared(fits) == (bare,)
+    assert flags.of_cell(here, without=flags.shared(fits)) == []
+    flags = flags_of_runs({"a": [bare]})
+    assert flags.of_cell(here, without=flags.shared(fits)) == about("a", [bare])
 
 
 def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
@@ -341,12 +360,16 @@ def test_a_tare_that_repeats_share_does_not_make_them_differ():
 
 def test_flags_and_depths_of_a_table():
     found = table(
-        run("a", 0, 90, 0.3, depth=2.0, flags=(BENT,)),
+        run("a", 0, 90, 0.3, depth=2.0),
         run("b", 30, 90, 0.2, depth=4.0),
         run("c", 60, 0, 0.1, depth=2.5),
         run("d", 60, 0, 0.1, depth=7.5),
-        run("e", 60, 45, math.nan, math.nan, flags=(BENT,), reason="log missing"),
+        run("e", 60, 45, math.nan, math.nan, reason="log missing"),
     )
+    few = flags_of_cells(found, Flags(), 3)
+    of_runs = [*about("a", [BENT]), *about("b", [DRIFT]), *about("e", [BENT])]
+    assert not flagged(found).any()
+    found = with_flagged(found, Flags(flag_table("m", "slopes", [*of_runs, *few])))
     place = list(zip(found["beta_deg"], found["gamma_deg"].round(), found["n_runs"], strict=True))
     assert [place[i] for i in np.flatnonzero(flagged(found))] == [(0, 90, 1), (60, 0, 2)]
     assert window_of(found) == (2.0, 7.5)

@@ -26,19 +26,10 @@ from rftfit.measure.checks_runs import (
     check_steadiness,
 )
 from rftfit.measure.checks_surface import check_linearity, check_surface
-from rftfit.measure.flags import flag_columns, remark
+from rftfit.measure.flags import Flags, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdicts import (
-    CHECKS,
-    COLUMNS,
-    Check,
-    Measured,
-    marked,
-    marks_of,
-    rows_of,
-    usable,
-)
+from rftfit.measure.verdicts import CHECKS, COLUMNS, Check, Measured, marks_of, rows_of, usable
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
@@ -152,7 +143,7 @@ def few_cells(rows, **columns):
     table = pd.DataFrame(
         rows, columns=["beta_deg", "gamma_deg", *(f"{n}_N_per_cm3" for n in names)]
     )
-    usual: dict[str, Any] = {"medium": "m", "spread": "stated", "run_ids": "", "flags": ""}
+    usual: dict[str, Any] = {"medium": "m", "spread": "stated", "run_ids": ""}
     return table.assign(**usual | {"alpha_x_turn_N_per_cm3": 0.0} | columns)
 
 
@@ -569,18 +560,6 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     )
 
 
-def test_flags_of_single_runs_are_added_to_those_of_their_cells():
-    few = remark("few-depths", found=2, wanted=3)
-    table = few_cells([(0, 90, 0.5, 0, 0, 0)] * 3, run_ids=["a b", "c", "d"])
-    table = table.assign(**{name: [text, "", text] for name, text in flag_columns([few]).items()})
-    bad = [remark("gives-back", run_id="b"), remark("channel-still", run_id="c", channel="F1")]
-    checks = [Check("channels", "failed", runs=tuple(bad)), Check("work", "passed")]
-    made = marked(table, checks, [remark("unusable", faults=CHECKS["channels"].fault)])
-    assert made["flag_codes"].tolist() == ["few-depths gives-back", "channel-still", "few-depths"]
-    assert made["flags"].tolist() == [f"{few}; b: {bad[0]}", f"c: {bad[1]}", str(few)]
-    assert set(made["checks_code"]) == {"unusable"}
-
-
 def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
     media = reference.MEDIA[:3]
     alpha = {name: reference.alpha_grid(name) for name in media}
@@ -942,7 +921,6 @@ def strokes(start_cm, late_s=0.0, count=8, **columns):
         "fits": pd.DataFrame(
             {
                 "run_id": [f"r{n + 2}" for n in range(sign.size)],
-                "flag_codes": "",
                 "gamma_deg": sign * gamma,
                 "direction": np.where(sign > 0, "intrusion", "extraction"),
                 "depth_to_cm": 7.0,
@@ -1068,7 +1046,6 @@ def test_an_offset_of_curved_stress_does_not_tell_the_surface():
         ({"gamma_deg": math.nan}, LABORATORY),
         ({"alpha_z_se_N_per_cm3": 0.14}, LABORATORY),
         ({"direction": "extraction"}, LABORATORY),
-        ({"flag_codes": "no-tare zero-drifted"}, LABORATORY),
         ({}, "natural_sand"),
     ],
 )
@@ -1128,7 +1105,7 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     campaign: Any = SimpleNamespace(
         config=SimpleNamespace(media={"m": medium}), runs_of=lambda _: []
     )
-    found = checks.check_medium(campaign, "m", {}, {})
+    found = checks.check_medium(campaign, "m", {}, {}, Flags())
     assert [one.check for one in found] == [*CHECKS]
     verdicts = {str(one.check): one.verdict for one in found}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")

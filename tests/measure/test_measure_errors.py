@@ -57,7 +57,6 @@ def fits(repeats=1, scatter=0.0):
                 "lever_per_cm": 0.2,
                 "mirrored": j < 6,
                 "tare_run": f"rod_{j}",
-                "flags": "",
                 "reason": "",
             }
             for c, part in zip("zx", table, strict=True):

@@ -10,16 +10,9 @@ import pytest
 from campaign_room import plate_run
 
 from rftfit.campaign.config import ForceLog, Table
-from rftfit.measure.fits import (
-    Stroke,
-    describe_shared_flags,
-    filed_under,
-    fit_run,
-    own_flags,
-    shared_flags,
-)
-from rftfit.measure.fits import _lacks_force_x as lacks_force_x
-from rftfit.measure.flags import codes_of, flag_columns, remark
+from rftfit.measure.fits import Stroke, filed_under, fit_run
+from rftfit.measure.flags import Flags, about, codes_of, describe_shared, flag_table, remark
+from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
 AREA = 3.81 * 2.54
@@ -144,13 +137,11 @@ def test_one_saturated_sample_of_the_window_is_too_many(paper_config):
     outside = fit_run(run(), stroke(DOWN, why=reasons({50: RowStatus.SATURATED})), paper_config)
     np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert RowStatus(outside.why[50]) == RowStatus.SATURATED
-    spoilt = stroke(
-        DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}), flags=(ODD,)
-    )
+    spoilt = stroke(DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}))
     found = fit_run(run(), spoilt, paper_config)
     assert found.slope is None
     assert found.reason == (remark("window-saturated", count=1),)
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, (ODD,))
+    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, ())
     assert math.isnan(found.depth_from_cm)
     assert math.isnan(found.depth_to_cm)
     assert RowStatus(found.why[500]) == RowStatus.SATURATED
@@ -215,18 +206,28 @@ def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, se
     assert found.reason[1].codes == ("most-samples", cause)
 
 
+def shared(reasons, *flags_of_runs):
+    """Flags that runs with these reasons share."""
+    names = [f"r{i}" for i in range(len(flags_of_runs))]
+    flags = [
+        flag
+        for name, of_run in zip(names, flags_of_runs, strict=True)
+        for flag in about(name, of_run)
+    ]
+    fits = pd.DataFrame({"run_id": names, "reason": reasons})
+    return Flags(flag_table("poppy_LP", "tare", flags)).shared(fits)
+
+
 def test_what_all_runs_share_is_told_once():
     flag = remark("no-tare")
-    bare, curved = flag_columns([flag]), flag_columns([ODD, flag])
-    lost = {"reason": "excluded: bed was disturbed"}
-    assert shared_flags(pd.DataFrame([bare, curved, lost])) == (flag,)
-    assert own_flags(curved, (flag,)) == [ODD]
+    lost = "excluded: bed was disturbed"
+    assert shared(["", "", lost], [flag], [ODD, flag], []) == (flag,)
     # where some have a tare, it is a doubt about the others
-    assert shared_flags(pd.DataFrame([bare, flag_columns([])])) == ()
+    assert shared(["", ""], [flag], []) == ()
     sizes = [remark("several-plates", plate=f"disc_{k}", count=2) for k in (6, 8)]
-    shared = shared_flags(pd.DataFrame([flag_columns([one]) for one in sizes]))
-    assert describe_shared_flags(shared) == ["runs with 2 plates: disc_6, disc_8"]
-    assert describe_shared_flags((flag,)) == [f"all runs: {flag}"]
+    plates = shared(["", ""], *([size] for size in sizes))
+    assert describe_shared(plates) == ["runs with 2 plates: disc_6, disc_8"]
+    assert describe_shared((flag,)) == [f"all runs: {flag}"]
 
 
 @pytest.mark.parametrize(
@@ -252,7 +253,7 @@ def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gam
 def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
     config = paper_config.model_copy(update={"table": Table(holds="stress")})
     # no window of container and plate is cut out of a table
-    given = stroke(np.array(depth), flags=(ODD,))
+    given = stroke(np.array(depth))
     found = fit_run(run("extraction"), given, config)
     # exactly linear, so its scatter is not known; one depth has none to know
     exact = (remark("no-scatter"),) if len(depth) > 1 else ()
@@ -325,8 +326,6 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
     (told,) = found.flags
     assert (told.code, told.values["component"]) == ("not-linear", "z")
     assert told.values["percent"] == pytest.approx(percent, abs=0.5)
-    before = stroke(DOWN, 0.05 * DOWN**2, flags=(ODD,))
-    assert fit_run(run(), before, paper_config).flags == (ODD, told)
     # the same curve below the noise of one sample, 0.05 N, bends nothing that could be measured
     small = 0.05 / AREA / (percent / 100) / used[-1] * (used**2).sum() / (used**3).sum()
     for factor, told_of in ((0.95, False), (1.05, True)):

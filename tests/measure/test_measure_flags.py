@@ -7,12 +7,13 @@ import pytest
 
 import rftfit
 from rftfit.measure.flags import (
+    FLAGS,
     SENTENCES,
+    Flags,
     Remark,
     about,
     codes_of,
-    flag_columns,
-    flags_of,
+    flag_table,
     has,
     reason_columns,
     reason_of,
@@ -21,6 +22,7 @@ from rftfit.measure.flags import (
 )
 
 DRIFT, CUT = remark("zero-drifted", newtons=0.3), remark("motion-log-cut")
+GAIN = remark("channel-gain", channel="F1", times=2.0)
 ROWS = remark("cut-rows", count=3, file="a; b.csv", why="cut in mid-row")
 
 
@@ -35,14 +37,32 @@ def test_every_code_of_the_source_has_a_sentence():
 
 
 def test_flags_come_back_from_a_table():
-    flags = (DRIFT, ROWS, *about("p1", [CUT, ROWS]))
-    row = flag_columns(flags)
-    assert row["flag_codes"] == "zero-drifted cut-rows motion-log-cut cut-rows"
-    assert row["flags"] == f"{DRIFT}; {ROWS}; p1: {CUT}, {ROWS}"
-    assert flags_of(row) == flags
-    assert (
-        flags_of(flag_columns([])) == flags_of({}) == flags_of({"flag_values": float("nan")}) == ()
+    cell = {"beta_deg": 0.0, "gamma_deg": 90.0, "run_ids": "p1", "lost_run_ids": "p2"}
+    few = remark("few-depths", (0.0, 90.0), found=2, wanted=3)
+    of_ingest = flag_table(
+        "sand", "ingest", [*about("p1", [DRIFT, ROWS, ROWS]), *about("p2", [CUT])]
     )
+    of_checks = flag_table("sand", "checks", [*about("p1", [GAIN]), *about("p2", [GAIN]), few])
+    assert list(of_ingest["code"]) == ["zero-drifted", "cut-rows", "motion-log-cut"]
+    assert list(of_ingest["words"]) == [str(DRIFT), str(ROWS), str(CUT)]
+    flags = Flags(of_ingest, of_checks)
+    assert flags.of_run("p1") == [DRIFT, ROWS]
+    assert flags.of_run("p3") == []
+    assert flags.runs_with("motion-log-cut") == {"p2": CUT}
+    # what stands out beside other runs is a doubt about runs that are used
+    told = say(flags.of_cell(cell))
+    assert told == f"p1: {DRIFT}, {ROWS}; p2: {CUT}; p1: {GAIN}; 2 of 3 depths"
+    assert flags.of_cell_alone(cell) == [remark("few-depths", found=2, wanted=3)]
+    assert Flags().of_cell(cell) == []
+
+
+def test_a_flag_is_one_row_of_one_table():
+    """Its sentence is there for every remark, its severity is a rank of its own or 0."""
+    assert {code: SENTENCES[code] for code in FLAGS} == {
+        code: flag.sentence for code, flag in FLAGS.items()
+    }
+    ranks = [flag.severity for flag in FLAGS.values() if flag.severity]
+    assert len(ranks) == len({*ranks}) > 10
 
 
 def test_a_reason_has_the_codes_of_what_it_names():

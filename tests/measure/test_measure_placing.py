@@ -81,18 +81,23 @@ def alphas(loaded):
     tared, tares, second = tare_medium(loaded, "sand", traces, status)
     fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
     check(join([first.table(), second.table(), third.table()]), status)
-    return {str(row["run_id"]): row for row in fits.to_dict("records")}, status
+    return (
+        {str(row["run_id"]): row for row in fits.to_dict("records")},
+        status,
+        [*second.flags, *third.flags],
+    )
 
 
 def test_from_logs_to_alpha_without_a_typed_number(folder):
-    fits, status = alphas(campaign(folder))
+    fits, status, flags = alphas(campaign(folder))
     for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
         row = fits[name]
         assert row["reason_code"] == ""
         truth = STIFFNESS / area
         assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
         assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
-        assert row["flag_codes"] == "no-tare several-plates"
+        codes = [flag.code for flag in flags if flag.run_id == name]
+        assert codes == ["no-tare", "several-plates"]
         fact: Any = status.set_index("run_id").loc[name]
         surface_mm = 80 - 10 * make_push(seed).surface_cm
         assert fact["surface_z_mm"] == pytest.approx(
@@ -116,7 +121,7 @@ def test_repeated_rows_are_left_out_and_counted(folder):
     assert [codes_of(trace.flags) for trace in kept] == ["readings-repeated", ""]
     transducer = CONFIG["transducer"] | {"repeats": "drop"}
     loaded = campaign(folder, transducer=transducer)
-    fits, _ = alphas(loaded)
+    fits, *_ = alphas(loaded)
     assert fits["a"]["alpha_z_N_per_cm3"] == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
     traces, _, book = ingest_traces(loaded, "sand")
     assert traces[0].flags == ()
@@ -126,7 +131,7 @@ def test_repeated_rows_are_left_out_and_counted(folder):
 
 
 def test_without_a_tare_by_default_there_is_no_alpha(folder):
-    fits, _ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
+    fits, *_ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
     assert fits["a"]["reason_code"] == "tare-missing tare-not-named"
     assert np.isnan(fits["a"]["alpha_z_N_per_cm3"])
 
@@ -134,7 +139,7 @@ def test_without_a_tare_by_default_there_is_no_alpha(folder):
 def test_a_force_that_never_rises_refuses_the_run(folder):
     push = make_push(3, stiffness=0.0, medium_N=0.0)
     write(folder, "a", push)
-    fits, status = alphas(campaign(folder))
+    fits, status, *_ = alphas(campaign(folder))
     assert fits["a"]["reason_code"] == "no-rise"
     assert status.set_index("run_id").loc["a", "status"] == "refused"
     assert fits["b"]["reason_code"] == ""
@@ -154,7 +159,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):
     text = (folder / "runs.csv").read_text().replace("odd,intrusion", "odd,extraction")
     (folder / "runs.csv").write_text(text)
-    fits, _ = alphas(campaign(folder))
+    fits, *_ = alphas(campaign(folder))
     assert fits["b"]["reason_code"] == "no-push-to-match"
 
 
@@ -182,9 +187,9 @@ def test_the_yielding_machine(folder):
             rigid.surface_cm,
         ),
     )
-    plain, _ = alphas(campaign(folder))
+    plain, *_ = alphas(campaign(folder))
     named = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    put_right, _ = alphas(campaign(folder, rigid_contact=named))
+    put_right, *_ = alphas(campaign(folder, rigid_contact=named))
     truth = STIFFNESS / (np.pi * 6.25)
     wrong = plain["a"]["alpha_z_N_per_cm3"]
     right = put_right["a"]["alpha_z_N_per_cm3"]
@@ -205,6 +210,6 @@ def test_a_rigid_contact_that_is_none(folder):
     for part in ("force", "motion"):
         (folder / "raw" / f"empty_{part}.csv").write_text("")
     for name in ("soft", "empty"):
-        fits, _ = alphas(campaign(folder, rigid_contact=named(name)))
+        fits, *_ = alphas(campaign(folder, rigid_contact=named(name)))
         assert {row["reason_code"] for row in fits.values()} == {"rigid-contact"}
         assert all(name in str(row["reason"]) for row in fits.values())

@@ -12,7 +12,7 @@ from campaign_room import plate_run
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
-from rftfit.measure.flags import flag_columns, flags_of, remark
+from rftfit.measure.flags import about, remark
 from rftfit.measure.ledger import RowStatus
 
 AREA = 3.81 * 2.54
@@ -35,7 +35,6 @@ def fact(run_id, **more):
     """What the ingest stage says about a run that has no error."""
     values: dict[str, Any] = {
         "run_id": run_id,
-        "flags": "",
         "reason": "",
         "note": "",
         "sample_step_s": 0.01,
@@ -171,38 +170,36 @@ def test_a_horizontal_run_has_no_other_law(paper_config):
     assert row[[*told]].isna().all()
 
 
-def test_runs_without_samples_keep_their_reason_and_their_flags(paper_config):
+def test_runs_without_samples_keep_their_reason(paper_config):
     log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
     config = paper_config.model_copy(update={"force_log": log})
-    facts = [
-        fact("bad", reason="excluded: dust", **flag_columns([ODD])),
-        fact("good"),
-        fact("untared"),
-    ]
+    facts = [fact("bad", reason="excluded: dust"), fact("good"), fact("untared")]
     runs = [run("bad"), run("good"), run("untared")]
     lost = {"untared": "its tare was not read", "good": ""}
     fits, _, ledger = fitted(config, runs, together(samples("good")), facts, lost)
     assert list(fits.index) == ["bad", "good", "untared"]
     assert list(fits["reason"]) == ["excluded: dust", "", "its tare was not read"]
-    # what a log lacks is told of the runs whose log was read
-    assert list(fits["flag_codes"]) == [ODD.code, "no-force-x", ""]
+    assert fits["alpha_x_N_per_cm3"].isna().all()
     assert list(fits["n_points"]) == [0, INSIDE.size, 0]
     assert list(fits["alpha_z_N_per_cm3"].isna()) == [True, False, True]
     assert list(fits["beta_deg"]) == [30] * 3
     assert fates(ledger, "bad") == {}
 
 
-@pytest.mark.parametrize(("missing_tare", "told"), [("flag", (remark("no-tare"),)), ("none", ())])
-def test_flags_of_log_tare_and_plates_stand_side_by_side(paper_config, missing_tare, told):
-    fit = paper_config.fit.model_copy(update={"missing_tare": missing_tare})
+def test_each_run_says_which_of_several_plates_it_has(paper_config):
+    fit = paper_config.fit.model_copy(update={"missing_tare": "flag"})
     intruders = paper_config.intruders | {"other": paper_config.intruders["plate"]}
     config = paper_config.model_copy(update={"fit": fit, "intruders": intruders})
     runs = [run("a", tare_run=""), run("b", intruder="other", tare_run="")]
     tared = together(samples("a", tare_z_N=np.nan, tare_x_N=np.nan))
-    fits, _, _ = fitted(config, runs, tared, [fact("a", **flag_columns([ODD])), fact("b")])
-    first, second = (remark("several-plates", plate=one, count=2) for one in ("plate", "other"))
-    assert flags_of({**fits.loc["a"]}) == (ODD, *told, first)
-    assert flags_of({**fits.loc["b"]}) == (second,)
+    fits, _, ledger = fitted(config, runs, tared)
+    plates = {"a": "plate", "b": "other"}
+    assert ledger.flags == [
+        *(
+            about(name, [remark("several-plates", plate=plate, count=2)])[0]
+            for name, plate in plates.items()
+        )
+    ]
     # the force on the rod is not known
     assert fits["alpha_z_rod_N_per_cm3"].isna().all()
 
@@ -275,11 +272,10 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
     ]
     curves, ledger = legs(config, runs, together(turned, once, samples("plate")), facts)
     wanted = pd.DataFrame(
-        [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, *[""] * 5],
-         ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, *[""] * 5],
-         ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, *[""] * 5],
-         ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0,
-          *flag_columns([remark("no-tare")]).values(), "", ""]],
+        [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, "", ""],
+         ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, "", ""],
+         ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, "", ""],
+         ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0, "", ""]],
         columns=LEG_COLUMNS,
     )  # fmt: skip
     pd.testing.assert_frame_equal(curves, wanted)

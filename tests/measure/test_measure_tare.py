@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 from campaign_room import plate_run
 
-from rftfit.measure.flags import REASON, remark
+from rftfit.measure.flags import REASON, about, remark
+from rftfit.measure.lab_frame import is_symmetric
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
 from rftfit.measure.tare import Tare, _tare_of, tare_medium
@@ -123,10 +124,19 @@ def test_what_becomes_of_each_run_of_a_medium():
         columns=["run_id", *REASON],
     )
     fit = SimpleNamespace(missing_tare="flag")
+    columns: dict[str, Any] = {}
+    transducer = SimpleNamespace(axes=SimpleNamespace(x="+F2"))
+    by_id = {run.run_id: run for run in runs}
     campaign: Any = SimpleNamespace(
-        runs_of=lambda _: runs, numbers={}, config=SimpleNamespace(fit=fit)
+        runs_of=lambda _: runs,
+        numbers={},
+        config=SimpleNamespace(
+            fit=fit, transducer=transducer, force_log=SimpleNamespace(columns=columns)
+        ),
+        holds_tare=lambda run: run.run_id == "bare",
     )
     tared, tares, ledger = tare_medium(campaign, "sand", read, status)
+    assert ledger.flags == about("bare", [remark("no-tare")])
     told: Any = tares.set_index("run_id")
     assert dict(told["reason_code"]) == {
         "short": "tare-empty",
@@ -163,6 +173,11 @@ def test_what_becomes_of_each_run_of_a_medium():
         ("on_torn.csv", DROPPED): 21,
         ("far.csv", DROPPED): 21,
     }
+    # a channel that nobody measured is said of each run with samples that would show it
+    columns["F2"] = SimpleNamespace(constant=0.0)
+    flags = tare_medium(campaign, "sand", read, status)[2].flags
+    unmeasured = {flag.run_id for flag in flags if flag.code == "no-force-x"}
+    assert unmeasured == {name for name in parts if not is_symmetric(by_id[name])}
     # a campaign that refuses runs without a tare
     fit.missing_tare = "refuse"
     refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")

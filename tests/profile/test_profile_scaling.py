@@ -330,7 +330,7 @@ def nine_terms(medium, off):
     table = alpha_frame(medium, fourier.evaluate(true, BETA, GAMMA), 0.002)
     values = [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
     table.loc[[44, 60], values] += off
-    return table.assign(flag_codes=np.where(table.index.isin([44, 60]), "not-linear", ""))
+    return table.assign(flagged=table.index.isin([44, 60]))
 
 
 def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
@@ -350,7 +350,7 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     assert np.abs(kept.draws.mean(axis=0) - bare.used).max() > 0.01
     # the transform needs every cell, and nothing is known of it without some
     whole = fit_medium(table, paper_config, "dft-index")
-    none = fit_medium(nine_terms("poppy_LP", 0).assign(flag_codes=""), paper_config, "lsq")
+    none = fit_medium(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
     assert whole.reason == ""
     assert np.isnan([whole.without_flagged, none.without_flagged]).all()
 

@@ -16,7 +16,7 @@ from text_boxes import words
 from rftfit.figures.maps import estimated_maps
 from rftfit.figures.registry import greek
 from rftfit.figures.style import FORMATS, content, preview
-from rftfit.measure.flags import flag_columns, remark
+from rftfit.measure.flags import about, flag_table, remark
 from rftfit.page.findings import findings
 from rftfit.page.page import page as make_page
 from rftfit.page.page import pictures
@@ -199,9 +199,10 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
         "sentence": "Z looks reversed.",
     }
     write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
-    flags = [flag_columns([remark("no-tare")] * bare) for bare in (1, 1, 0)]
+    flags = [flag for run_id in "ab" for flag in about(run_id, [remark("no-tare")])]
     fits = pd.DataFrame({"run_id": list("abc"), "alpha_z_N_per_cm3": 0.3, "reason": ""})
-    write(results, "fits/poppy_LP.csv", fits.join(pd.DataFrame(flags)))
+    write(results, "fits/poppy_LP.csv", fits)
+    write(results, "flags/poppy_LP.csv", flag_table("poppy_LP", "tare", flags))
     page = make_page(Results(results.campaign))
     first, second = sentences(page)[:2]
     assert first[0].startswith(

@@ -19,7 +19,7 @@ from rftfit.figures.quality import draw_quality, lay_out, quality, runs_side_by_
 from rftfit.figures.registry import figures
 from rftfit.figures.style import save
 from rftfit.figures.traces import problem_text, round_up_125, span, stress_of, thin
-from rftfit.measure.flags import FLAGS, flag_columns, remark
+from rftfit.measure.flags import Flags, about, flag_table, remark
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +37,10 @@ def marked(figure):
 def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     traces, fits = medium[0], medium[1].copy()
     bare, cut = remark("no-tare"), remark("motion-log-cut")
-    fits = fits.assign(**flag_columns([bare]))
-    fits.loc[50, [*FLAGS]] = [*flag_columns([cut, bare]).values()]
-    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    flags = [*about(fits.loc[50, "run_id"], [cut])]
+    flags += [flag for run_id in fits["run_id"] for flag in about(run_id, [bare])]
+    of_medium = Flags(flag_table("poppy_LP", "tare", flags))
+    (figure,) = draw_quality(traces, fits, of_medium, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 1 marked" in text
     assert marked(figure) == 1
@@ -52,9 +53,9 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan
     fits.loc[20, "reason"] = "tare too short"
     cut = remark("motion-log-cut")
-    fits.loc[50, [*FLAGS]] = [*flag_columns([cut]).values()]
+    flags = Flags(flag_table("poppy_LP", "ingest", about(fits.loc[50, "run_id"], [cut])))
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
-    (figure,) = draw_quality(traces, fits, "poppy seeds, loose")
+    (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
     text = words(figure)
     assert "poppy seeds, loose: 105 plate runs, 2 marked" in text
     assert marked(figure) == 2
@@ -72,9 +73,9 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(medium, tmp_path):
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
-    (one,) = draw_quality(traces, fits, "poppy")
+    (one,) = draw_quality(traces, fits, Flags(), "poppy")
     mixed = traces.sort_values("run_id", ascending=False, kind="stable")
-    (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), "poppy")
+    (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
     for first, second in zip(save(one, tmp_path / "a"), save(other, tmp_path / "b"), strict=True):
         assert first.read_bytes() == second.read_bytes(), first.suffix
 
@@ -96,7 +97,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
 def test_repeats_and_gaps_of_the_grid(medium):
     traces, fits = medium
     again = fits.iloc[[3]].assign(run_id="z_again")
-    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), "poppy")
+    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), Flags(), "poppy")
     assert len(pages) == 2
     assert words(pages[0]).count("not measured") == 1
     assert any(line.startswith("z_again\n") for line in words(pages[1]))
@@ -163,11 +164,17 @@ def test_panel_scales_are_round_and_hold_the_trace():
 
 def test_a_problem_is_told_in_few_words():
     cut = remark("motion-log-cut")
-    fit: dict[Hashable, object] = {"reason": "", "alpha_z_N_per_cm3": 0.1, "alpha_x_N_per_cm3": 0.1}
-    assert problem_text(fit) == ""
-    assert problem_text(fit | {"alpha_x_N_per_cm3": np.nan}) == "no alpha"
-    assert problem_text(fit | {"reason": "no tare"} | flag_columns([cut])) == f"no tare; {cut}"
-    assert problem_text(fit | {"reason": np.nan} | flag_columns([cut])) == str(cut)
+    flags = Flags(flag_table("poppy_LP", "ingest", about("p1", [cut])))
+    fit: dict[Hashable, object] = {
+        "run_id": "p0",
+        "reason": "",
+        "alpha_z_N_per_cm3": 0.1,
+        "alpha_x_N_per_cm3": 0.1,
+    }
+    assert problem_text(fit, flags) == ""
+    assert problem_text(fit | {"alpha_x_N_per_cm3": np.nan}, flags) == "no alpha"
+    assert problem_text(fit | {"run_id": "p1", "reason": "no tare"}, flags) == f"no tare; {cut}"
+    assert problem_text(fit | {"run_id": "p1", "reason": np.nan}, flags) == str(cut)
 
 
 def test_grids_of_the_alpha_table():

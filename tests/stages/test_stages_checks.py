@@ -29,7 +29,6 @@ from mistakes import (
 
 from rftfit.measure.checks_surface import linearity
 from rftfit.measure.fits import RunFit, _other_laws
-from rftfit.measure.flags import flagged_with, flags_of
 from rftfit.measure.laws import other_laws
 from rftfit.measure.verdicts import CHECKS
 
@@ -81,7 +80,7 @@ def all_in_pounds(made, _):
 
 
 def test_a_campaign_without_a_mistake_fails_no_check(lab):
-    table, alpha, _ = judged(lab)
+    table, alpha, *_ = judged(lab)
     assert set(table["verdict"]) == {"passed", "not checked"}
     unchecked = table[table["verdict"] == "not checked"]
     # what no log can tell is said
@@ -144,7 +143,7 @@ def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, ef
     put(lab, settings)
     if mistake is not None:
         mistake(lab, LUCK)
-    table, alpha, _ = judged(lab)
+    table, alpha, *_ = judged(lab)
     found: Any = table.set_index("check").loc[check]
     assert (found["verdict"], found["effect"]) == ("failed", effect)
     assert re.match(said, found["sentence"]), found["sentence"]
@@ -163,14 +162,16 @@ def test_channels_that_end_below_their_range(lab):
     for row in plates(lab):
         if row["direction"] == "horizontal":
             change(lab, row["force_log"], partial(cut, run=row["run_id"]))
-    table, alpha, _ = judged(lab)
+    table, alpha, _, flags = judged(lab)
     found = table.set_index("check").loc["channels"]
     assert " stops at " in found["sentence"]
     assert "look at the range of amplifier and logger" in found["sentence"]
     # every cell with such a log is flagged, and no other is
     hit = np.array([bool(cut_runs & set(runs.split())) for runs in alpha["run_ids"]])
     assert hit.any()
-    assert list(flagged_with(alpha, "channel-clipped")) == list(hit)
+    cells = alpha.to_dict("records")
+    told = [{flag.code for flag in flags.of_cell(cell)} for cell in cells]
+    assert ["channel-clipped" in codes for codes in told] == list(hit)
 
 
 def test_stress_that_is_no_line():
@@ -190,19 +191,19 @@ def test_stress_that_is_no_line():
 
 def test_copies_of_a_log_are_no_repeats(lab):
     copies(lab, LUCK, count=6)
-    table, alpha, _ = judged(lab)
+    table, alpha, _, flags = judged(lab)
     found = table.set_index("check").loc["same_logs"]
     assert found["effect"] == "unusable"
     assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")
     cell = alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
     assert cell["n_runs"] == 1
-    assert [one.code for one in flags_of({**cell})] == ["same-readings"]
+    assert [flag.code for flag in flags.of_cell({**cell})] == ["same-readings"]
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab):
     why = "the mount was re-seated; see the notebook"
     put(lab, {"transducer.turn_deg": 0.0, f"media.{MEDIUM}.accept": {"symmetry": why}})
-    table, alpha, _ = judged(lab)
+    table, alpha, *_ = judged(lab)
     found = table.set_index("check").loc["symmetry"]
     assert (found["verdict"], found["effect"]) == ("accepted", "")
     assert (

@@ -10,7 +10,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.measure.tables import fit_alpha_table
 from rftfit.results import Results
-from rftfit.workflow.measure import check_logs, ingest, slopes, tare
+from rftfit.workflow.measure import check_logs, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 TWICE = "2 runs have the readings of others: {} and {}"
@@ -65,13 +65,8 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     assert main(["init", str(tmp_path / "c"), "--stress-table", source]) == 0
     results = Results(load_campaign(tmp_path / "c" / "config" / "config.yaml"))
     (medium,) = results.media
-    for stage, names in (
-        (ingest, ("traces/{}.parquet", "runs/{}.csv")),
-        (tare, ("tared/{}.parquet", "tares/{}.csv")),
-    ):
-        for name, table in zip(names, stage(results, medium), strict=False):
-            results.hold(name.format(medium), table)
-    fits, _, book = slopes(results, medium)
+    measure_logs(results, medium)
+    fits, book = (results.table(f"{name}/{medium}.csv") for name in ("fits", "ledger/slopes"))
     told = {row["run_id"]: row for row in fits.to_dict("records")}
     assert [name for name, row in told.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
     assert (told["rep2"]["reason"], told["rep2"]["reason_code"]) == (
@@ -98,8 +93,9 @@ def test_a_table_without_a_force_along_x(tmp_path):
         found = check_logs(campaign).set_index("check")["verdict"]
         assert "failed" not in set(found)
         assert found["symmetry"] == "not checked"
-        fits = fit_alpha_table(
+        fits, _, book = fit_alpha_table(
             campaign, campaign.media_with_runs[0], pd.DataFrame(columns=["run_id", "why"])
-        )[0]
+        )
         assert fits.loc[fits["alpha_x_N_per_cm3"].notna(), "beta_deg"].tolist() == [0]
-        assert set(fits["flag_codes"]) == {"no-force-x"}
+        flagged = {flag.run_id for flag in book.flags if flag.code == "no-force-x"}
+        assert flagged == set(fits["run_id"])

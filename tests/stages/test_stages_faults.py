@@ -16,7 +16,7 @@ from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
 from rftfit.measure.checks_axes import Cells
-from rftfit.measure.flags import about, flags_of
+from rftfit.measure.flags import about
 from rftfit.measure.ledger import check, join
 
 RUN = "poppy_LP_bp30_g45_in"
@@ -122,11 +122,11 @@ def test_fault_that_is_flagged(room, fault):
     results = broken(room, fault)
     fit = results.fit(RUN)
     codes, numbers = FLAGGED[fault]
-    assert (fit["reason_code"], fit["flag_codes"]) == ("", codes)
-    told = {name: value for flag in flags_of({**fit}) for name, value in flag.values.items()}
+    assert (fit["reason_code"], results.codes(RUN)) == ("", codes.split())
+    flags = results.flags.of_run(RUN)
+    told = {name: value for flag in flags for name, value in flag.values.items()}
     assert {name: told[name] for name in numbers} == pytest.approx(numbers, abs=0.005)
-    assert results.run(RUN)["flags"] == fit["flags"]
-    assert flags_of({**results.cell(30, 45)}) == (*about(RUN, flags_of({**fit})),)
+    assert results.flags.of_cell(results.cell(30, 45)) == about(RUN, flags)
     is_right(fit)
 
 
@@ -144,8 +144,9 @@ def test_a_sign_of_the_mount_that_is_wrong(room, axis, verdict):
 @pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
 @pytest.mark.parametrize("run", [PULL, LEVEL])
 def test_no_row_is_lost_and_no_number_is_silent(room, fault, run):
-    fit = broken(room, fault, run).fit(run)
-    assert fit["reason"] or fit["flags"]
+    results = broken(room, fault, run)
+    fit = results.fit(run)
+    assert fit["reason"] or results.codes(run)
     assert no_number(fit) == bool(fit["reason"])
     if not fit["reason"]:
         is_right(fit)
@@ -163,7 +164,7 @@ def test_fault_in_the_tare(room, fault, run):
     results.check_ledger(room.counted)
     fit, status = results.fit(run), results.run(rod)
     if fault in ("duplicated_rows", "nan_cells"):
-        assert status["flags"]
+        assert results.codes(rod)
         is_right(fit)
         return
     assert no_number(fit)
@@ -184,7 +185,7 @@ def test_fault_of_a_leg(room, fault, target):
     results = room.chain()
     results.check_ledger(room.counted)
     status = results.run(target)
-    assert status["reason"] or status["flags"]
+    assert status["reason"] or results.codes(target)
     if fault == "flipped_beta":
         assert status["reason_code"] == "no-rotation"
     if status["reason"]:
@@ -253,7 +254,7 @@ def test_motion_log_with_a_part_missing(room, change, flags, dropped, rows):
     results = room.chain()
     results.check_ledger(room.counted)
     fit = results.fit(RUN)
-    assert {*flags} <= {*fit["flag_codes"].split()}
+    assert {*flags} <= {*results.codes(RUN)}
     assert rows[0] <= results.fates(FORCE)["dropped", dropped] <= rows[1]
     is_right(fit)
 
@@ -298,7 +299,7 @@ def test_two_faults_in_one_log(room):
     room.add(RUN, **{RUN: ("nan_cells", "duplicated_rows", "truncated")})
     results = room.chain()
     results.check_ledger(room.counted)
-    codes = results.fit(RUN)["flag_codes"].split()
+    codes = results.codes(RUN)
     assert {"not-finite", "duplicated-rows", "cut-rows"} <= {*codes}
     assert len(codes) == len({*codes})
 
@@ -323,7 +324,7 @@ def test_medium_of_which_nothing_can_be_used(room, fault):
 
 def test_no_number_rests_on_a_sentence(room, monkeypatch):
     room.add(RUN, PULL, LEVEL, OTHER, LEG, **{RUN: ("nan_cells", "gap"), PULL: ("saturated",)})
-    words = {"flags", "reason", "note"}
+    words = {"reason", "note"}
     said = room.chain()
     monkeypatch.setattr("rftfit.measure.flags.Remark.__str__", lambda one: one.code)
     coded = room.chain()
@@ -333,7 +334,7 @@ def test_no_number_rests_on_a_sentence(room, monkeypatch):
         pd.testing.assert_frame_equal(
             *(one.sort_values([*one]).reset_index(drop=True) for one in kept)
         )
-    assert coded.fit(RUN)["flags"] == "; ".join(coded.fit(RUN)["flag_codes"].split())
+    assert coded.codes(RUN) == said.codes(RUN) != []
 
 
 def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
@@ -410,7 +411,7 @@ def test_zero_that_drifts_within_a_leg_run_is_flagged(room):
     straight = room.chain().curves
     room.change(f"poppy_LP/{LEG}_force.csv", lines_of(drift))
     results = room.chain()
-    (flag,) = flags_of({**results.run(LEG)})
+    (flag,) = results.flags.of_run(LEG)
     assert (flag.code, flag.values["newtons"]) == ("zero-drifted", pytest.approx(0.5, abs=0.1))
     # and it is taken away as a line
     off = results.curves["force_z_N"] - straight["force_z_N"]

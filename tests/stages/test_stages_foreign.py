@@ -16,7 +16,6 @@ from rigroom import Room, chain
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.cli.main import main
-from rftfit.measure.flags import flags_of
 from rftfit.results import open_results
 from rftfit.workflow.state import log_names, read_states
 
@@ -124,7 +123,7 @@ def test_every_row_is_accounted_for(other):
     assert sum(fates.values()) == len(other.logs[FORCE_LOG].splitlines()) - 2
     codes = {"wrong-cells", "not-numbers", "cut-rows"}
     assert {code: fates["dropped", code] for code in codes} == dict.fromkeys(codes, 1)
-    assert codes <= {*got.run(RUN)["flag_codes"].split()}
+    assert codes <= {*got.codes(RUN)}
 
 
 @pytest.mark.parametrize(
@@ -185,7 +184,7 @@ def test_lost_packets_reach_the_ledger(tmp_path):
             room.logs[name] = csv_lines("time_s,x_mm,z_mm,angle_deg", rows)
     got = room.chain()
     assert got.fates(FORCE_LOG)["lost", "damaged-rows"] == 40
-    assert "damaged-rows" in got.run(RUN)["flag_codes"]
+    assert "damaged-rows" in got.codes(RUN)
     steps = np.diff(got.traces.loc[got.traces["run_id"] == RUN, "time_s"])
     assert steps.max() == pytest.approx(0.41)
 
@@ -280,7 +279,7 @@ def test_damage_to_one_file_is_told_apart(single):
     fates = got.fates(file)
     assert (fates["dropped", "not-numbers"], fates["dropped", "wrong-cells"]) == (2, 1)
     flags = [
-        (one.code, one.values["count"], one.values["file"]) for one in flags_of({**got.run(RUN)})
+        (flag.code, flag.values["count"], flag.values["file"]) for flag in got.flags.of_run(RUN)
     ]
     assert sorted(flags) == [
         ("not-numbers", 2, f"{RUN}.csv (force)"),
@@ -440,8 +439,8 @@ def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
     for row in (fit, cell):
         assert row["alpha_z_N_per_cm3"] == pytest.approx(rig.fit(RUN)["alpha_z_N_per_cm3"], rel=0.1)
         assert row.filter(regex="^alpha_x_(N|se|lo|hi)").isna().all()
-        assert row["flag_codes"] == "no-force-x"
         assert row["alpha_z_lo_N_per_cm3"] < row["alpha_z_N_per_cm3"] < row["alpha_z_hi_N_per_cm3"]
     assert found.curves["force_z_N"].max() > 5
     assert found.curves["force_x_N"].isna().all()
-    assert set(found.curves["flag_codes"]) == {"no-force-x"}
+    flagged = found.flags.runs_with("no-force-x")
+    assert {RUN, *found.curves["run_id"]} <= flagged.keys()

@@ -10,18 +10,18 @@ from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.flags import flagged_with
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import tare_medium
 
 
 def measured(folder):
-    """Alpha, fits and runs of the only medium of a campaign."""
+    """Alpha, fits, runs and flags of the only medium of a campaign."""
     campaign = load_campaign(folder / "config" / "config.yaml")
-    samples, runs, _ = ingest_medium(campaign, MEDIUM)
-    tared, tares, _ = tare_medium(campaign, MEDIUM, samples, runs)
-    fits, _, _ = fit_medium(campaign, MEDIUM, runs, tared, tares)
-    return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs
+    samples, runs, of_ingest = ingest_medium(campaign, MEDIUM)
+    tared, tares, of_tare = tare_medium(campaign, MEDIUM, samples, runs)
+    fits, _, of_slopes = fit_medium(campaign, MEDIUM, runs, tared, tares)
+    flags = [*of_ingest.flags, *of_tare.flags, *of_slopes.flags]
+    return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs, flags
 
 
 def off_by_half_widths(table):
@@ -38,17 +38,17 @@ def off_by_half_widths(table):
 @pytest.mark.parametrize("protocol", ["no-pause", "stroke-only", "separate-zero", "one-file"])
 def test_a_protocol_measures_what_is_there(tmp_path, protocol):
     make(tmp_path, Case("other", protocol))
-    alpha, fits, runs = measured(tmp_path)
+    alpha, fits, _, flags = measured(tmp_path)
     assert len(alpha) == 36
     assert (fits["reason"] == "").all()
-    assert (runs["flags"] == "").all()
+    assert flags == []
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) >= 0.9
 
 
 def test_without_a_tare_alpha_is_off_and_says_so(tmp_path):
     make(tmp_path, Case("one-row", "paper", tare=False))
-    alpha, fits, _ = measured(tmp_path)
-    assert flagged_with(fits, "no-tare").all()
+    alpha, fits, _, flags = measured(tmp_path)
+    assert {flag.run_id for flag in flags if flag.code == "no-tare"} == set(fits["run_id"])
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
 
 
@@ -58,9 +58,8 @@ def test_without_a_rod_there_is_nothing_to_flag(tmp_path):
     flagged = measured(tmp_path)[0]
     text = config.read_text(encoding="utf-8").replace("missing_tare: flag", "missing_tare: none")
     config.write_text(text, encoding="utf-8")
-    alpha, fits, _ = measured(tmp_path)
-    assert list(fits["flags"]) == [""]
-    assert list(alpha["flags"]) == [""]
+    alpha, *_, flags = measured(tmp_path)
+    assert flags == []
     assert alpha["alpha_z_N_per_cm3"][0] == flagged["alpha_z_N_per_cm3"][0]
 
 
@@ -85,11 +84,11 @@ def test_slow_noise_is_an_error_of_every_zero(tmp_path, protocol):
     make(tmp_path, Case("one-row", protocol))
     config = tmp_path / "config" / "config.yaml"
     text = config.read_text(encoding="utf-8")
-    quiet, quiet_fits, before = measured(tmp_path)
+    quiet, quiet_fits, before, _ = measured(tmp_path)
     config.write_text(
         text.replace("transducer:\n", "transducer:\n  slow_noise_N: 0.3\n"), encoding="utf-8"
     )
-    slow, fits, after = measured(tmp_path)
+    slow, fits, after, _ = measured(tmp_path)
     for c in "zx":
         grown = after[f"zero_var_{c}_N2"] - before[f"zero_var_{c}_N2"]
         np.testing.assert_allclose(grown, 0.3**2, rtol=1e-9)

@@ -23,6 +23,7 @@ from rftfit.measure.errors import (
     half_width,
     spread_of_beds,
 )
+from rftfit.measure.flags import Flags
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import interval, interval_of_sum, typical_dof
 from rftfit.model.scaling import published
@@ -105,13 +106,7 @@ def test_what_repeats_show_goes_before_what_the_config_states():
 
 def fits(run_to_run):
     """Alpha table of one push down, of 0.1 N/cm^3 with an error of 0.0002 N/cm^3."""
-    row: dict[str, object] = {
-        "run_id": "a",
-        "beta_deg": 0,
-        "gamma_deg": 90,
-        "flags": "",
-        "reason": "",
-    }
+    row: dict[str, object] = {"run_id": "a", "beta_deg": 0, "gamma_deg": 90, "reason": ""}
     row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
     for c in "zx":
         row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
@@ -178,6 +173,6 @@ def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
         "alpha_z_hi_N_per_cm3": 0.936 + half,
     }
     row |= {name.replace("_z_", "_x_"): 0.0 for name in row}
-    place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "flags": "", "reason": ""}
-    found = sand_row(pd.DataFrame([place | row]), published(), paper_config(200))
+    place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "reason": ""}
+    found = sand_row(pd.DataFrame([place | row]), published(), paper_config(200), Flags())
     assert found["zeta_hi"] > found["zeta"] * (1 + half / 0.936)  # type: ignore[operator]

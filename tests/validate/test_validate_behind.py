@@ -97,7 +97,7 @@ def test_the_surface_of_the_plates_moves_the_axle_too(paper_config):
 
 
 def flagged(table, where):
-    return table.assign(flag_codes=np.where(where, "not-linear", ""))
+    return table.assign(flagged=where)
 
 
 def test_flagged_cells_and_the_others_make_the_whole_peak(table, paper_config):

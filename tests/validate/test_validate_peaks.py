@@ -14,7 +14,7 @@ from rftfit.compare.legs import (
     leg_errors,
     measured_peak,
 )
-from rftfit.measure.flags import REASON, flag_columns, remark
+from rftfit.measure.flags import REASON, Flags, about, flag_table, remark
 
 THETA = np.arange(-135.0, 136.0)
 
@@ -221,10 +221,12 @@ def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error():
 def test_flags_of_the_logs_stand_behind_the_reason():
     measured, predicted = curves(wide(10.0), wide(12.0))
     flag = remark("no-tare")
-    measured = measured.assign(**flag_columns([flag]))
-    assert set(leg_errors(measured, predicted)["reason_code"]) == {"no-tare"}
+    measured = measured.assign(run_id="turn")
+    flags = {m: Flags(flag_table(m, "tare", about("turn", [flag]))) for m in measured["medium"]}
+    compared = leg_errors(measured, predicted, flags=flags)
+    assert set(compared["reason_code"]) == {"no-tare"}
     lost = predicted.assign(force_z_N=np.nan, reason="no run", reason_code="no-run")
-    table = leg_errors(measured, lost).set_index("component")
+    table = leg_errors(measured, lost, flags=flags).set_index("component")
     assert [table.loc["z", name] for name in REASON] == [f"no run; {flag}", "no-run no-tare"]
     assert list(table["rms_error_N"].isna()) == [True, False]
 

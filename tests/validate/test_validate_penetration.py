@@ -35,7 +35,6 @@ def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=
     table = {run.run_id: {"depth_cm": np.ones(1)} for run in runs} if numbers else {}
     campaign = Campaign(here, here, here, config, runs, table)
     facts = {
-        "flags": "",
         "note": "",
         "sample_step_s": 0.01,
         "clock_se_s": 0.0,

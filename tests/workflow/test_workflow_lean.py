@@ -191,7 +191,7 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     (root / CONFIG).write_text(yaml.safe_dump(values, sort_keys=False))
     results = root / "results"
     for folder, medium in ((plates, "poppy_LP"), (sand, "yuma")):
-        for part in ("alpha", "legs"):
+        for part in ("alpha", "flags", "legs"):
             (results / part).mkdir(parents=True, exist_ok=True)
             shutil.copy(folder.root / "results" / part / f"{medium}.csv", results / part)
     table: Any = read_result(results / "alpha" / "poppy_LP.csv")

@@ -21,6 +21,7 @@ use rule stage as ingest with:
         traces="results/traces/{medium}.parquet",
         runs="results/runs/{medium}.csv",
         ledger="results/ledger/ingest/{medium}.csv",
+        flags="results/flags/ingest/{medium}.csv",
     log:
         "results/logs/ingest/{medium}.log",
 
@@ -35,6 +36,7 @@ use rule stage as tare with:
         tared="results/tared/{medium}.parquet",
         tares="results/tares/{medium}.csv",
         ledger="results/ledger/tare/{medium}.csv",
+        flags="results/flags/tare/{medium}.csv",
     log:
         "results/logs/tare/{medium}.log",
 
@@ -50,6 +52,7 @@ use rule stage as slopes with:
         fits="results/fits/{medium}.csv",
         windows="results/windows/{medium}.parquet",
         ledger="results/ledger/slopes/{medium}.csv",
+        flags="results/flags/slopes/{medium}.csv",
     log:
         "results/logs/slopes/{medium}.log",
 
@@ -62,12 +65,16 @@ use rule stage as checks with:
         tares="results/tares/{medium}.csv",
         fits="results/fits/{medium}.csv",
         windows="results/windows/{medium}.parquet",
+        flags=expand(
+            "results/flags/{stage}/{{medium}}.csv", stage=["ingest", "tare", "slopes"]
+        ),
         state=state_of("checks"),
     output:
         checks="results/checks/{medium}.csv",
         alpha="results/alpha/{medium}.csv",
         at_depth="results/alpha_at_depth/{medium}.csv",
         peers="results/peers/{medium}.csv",
+        flags="results/flags/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
 

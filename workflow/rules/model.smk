@@ -2,6 +2,7 @@
 CHECKS = expand("results/checks/{medium}.csv", medium=MEDIA)
 ALPHA = expand("results/alpha/{medium}.csv", medium=LABORATORY)
 ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS])
+FLAGS = expand("results/flags/{medium}.csv", medium=MEDIA)
 LEGS = expand("results/legs/{medium}.csv", medium=MEDIA)
 
 
@@ -46,6 +47,7 @@ use rule stage as scaling with:
         checks=CHECKS,
         alpha=ALPHA_OF_ALL,
         fourier="results/fourier/media.csv",
+        flags=FLAGS,
         state=state_of("scaling"),
     output:
         coefficients="results/coefficients.csv",
@@ -60,6 +62,7 @@ use rule stage as legs_predicted with:
         checks=CHECKS,
         alpha=ALPHA_OF_ALL,
         legs=LEGS,
+        flags=FLAGS,
         state=state_of("legs_predicted"),
     output:
         predicted="results/predicted.csv",

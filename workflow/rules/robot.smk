@@ -10,6 +10,7 @@ use rule stage as robot_measured with:
         measured="results/robot/measured.csv",
         strides="results/robot/strides.csv",
         ledger="results/ledger/robot.csv",
+        flags="results/robot/flags.csv",
     log:
         "results/logs/robot_measured.log",
 

@@ -12,13 +12,14 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
-from rftfit.measure.flags import reason_of, say
+from rftfit.measure.flags import Remark, flag_table, reason_of, say
 from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
 from rftfit.model.planning import Plan
 from rftfit.model.shapes import Map
 from rftfit.results import Results
+from rftfit.workflow.measure import FLAGGING
 
 _CSV = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
 _AT_A_TIME = 256
@@ -28,16 +29,23 @@ _AT_A_TIME = 256
 class Measured(NamedTuple):
     """One run, measured: its row of each table of `_CSV` that has one, and the columns of its tared stroke.
 
-    `tared`: ``why`` is what the tare stage says of each sample, ``window`` what the fit says.
+    `tared`: ``why`` is what the tare stage says of each sample, ``window`` what the fit says. `flags`: By the
+    stage that found them.
     """
 
     rows: dict[str, Row]
     tared: dict[str, np.ndarray]
+    flags: dict[str, list[Remark]]
 
     @property
     def is_read(self) -> bool:
         """Whether its logs could be used."""
         return bool(self.rows["runs"]["status"] == "read")
+
+    @property
+    def doubts(self) -> list[str]:
+        """What its flags say."""
+        return [str(flag) for flags in self.flags.values() for flag in flags]
 
     @property
     def why(self) -> str:
@@ -82,11 +90,13 @@ def measure(
         own = replace(campaign, runs=tuple(every[name] for name in every if name in chosen))
         # between the stages tables are as their files hold them, so that results are the same
         results = Results(own)
-        samples, status, _ = ingest_medium(own, medium)
+        samples, status, book_of_ingest = ingest_medium(own, medium)
         status = results.hold_as_csv(f"runs/{medium}.csv", status)
-        tared, tares, _ = tare_medium(own, medium, samples, status)
+        tared, tares, book_of_tare = tare_medium(own, medium, samples, status)
         tares = results.hold_as_csv(f"tares/{medium}.csv", tares)
-        fits, windows, _ = fit_medium(campaign, medium, status, tared, tares, only=part)
+        fits, windows, book_of_slopes = fit_medium(
+            campaign, medium, status, tared, tares, only=part
+        )
         fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
         tables = zip(_CSV, (status, tares, fits), strict=True)
         rows = {
@@ -97,13 +107,19 @@ def measure(
             split_runs(tared),
             tared.assign(window=windows["why"]).drop(columns="run_id"),
         )
+        books = dict(zip(FLAGGING, (book_of_ingest, book_of_tare, book_of_slopes), strict=True))
         for name in part:
+            flags = {
+                stage: [flag for flag in book.flags if flag.run_id == name]
+                for stage, book in books.items()
+            }
             stroke = columns.iloc[where.get(name, slice(0))]
             yield (
                 name,
                 Measured(
                     {table: own[name] for table, own in rows.items() if name in own},
                     {str(key): values.to_numpy().copy() for key, values in stroke.items()},
+                    flags,
                 ),
             )
 
@@ -114,6 +130,10 @@ def hold(results: Results, medium: Medium, runs: Collection[Run]) -> None:
     for name, columns in _CSV.items():
         rows = [one.rows[name] for one in kept.values() if name in one.rows]
         results.hold_as_csv(f"{name}/{medium.name}.csv", pd.DataFrame(rows, columns=columns))
+    for stage in FLAGGING:
+        flags = [flag for measured in kept.values() for flag in measured.flags[stage]]
+        table = flag_table(medium.name, stage, flags)
+        results.hold_as_csv(f"flags/{stage}/{medium.name}.csv", table)
     parts = {name: one.tared for name, one in kept.items() if one.tared["why"].size}
     tared = join_runs(parts, [*next(iter(kept.values())).tared])
     windows = tared[["run_id"]].assign(why=tared["window"])

@@ -124,7 +124,7 @@ def _runs(watch: Watch, medium: Medium, shown: str) -> str:
     for name, row in sorted(watch.rows[medium.name].items(), key=lambda item: -item[1].run.row):
         state, one = watch.state(medium.name, name), medium.runs.get(name)
         fit = one.rows.get("fits", {}) if one else {}
-        words = str(fit.get("flags") or (one.why if one else ""))
+        words = "; ".join(one.doubts) or one.why if one else ""
         numbers = (
             fit.get(key, np.nan) for key in ("beta_deg", "gamma_deg", column("z"), column("x"))
         )

@@ -22,7 +22,6 @@ from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
 from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
-from rftfit.measure.flags import flags_of
 from rftfit.measure.verdicts import FAILED
 from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.model.shapes import estimate, map_nodes, pushes_of
@@ -211,7 +210,9 @@ class Watch:
             "direction": run.direction,
             **{number: fit.get(number, np.nan) for number in numbers},
             "flags": [
-                {"code": one.code, "text": str(one)} for one in flags_of(fit or one.rows["runs"])
+                {"code": flag.code, "text": str(flag)}
+                for flags in one.flags.values()
+                for flag in flags
             ],
             "reason": one.why,
             "seconds_since_change": round(time.time() - changed, 3),

@@ -8,7 +8,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
 from rftfit.measure.errors import shares
-from rftfit.measure.flags import REASON, flags_of, quoted, reason_columns, reason_of, remark
+from rftfit.measure.flags import REASON, Flags, quoted, reason_columns, reason_of, remark
 from rftfit.model import scaling
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
@@ -131,9 +131,9 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
 
 
 def sand_row(
-    table: pd.DataFrame, reference: scaling.Reference, config: Config
+    table: pd.DataFrame, reference: scaling.Reference, config: Config, flags: Flags
 ) -> dict[str, object]:
-    """Zeta of a natural sand by the scaling routine, from its alpha table."""
+    """Zeta of a natural sand by the scaling routine, from its alpha table and flags."""
     method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = cell_at(table, 0, 90)
@@ -147,6 +147,6 @@ def sand_row(
     except ValueError as error:
         return row | reason_columns(reason_of({**cell}) or [quoted(error, "no-zeta")])
     names = ("chi", "chi_lo", "chi_hi", "zeta", "zeta_lo", "zeta_hi")
-    pooled = [flag for flag in flags_of({**cell}) if flag.code == "pooled-plates"]
+    pooled = [flag for flag in flags.of_cell_alone({**cell}) if flag.code == "pooled-plates"]
     reason = reason_columns([*reference.remarks, *pooled])
     return row | {name: getattr(scaled, name) for name in names} | reason

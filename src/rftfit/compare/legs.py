@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +15,9 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import (
-    FLAGS,
     REASON,
+    Flags,
     Remark,
-    flags_of,
     reason_columns,
     reason_of,
     remark,
@@ -385,6 +384,7 @@ def leg_errors(
     behind: Mapping[tuple[str, str, str], tuple[str, float]] | None = None,
     peaks: Peaks | None = None,
     error_by_legs: float = math.nan,
+    flags: Mapping[str, Flags] | None = None,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -392,7 +392,8 @@ def leg_errors(
     early near its highest point has no peak. The interval of the peak error has the errors of alpha,
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
     bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
-    medium, leg and component, `peaks` of `predicted_curves`, `error_by_legs` of `error_of_legs`.
+    medium, leg and component, `peaks` of `predicted_curves`, `error_by_legs` of `error_of_legs`, `flags` by
+    medium.
     """
     errors_of_model = {
         "model_error": larger_model_error(error_by_legs),
@@ -400,14 +401,7 @@ def leg_errors(
     }
     keys = ["medium", "leg"]
     curves = dict(iter(measured.groupby(keys)))
-    flags = {
-        place: dict.fromkeys(
-            flag
-            for row in curve.reindex(columns=FLAGS).drop_duplicates().to_dict("records")
-            for flag in flags_of(row)
-        )
-        for place, curve in curves.items()
-    }
+    flags_of_legs = {place: _flags_of_leg(curve, flags) for place, curve in curves.items()}
     rows = []
     for (medium, leg, profile), part in predicted.groupby([*keys, "profile"], sort=True):
         own = curves.get((medium, leg))
@@ -416,7 +410,7 @@ def leg_errors(
         for component in COMPONENTS:
             drawn = (peaks or {}).get((str(medium), str(leg), str(profile), component))
             found, why = _compare(both, component, spread, confidence, drawn)
-            reason = reason_columns([*why, *flags.get((medium, leg), ())])
+            reason = reason_columns([*why, *flags_of_legs.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
             name["verdict"] = judge(found)
             flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
@@ -424,6 +418,18 @@ def leg_errors(
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
             rows.append(name | found | errors_of_model | rests | reason)
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Iterable[Remark]:
+    """Flags of the runs of a measured curve that stand behind each comparison with it."""
+    if flags is None:
+        return ()
+    of_medium = flags[str(curve["medium"].iloc[0])]
+    of_runs = [of_medium.of_run(run_id) for run_id in curve["run_id"].unique()]
+    return dict.fromkeys(flag for of_run in of_runs for flag in of_run if flag.code in _OF_CURVE)
+
+
+_OF_CURVE = ("no-tare", "no-force-x")
 
 
 def _compare(

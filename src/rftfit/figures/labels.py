@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from rftfit.figures.style import number
-from rftfit.measure.flags import codes_of, flagged_with
+from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
 
 if TYPE_CHECKING:
@@ -74,9 +74,13 @@ def usable(results: Results, media: Iterable[str]) -> list[str]:
 
 def tared(results: Results, runs: pd.DataFrame) -> bool:
     """Whether a tare was taken off any of the runs of a table."""
-    with_tare = [run.run_id for run in results.campaign.runs if run.tare_run]
-    known = runs["run_id"].isin(with_tare) & ~flagged_with(runs, "no-tare")
-    return bool(known.any())
+    with_tare = {run.run_id for run in results.campaign.runs if run.tare_run}
+    return bool(with_tare.intersection(runs["run_id"]) - without_tare(results))
+
+
+def without_tare(results: Results) -> set[str]:
+    """Runs of all media from which no tare was taken off."""
+    return {run_id for medium in results for run_id in medium.flags.runs_with("no-tare")}
 
 
 def predicted_by(results: Results) -> dict[str, list[str]]:

@@ -14,7 +14,7 @@ from rftfit.compare.peers import MAP
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, problem_text, span, stress_of, thin
-from rftfit.measure.fits import describe_shared_flags, shared_flags
+from rftfit.measure.flags import describe_shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,37 +25,46 @@ if TYPE_CHECKING:
 
     from rftfit.conventions import FloatArray
     from rftfit.figures.traces import Row, Trace
-    from rftfit.measure.flags import Remark
+    from rftfit.measure.flags import Flags, Remark
     from rftfit.results import Results
 
 
-def _count(fits: pd.DataFrame, title: str, what: str = "run") -> str:
+def _count(fits: pd.DataFrame, flags: Flags, title: str, what: str = "run") -> str:
     """Say how many plate runs a medium has, and how many of them need a look."""
-    shared = shared_flags(fits)
-    marked = sum(bool(problem_text(fit, shared)) for fit in fits.to_dict("records"))
+    shared = flags.shared(fits)
+    marked = sum(bool(problem_text(fit, flags, shared)) for fit in fits.to_dict("records"))
     return f"{title}: {len(fits)} {what}{'s' * (len(fits) != 1)}, {marked} marked"
 
 
 @figure(
     "{medium}",
-    reads=("tared/{medium}.parquet", "windows/{medium}.parquet", "fits/{medium}.csv"),
+    reads=(
+        "tared/{medium}.parquet",
+        "windows/{medium}.parquet",
+        "fits/{medium}.csv",
+        "flags/{medium}.csv",
+    ),
     settings=("intruders",),
     media=lambda campaign: campaign.media_with_samples(),
     folder="quality",
     section="Measurement",
-    caption=lambda results, medium: _count(results[medium].fits, results[medium].title),
+    caption=lambda results, medium: _count(
+        results[medium].fits, results[medium].flags, results[medium].title
+    ),
     lacking=lambda results, medium: (
         () if len(results[medium].fits) else (f"{results.titles[medium]}: no plate run to draw",)
     ),
 )
 def quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
-    fits = results[medium].fits
-    return draw_quality(stress_of(results, medium), fits, results[medium].title)
+    data = results[medium]
+    return draw_quality(stress_of(results, medium), data.fits, data.flags, data.title)
 
 
 @style.styled()
-def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) -> list[Figure]:
+def draw_quality(
+    traces: pd.DataFrame, fits: pd.DataFrame, flags: Flags, medium_title: str
+) -> list[Figure]:
     """Draw a panel for each plate run of a medium by beta and gamma, repeats on pages of their own.
 
     `traces`: As `stress_of`; a run of `fits` without any has an empty panel.
@@ -76,11 +85,11 @@ def draw_quality(traces: pd.DataFrame, fits: pd.DataFrame, medium_title: str) ->
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
     pages = lay_out(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
-    shared = shared_flags(fits)
-    title = _count(fits, medium_title, "plate run")
+    shared = flags.shared(fits)
+    title = _count(fits, flags, medium_title, "plate run")
     figures = []
     for i, page in enumerate(pages):
-        sheet = Sheet(page, reach, shared)
+        sheet = Sheet(page, reach, flags, shared)
         for run, place in page.places.items():
             sheet.panel(place, samples.get(run, {}), fit_of[run])
         sheet.empty_places()
@@ -93,7 +102,7 @@ def _notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
     """List what holds for all runs, and the notes on runs, each with the number that carry it."""
     counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
     words = [f"{count} runs: {note}" for note, count in counts.items()]
-    return "; ".join([*describe_shared_flags(shared), *words])
+    return "; ".join([*describe_shared(shared), *words])
 
 
 # Where each run stands: rows of beta, columns of gamma, direction and depth
@@ -216,12 +225,16 @@ class Sheet:
     """Collects the lines of all panels of a page by kind, then draws each kind at once.
 
     Places count in cm from the paper's upper left corner, up is positive. `reach`: depth and, for
-    horizontal runs, path that a panel's width stands for, cm. `shared`: flags that all runs have.
+    horizontal runs, path that a panel's width stands for, cm. `flags`: of the runs; `shared`: those
+    that all runs have.
     """
 
-    def __init__(self, page: Page, reach: tuple[float, float], shared: tuple[Remark, ...]) -> None:
+    def __init__(
+        self, page: Page, reach: tuple[float, float], flags: Flags, shared: tuple[Remark, ...]
+    ) -> None:
         rows, columns = len(page.row_labels), len(page.column_labels)
         self.page = page
+        self.flags = flags
         self.shared = shared
         self.reach = reach
         self.width = min((WIDTH_CM - LEFT - _RIGHT) / columns, _LARGEST)
@@ -249,7 +262,7 @@ class Sheet:
     def panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
         """Collect what belongs to one run; `trace` is empty if the run has no samples."""
         left, top = self.corner(*place)
-        bad = problem_text(fit, self.shared)
+        bad = problem_text(fit, self.flags, self.shared)
         self.frame(left, top, style.MARK if bad else "#9a9a9a")
         if trace:
             self._trace(left, top, trace, fit)

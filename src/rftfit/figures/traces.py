@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures.style import number
-from rftfit.measure.fits import own_flags
-from rftfit.measure.flags import Remark, reason_of, say
+from rftfit.measure.flags import Flags, Remark, reason_of, say
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
@@ -160,9 +159,10 @@ def alpha_text(row: Row, component: str) -> str:
     return number(value, 4) + margin
 
 
-def problem_text(fit: Row, shared: Collection[Remark] = ()) -> str:
+def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
     """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
-    text = say([*reason_of(fit), *own_flags(fit, shared)])
+    of_run = [flag for flag in flags.of_run(str(fit["run_id"])) if flag not in shared]
+    text = say([*reason_of(fit), *of_run])
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
         return "no alpha"
     return text

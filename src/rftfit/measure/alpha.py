@@ -28,16 +28,14 @@ from rftfit.measure.errors import (
     half_width,
     spread_of_beds,
 )
-from rftfit.measure.fits import COMPONENTS, Row, own_flags, shared_flags
+from rftfit.measure.fits import COMPONENTS, Row
 from rftfit.measure.flags import (
     FLAGS,
     MARKS,
     REASON,
+    Flags,
     Remark,
     about,
-    flag_columns,
-    flagged_with,
-    flags_of,
     mark_columns,
     reason_columns,
     reason_of,
@@ -99,9 +97,8 @@ def alpha_table(
     alike = [[run for run in runs if run["run_id"] not in outliers] for runs in own]
     found = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
     spread = dict(zip(COMPONENTS, found, strict=True))
-    shared = shared_flags(fits)
     cells = [
-        _cell(here, gamma == 0, depths, shared, at_cm)
+        _cell(here, gamma == 0, depths, at_cm)
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
     parts = _errors(
@@ -178,7 +175,7 @@ class _Cell:
     """The runs of one direction that give its alpha: the sum of `share` times that of each run.
 
     `level`: whether their means at several depths are fitted, as in horizontal runs; `line`: by a line through
-    zero. `columns`: depths, runs, flags and reasons.
+    zero. `columns`: depths, runs and reasons.
     """
 
     runs: list[Row]
@@ -202,28 +199,20 @@ _WORDS = [
     "depth_from_cm",
     "depth_to_cm",
     "n_runs",
+    "n_depths",
     "run_ids",
+    "lost_run_ids",
     "tare_runs",
     "spread",
-    *FLAGS,
     *MARKS,
     *REASON,
 ]
 
 
-def _cell(
-    runs: list[Row], horizontal: bool, depths: int, shared: tuple[Remark, ...], at_cm: float | None
-) -> _Cell:
+def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -> _Cell:
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
-    flags = [flag for run in runs for flag in about(run["run_id"], own_flags(run, shared))]
-    here = [flag for flag in shared if any(flag in flags_of(run) for run in good)]
-    plates = [flag.values["plate"] for flag in here if flag.code == "several-plates"]
-    if len(plates) > 1:
-        here = [flag for flag in here if flag.code != "several-plates"]
-        flags.append(remark("pooled-plates", plates=", ".join(plates)))
-    flags += here
     reasons = [why for run in runs for why in about(run["run_id"], reason_of(run))]
     n_depths = len(_by_depth(good)) if horizontal else depths
     used = good
@@ -233,8 +222,6 @@ def _cell(
         # one depth cannot show that stress is proportional to depth
         reasons.append(remark("too-few-depths", found=n_depths, wanted=depths))
         used = []
-    elif good and n_depths < depths:
-        flags.append(remark("few-depths", found=n_depths, wanted=depths))
     from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
     top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
     if used and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
@@ -253,10 +240,14 @@ def _cell(
         "depth_from_cm": top,
         "depth_to_cm": deep,
         "n_runs": len(good),
+        "n_depths": n_depths if good and horizontal else 0,
         "run_ids": " ".join(run["run_id"] for run in good),
+        "lost_run_ids": " ".join(
+            run["run_id"] for run in runs if not math.isfinite(run[column("z")])
+        ),
         "tare_runs": " ".join(filter(None, tares)),
     }
-    columns |= flag_columns(flags) | mark_columns() | reason_columns(reasons)
+    columns |= mark_columns() | reason_columns(reasons)
     return _Cell(used, share, horizontal, at_cm is None, columns)
 
 
@@ -398,8 +389,38 @@ def alpha_columns(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
-    """Cells whose alpha comes from nonlinear stress or from too few depths, shape (n,)."""
-    return np.isfinite(alpha_columns(table)[0]) & flagged_with(table, "not-linear", "few-depths")
+    """Cells whose alpha comes from nonlinear stress or from too few depths, shape (n,); none of a bare table."""
+    if "flagged" not in table:
+        return np.zeros(len(table), dtype=bool)
+    weak: npt.NDArray[np.bool_] = table["flagged"].to_numpy(bool)
+    return np.isfinite(alpha_columns(table)[0]) & weak
+
+
+def flags_of_cells(alpha: pd.DataFrame, flags: Flags, depths: int) -> list[Remark]:
+    """Doubts about cells of an alpha table that are about none of its runs.
+
+    `flags`: Of the runs. `depths`: As of `alpha_table`.
+    """
+    of_cells = []
+    plates = flags.runs_with("several-plates")
+    for cell in alpha.to_dict("records"):
+        place = float(cell["beta_deg"]), float(cell["gamma_deg"])
+        runs = cell["run_ids"].split()
+        pooled = dict.fromkeys(flag.values["plate"] for run, flag in plates.items() if run in runs)
+        if len(pooled) > 1:
+            of_cells.append(remark("pooled-plates", place, plates=", ".join(pooled)))
+        if 2 <= cell["n_depths"] < depths:
+            of_cells.append(remark("few-depths", place, found=cell["n_depths"], wanted=depths))
+    return of_cells
+
+
+def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
+    """Add the column `flagged` to an alpha table: whether `fit.flagged` can leave out a cell."""
+    weak = [
+        any(FLAGS[flag.code].weak for flag in flags.of_cell(cell))
+        for cell in alpha.to_dict("records")
+    ]
+    return alpha.assign(flagged=np.array(weak, dtype=bool))
 
 
 def window_of(table: pd.DataFrame) -> tuple[float, float]:

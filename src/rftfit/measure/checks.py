@@ -11,6 +11,7 @@ import pandas as pd
 from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
 from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_surface
+from rftfit.measure.flags import Flags
 from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, Measured
 
 IN_ORDER: dict[CheckName, Callable[[Measured], Check]] = {
@@ -35,17 +36,18 @@ def check_medium(
     medium: str,
     tables: Mapping[str, pd.DataFrame],
     copies: Mapping[str, Collection[str]],
+    flags: Flags,
 ) -> list[Check]:
     """Do every check on one medium; what the config accepts is not failed."""
     settings = campaign.config.media[medium]
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
-    measured = Measured(campaign.config, settings, sheet, tables, copies)
+    measured = Measured(campaign.config, settings, sheet, tables, copies, flags)
     done: dict[CheckName, Check] = {}
     for name, check in IN_ORDER.items():
         one = done[name] = check(measured)
         first = [other for other in CHECKS[name].after if done[other].effect]
         if first and one.verdict != NOT_CHECKED:
-            # cells keep the flags of single runs
+            # the flags of single runs stay
             waits = f"not before the check {first[0]} passes"
             done[name] = replace(Check.skipped(name, waits), runs=one.runs)
         elif one.verdict == FAILED and (why := settings.accept.get(name)):

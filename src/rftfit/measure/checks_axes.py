@@ -12,7 +12,6 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
-from rftfit.measure.flags import flagged_with
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
 
@@ -57,8 +56,7 @@ def check_work(measured: Measured) -> Check:
 
 def check_symmetry(measured: Measured) -> Check:
     """Whether mirror images straight down feel opposite horizontal forces."""
-    unmeasured = flagged_with(measured.tables["alpha"], "no-force-x").any()
-    if unmeasured or measured_channel(measured.config, "x") is None:
+    if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skipped("symmetry", "the force along x was not measured")
     cells = Cells.of(measured.tables["alpha"])
     turn, se = cells.turn_rad

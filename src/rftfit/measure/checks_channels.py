@@ -13,9 +13,8 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
-from rftfit.measure.fits import is_symmetric
 from rftfit.measure.flags import Remark
-from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
 from rftfit.measure.verdicts import Check, Measured, as_sentence, flags_on, rows_of
 

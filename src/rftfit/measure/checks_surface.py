@@ -15,7 +15,7 @@ import pandas as pd
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
-from rftfit.measure.flags import Remark, flagged_with
+from rftfit.measure.flags import Remark
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.verdicts import FAILED, Check, Measured, as_sentence, flags_on, rows_of
 
@@ -50,7 +50,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     why = ""
     if measured.medium.role != "laboratory":
         why = "stress is a line only near the surface of a natural sand"
-    elif flagged_with(fits, "no-tare").any():
+    elif measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
         why = "the force on the rod, which begins elsewhere, is in it"
     known = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,18 +17,15 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, file_extraction
 from rftfit.measure import slopes
 from rftfit.measure.flags import (
-    FLAGS,
     MARKS,
     REASON,
     Remark,
-    flag_columns,
-    flags_of,
     mark_columns,
     reason_columns,
     reason_of,
     remark,
 )
-from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.lab_frame import lacks_force_x, measured_channel
 from rftfit.measure.laws import Laws, by_law, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
@@ -78,7 +75,6 @@ FIT_COLUMNS = [
     "offset_se_cm",
     "start_cm",
     *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
-    *FLAGS,
     "note",
     *REASON,
 ]
@@ -149,7 +145,6 @@ class Stroke:
     zero_variance: FloatArray
     zero_dof: FloatArray
     depth_sd: float = 0.0
-    flags: tuple[Remark, ...] = ()
     tare: FloatArray | None = None
 
 
@@ -201,7 +196,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
 
     def refuse(*reason: Remark) -> RunFit:
-        return RunFit(beta_deg, gamma_deg, why=why, flags=stroke.flags, reason=reason)
+        return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
 
     lost = np.bincount(stroke.why[wanted], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:
@@ -224,7 +219,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         return refuse(lacking, *_main_cause(why, stroke.x, widest))
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
-    fitted, flags = stress[:, usable], stroke.flags
+    fitted = stress[:, usable]
+    flags: tuple[Remark, ...] = ()
     few = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if few:
         slope = slopes.fit_few(depth, fitted)
@@ -240,7 +236,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if of_table:
         slope, exact = _of_table(slope, depth, fitted, run)
         flags += exact
-    if not _lacks_force_x(config, run):
+    if not lacks_force_x(config, run):
         flags += _flag_negative_work(slope, gamma_deg)
     ends = float(depth.min()), float(depth.max())
     found = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
@@ -332,7 +328,7 @@ def fit_medium(
 
     `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. Returns a row per plate run of
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
-    fitted or not; the rows of the strokes handed on.
+    fitted or not; the rows of the strokes handed on, and flags of the runs.
     """
     ledger = Ledger()
     where = split_runs(tared)
@@ -350,72 +346,29 @@ def fit_medium(
     why = columns["why"].copy()
     for run in runs:
         fact, part = facts[run.run_id], where.get(run.run_id)
-        flags = flags_of(fact)
-        if part is not None and campaign.holds_tare(run):
-            flags += (remark("no-tare"),)
-        if part is not None and _lacks_force_x(campaign.config, run):
-            flags += (remark("no-force-x"),)
         if n_plates > 1:
-            flags += (remark("several-plates", plate=run.intruder, count=n_plates),)
+            ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
         if part is None:
             reason = reason_of(fact) or no_tare.get(run.run_id, ())
-            fit = RunFit(*filed_under(run)[:2], flags=flags, reason=reason)
+            fit = RunFit(*filed_under(run)[:2], reason=reason)
         else:
             pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
             samples = {name: values[part] for name, values in columns.items()}
-            stroke = _stroke(samples, force[:, part], rods[:, part], pair, flags)
+            stroke = _stroke(samples, force[:, part], rods[:, part], pair)
             fit = fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id))
             why[part] = fit.why
             _account(ledger, run, stroke, fit)
-        rows.append(_row(run, fit, campaign.config.fit.confidence, fact["note"]))
+            ledger.flag(run, *fit.flags)
+        row = _row(run, fit, campaign.config.fit.confidence, fact["note"])
+        if lacks_force_x(campaign.config, run):
+            row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
+        rows.append(row)
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
-_OF_ALL = ("no-tare", "no-scatter")
-
-
-def shared_flags(fits: pd.DataFrame) -> tuple[Remark, ...]:
-    """Flags that come from how a medium was measured and hold for all its runs: to be said once."""
-    # a run that was never read has no flag of this sort
-    words = fits.filter([*FLAGS, *REASON]).to_dict("records")
-    rows = [(flags_of(row), reason_of(row)) for row in words]
-    flags = [own for own, reason in rows if own or not reason]
-    every = dict.fromkeys(flag for run in flags for flag in run)
-    own = [flag for flag in every if flag.code in _OF_ALL and all(flag in run for run in flags)]
-    always = ("several-plates", "no-force-x")
-    return tuple(flag for flag in every if flag.code in always or flag in own)
-
-
-def describe_shared_flags(shared: Sequence[Remark]) -> list[str]:
-    """Say what `shared_flags` found, for all runs together."""
-    words = [f"all runs: {flag}" for flag in shared if flag.code in _OF_ALL]
-    words += [str(flag) for flag in shared if flag.code == "no-force-x"]
-    plates = [flag.values["plate"] for flag in shared if flag.code == "several-plates"]
-    return words + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])
-
-
-def own_flags(row: Mapping[Any, Any], shared: Collection[Remark]) -> list[Remark]:
-    """Flags of a run or of a cell but those that are said once for all runs."""
-    return [flag for flag in flags_of(row) if flag not in shared]
-
-
-def _lacks_force_x(config: Config, run: Run) -> bool:
-    """Whether a run has no alpha_x because the config states a constant for its channel."""
-    return measured_channel(config, "x") is None and not is_symmetric(run)
-
-
-def is_symmetric(run: Run) -> bool:
-    """Whether a run feels no horizontal force by symmetry: a level or upright plate, up or down."""
-    return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
-
-
 def _stroke(
-    samples: dict[str, np.ndarray],
-    force: FloatArray,
-    rods: FloatArray,
-    facts: list[Row],
-    flags: tuple[Remark, ...],
+    samples: dict[str, np.ndarray], force: FloatArray, rods: FloatArray, facts: list[Row]
 ) -> Stroke:
     """Put together what the fit of one run needs, of its samples and the facts of run and tare."""
     depth, run = samples["depth_cm"], facts[0]
@@ -432,7 +385,6 @@ def _stroke(
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
         math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
-        flags,
         rods,
     )
 
@@ -480,7 +432,6 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
         "depth_to_cm": fit.depth_to_cm,
         "n_points": 0,
         "note": note,
-        **flag_columns(fit.flags),
         **reason_columns(fit.reason),
     }
     slope = fit.slope
@@ -509,8 +460,6 @@ def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _OF_COMPONENT]
         row |= {name: value[i] for name, value in zip(names, values, strict=True)}
-    if any(flag.code == "no-force-x" for flag in fit.flags):
-        row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
     return row
 
 
@@ -528,7 +477,6 @@ LEG_COLUMNS = [
     "samples",
     "zero_se_z_N",
     "zero_se_x_N",
-    *FLAGS,
     *MARKS,
 ]
 
@@ -558,12 +506,9 @@ def leg_curves(
         pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
         for c in COMPONENTS:
             curve[f"zero_se_{c}_N"] = np.sqrt(sum(fact[f"zero_var_{c}_N2"] for fact in pair))
-        codes = ["no-tare"] * campaign.holds_tare(run)
         if measured_channel(campaign.config, "x") is None:
-            codes.append("no-force-x")
             curve[["force_x_N", "zero_se_x_N"]] = math.nan
-        flags = flag_columns([remark(code) for code in codes])
         place = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
-        curves.append(curve.assign(**place, **flags, **mark_columns()))
+        curves.append(curve.assign(**place, **mark_columns()))
     nothing = pd.DataFrame(columns=LEG_COLUMNS)
     return (pd.concat(curves, ignore_index=True) if curves else nothing)[LEG_COLUMNS], ledger

@@ -6,10 +6,9 @@ import json
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.tables import OTHER_SENSE
@@ -31,45 +30,97 @@ _ROW_CODES = {
 }
 """Codes of the reasons for which a reader of logs leaves out rows."""
 
+
+class Flag(NamedTuple):
+    """What a flag says, how grave it is, and where it is said.
+
+    `severity`: The larger, the graver; of a medium's flags the page names the gravest. `shared`: Whether the page
+    says it once of a medium, always or where all of its runs have it, and not of each run and cell. `weak`: Whether
+    `fit.flagged` of the configuration can leave out the cell.
+    """
+
+    sentence: str
+    severity: int = 0
+    shared: Literal["", "always", "if all runs have it"] = ""
+    weak: bool = False
+
+
+_LOST_ROWS = "{count} rows of {file}: {why}"
+FLAGS = {
+    # of a run
+    "gives-back": Flag(
+        "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
+        severity=14,
+    ),
+    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=13),
+    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=12),
+    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=11),
+    "cut-rows": Flag(_LOST_ROWS, severity=10),
+    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=9),
+    "gaps": Flag(
+        "{count} gaps in the force log during the stroke, {seconds:.2f} s in all, the longest of {longest:.2f} s",
+        severity=8,
+    ),
+    "time-backwards": Flag(_LOST_ROWS, severity=7),
+    "not-finite": Flag(_LOST_ROWS, severity=6),
+    "duplicated-rows": Flag(_LOST_ROWS, severity=5),
+    "not-linear": Flag(
+        "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
+        severity=3,
+        weak=True,
+    ),
+    "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
+    "wrong-cells": Flag(_LOST_ROWS),
+    "not-numbers": Flag(_LOST_ROWS),
+    "repeated-rows": Flag(_LOST_ROWS),
+    "damaged-rows": Flag(_LOST_ROWS),
+    "readings-repeated": Flag(
+        "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than "
+        "its logger, and errors come out too small unless transducer.repeats is drop"
+    ),
+    "no-tare": Flag(
+        "no tare subtracted: force on rod and mount is in it", shared="if all runs have it"
+    ),
+    "no-scatter": Flag(
+        "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
+        shared="if all runs have it",
+    ),
+    "rows-other-sense": Flag(f"{{count}} rows are left out: {OTHER_SENSE}"),
+    "no-force-x": Flag("the force along x was not measured", shared="always"),
+    "several-plates": Flag("{plate}, one of {count} plates in this medium", shared="always"),
+    "channel-still": Flag("channel {channel} does not move"),
+    "channel-clipped": Flag("channel {channel} stops at {newtons:g} N"),
+    "channel-silent": Flag("channel {channel} shows no force"),
+    "channel-reversed": Flag("channel {channel} has the opposite sign of the expected force"),
+    "channel-gain": Flag(
+        "channel {channel} has {times:.2g} times the noise and force of other runs"
+    ),
+    "rod-stronger": Flag("the force on the rod alone is larger than on plate and rod"),
+    "same-readings": Flag("same readings as {runs}"),
+    "zero-drifts": Flag("the zero drifts at rest before the stroke"),
+    "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
+    "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
+    "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
+    # of a cell
+    "few-depths": Flag("{found} of {wanted} depths", severity=4, weak=True),
+    "pooled-plates": Flag(
+        "repeats are of different plates: {plates} (alpha may depend on the size)", severity=2
+    ),
+    # of a marker track
+    "track-gaps": Flag("{gaps}, the longest {seconds:.3g} s"),
+    "speed-changes": Flag("speed changes along the track from {first:.3g} to {last:.3g} cm/s"),
+    "stride-doubled": Flag(
+        "{name} moves at {bob:.3g} and {twice:.3g} Hz: if its two halves of a stride differ much, the stride "
+        "frequency is {bob:.3g} and not {stride:.3g} Hz; frequency_Hz of the sheet decides"
+    ),
+}
+"""Each flag in one row."""
+
 _OUTSIDE = "outside the window: "
 SENTENCES = {
-    # flags of a run
-    **dict.fromkeys([*_ROW_CODES.values(), "damaged-rows"], "{count} rows of {file}: {why}"),
-    "gap": "gap of {seconds:.2f} s in the force log during the stroke",
-    "gaps": "{count} gaps in the force log during the stroke, {seconds:.2f} s in all, the longest of {longest:.2f} s",
-    "force-log-short": "force log lacks {seconds:.2f} s of the stroke",
-    "zero-drifted": "zero drifted by {newtons:.2f} N",
-    "motion-log-cut": "the motion log begins or ends within the stroke",
-    "readings-repeated": "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than "
-    "its logger, and errors come out too small unless transducer.repeats is drop",
-    "stroke-saturated": "transducer saturated in {count} samples of the stroke",
-    "no-tare": "no tare subtracted: force on rod and mount is in it",
-    "no-scatter": "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
-    "rows-other-sense": f"{{count}} rows are left out: {OTHER_SENSE}",
-    "no-force-x": "the force along x was not measured",
-    "several-plates": "{plate}, one of {count} plates in this medium",
-    "not-linear": "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
-    "gives-back": "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
-    "channel-still": "channel {channel} does not move",
-    "channel-clipped": "channel {channel} stops at {newtons:g} N",
-    "channel-silent": "channel {channel} shows no force",
-    "channel-reversed": "channel {channel} has the opposite sign of the expected force",
-    "channel-gain": "channel {channel} has {times:.2g} times the noise and force of other runs",
-    "rod-stronger": "the force on the rod alone is larger than on plate and rod",
-    "same-readings": "same readings as {runs}",
-    "zero-drifts": "the zero drifts at rest before the stroke",
-    "surface-differs": "stress begins {gap:+.1f} mm off from that of the other runs",
-    "lag-differs": "the force log is {gap:+.2f} s off from those of the other runs",
-    "apart": "differs from the {beside} by {times:.1f} times the spread of such differences",
+    **{code: flag.sentence for code, flag in FLAGS.items()},
+    # what is put right by itself
     "clock-hours": "clocks differ by {hours:+d} h (time zone or daylight saving), corrected",
-    # flags of a cell
-    "pooled-plates": "repeats are of different plates: {plates} (alpha may depend on the size)",
-    "few-depths": "{found} of {wanted} depths",
-    # flags of a marker track
-    "track-gaps": "{gaps}, the longest {seconds:.3g} s",
-    "speed-changes": "speed changes along the track from {first:.3g} to {last:.3g} cm/s",
-    "stride-doubled": "{name} moves at {bob:.3g} and {twice:.3g} Hz: if its two halves of a stride differ much, the stride "
-    "frequency is {bob:.3g} and not {stride:.3g} Hz; frequency_Hz of the sheet decides",
     # why the logs of a run give no trace: units, clocks, surface, stroke, zero
     "no-overlap": "force and motion log do not overlap at any offset",
     "no-motion-in-depth": "the motion log shows no motion in depth ({rows} rows): nothing to match the force with",
@@ -229,13 +280,15 @@ class Remark:
     """A flag, a reason, a use of rows or a mark of a medium.
 
     `values`: numbers, words and further remarks that the sentence names. `run_id`: the run that a remark on
-    several is about. `words`: the sentence, where it was made elsewhere, as that of an error or of a table.
+    several is about; `cell`: beta and gamma, deg, of the cell that a flag is about. `words`: the sentence, where
+    it was made elsewhere, as that of an error or of a table.
     """
 
     code: str
     values: Mapping[str, Any] = field(default_factory=dict, hash=False)
     run_id: str = ""
     words: str = ""
+    cell: tuple[float, float] | None = None
 
     def __str__(self) -> str:
         """The sentence, without the run that it is about."""
@@ -256,11 +309,14 @@ class Refused(ValueError):
         super().__init__(str(self.remark))
 
 
-def remark(code: str, /, run_id: str = "", **values: Any) -> Remark:
+def remark(
+    code: str, cell: tuple[float, float] | None = None, /, run_id: str = "", **values: Any
+) -> Remark:
     """Make a remark; its numbers are kept as a table keeps them."""
     if code not in SENTENCES:
         raise KeyError(code)
-    return Remark(code, {name: _plain(value) for name, value in values.items()}, run_id)
+    kept = {name: _plain(value) for name, value in values.items()}
+    return Remark(code, kept, run_id, cell=cell)
 
 
 def _plain(value: Any) -> Any:
@@ -303,26 +359,8 @@ def about(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
 # --- Remarks in tables: words to be read, codes to decide by.
 
 
-FLAGS = ("flags", "flag_codes", "flag_values")
 REASON = ("reason", "reason_code")
 MARKS = ("checks", "checks_code")
-
-
-def flag_columns(flags: Collection[Remark]) -> dict[str, str]:
-    """Columns of flags: words, codes, and the values that the words hold."""
-    flags = list(dict.fromkeys(flags))
-    values = [dict(one.values) | ({"run_id": one.run_id} if one.run_id else {}) for one in flags]
-    cells = say(flags), " ".join(one.code for one in flags), json.dumps(values) if flags else ""
-    return dict(zip(FLAGS, cells, strict=True))
-
-
-def flags_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
-    """Read the flags of a row of a table."""
-    values = row.get("flag_values")
-    if not (values and isinstance(values, str)):
-        return ()
-    found = zip(row["flag_codes"].split(), json.loads(values), strict=True)
-    return tuple(Remark(code, own, own.pop("run_id", "")) for code, own in found)
 
 
 def reason_cells(reasons: Collection[Remark]) -> tuple[str, str]:
@@ -361,10 +399,102 @@ def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:
     return code in str(row.get(name, "")).split()
 
 
-def flagged_with(table: pd.DataFrame, *codes: str) -> npt.NDArray[np.bool_]:
-    """Rows of a table that have one of some flags, shape (n,)."""
-    if "flag_codes" not in table:
-        return np.zeros(len(table), dtype=bool)
-    return np.array(
-        [not {*str(own).split()}.isdisjoint(codes) for own in table["flag_codes"]], bool
-    )
+# --- Flags: a table of their own, a row each, to which the stages append.
+
+
+FLAG_COLUMNS = ["medium", "run_id", "beta_deg", "gamma_deg", "stage", "code", "values", "words"]
+OF_CHECKS = "checks"
+"""Stage whose flags come from beside other runs; those of earlier stages come from a run's own logs."""
+
+
+def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame:
+    """Table of flags of one stage, each once: columns `FLAG_COLUMNS`."""
+    rows = [
+        (
+            medium,
+            flag.run_id,
+            *(flag.cell or (np.nan, np.nan)),
+            stage,
+            flag.code,
+            json.dumps(dict(flag.values)),
+            str(flag),
+        )
+        for flag in dict.fromkeys(flags)
+    ]
+    return pd.DataFrame(rows, columns=FLAG_COLUMNS)
+
+
+class Flags:
+    """Flags of the runs and cells of one medium.
+
+    Parameters
+    ----------
+    tables : DataFrame
+        Of `flag_table`, in the order of the stages.
+    """
+
+    def __init__(self, *tables: pd.DataFrame) -> None:
+        self._of_runs: dict[str, list[Remark]] = {}
+        self._of_checks: dict[str, list[Remark]] = {}
+        self._of_cells: dict[tuple[float, float], list[Remark]] = {}
+        for row in (row for table in tables for row in table.to_dict("records")):
+            flag = Remark(row["code"], json.loads(row["values"]))
+            if row["run_id"]:
+                of_stage = self._of_checks if row["stage"] == OF_CHECKS else self._of_runs
+                of_stage.setdefault(str(row["run_id"]), []).append(flag)
+            else:
+                cell = float(row["beta_deg"]), float(row["gamma_deg"])
+                self._of_cells.setdefault(cell, []).append(flag)
+
+    def of_run(self, run_id: str) -> list[Remark]:
+        """Flags of a run by its own logs."""
+        return self._of_runs.get(run_id, [])
+
+    def of_cell(self, cell: Mapping[Any, Any], without: Collection[Remark] = ()) -> list[Remark]:
+        """Flags of the runs of a cell of an alpha table, then its own; flags `without` are said elsewhere."""
+        runs = [*cell["run_ids"].split(), *cell["lost_run_ids"].split()]
+        flags: list[Remark] = []
+        for run_id in sorted(runs):
+            of_run = [flag for flag in self.of_run(run_id) if flag not in without]
+            flags += about(run_id, of_run)
+        for run_id in cell["run_ids"].split():
+            flags += about(run_id, self._of_checks.get(run_id, []))
+        return flags + self.of_cell_alone(cell)
+
+    def of_cell_alone(self, cell: Mapping[Any, Any]) -> list[Remark]:
+        """Flags of a cell that are about none of its runs."""
+        return self._of_cells.get((float(cell["beta_deg"]), float(cell["gamma_deg"])), [])
+
+    def runs_with(self, code: str) -> dict[str, Remark]:
+        """Runs that have a flag by their own logs, each with it, in the order of the table."""
+        return {
+            run_id: flag
+            for run_id, flags in self._of_runs.items()
+            for flag in flags
+            if flag.code == code
+        }
+
+    def shared(self, fits: pd.DataFrame) -> tuple[Remark, ...]:
+        """Flags that come from how a medium was measured, to be said once; `fits`: its plate runs."""
+        rows = zip(map(str, fits["run_id"]), fits["reason"], strict=True)
+        # a run that was never read has no flag of this sort
+        of_runs = [
+            self.of_run(run_id) for run_id, reason in rows if self.of_run(run_id) or not reason
+        ]
+        every = dict.fromkeys(flag for flags in of_runs for flag in flags)
+        return tuple(
+            flag
+            for flag in every
+            if (rule := FLAGS[flag.code].shared) == "always"
+            or (rule and all(flag in flags for flags in of_runs))
+        )
+
+
+def describe_shared(shared: Collection[Remark]) -> list[str]:
+    """Say what `Flags.shared` holds, for all runs together."""
+    sentences = [
+        f"all runs: {flag}" for flag in shared if FLAGS[flag.code].shared == "if all runs have it"
+    ]
+    sentences += [str(flag) for flag in shared if flag.code == "no-force-x"]
+    plates = [flag.values["plate"] for flag in shared if flag.code == "several-plates"]
+    return sentences + ([f"runs with {len(plates)} plates: {', '.join(plates)}"] if plates else [])

@@ -20,13 +20,11 @@ from rftfit.measure import lab_frame
 from rftfit.measure.alignment import Alignment, find_clock
 from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import (
-    FLAGS,
     REASON,
     REPEATED,
     Refused,
     Remark,
     dropped_rows,
-    flag_columns,
     quoted,
     reason_columns,
     remark,
@@ -43,8 +41,8 @@ from rftfit.measure.zero import Zero, find_zero, height_needed, stated_zero, zer
 def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Read all logs of a medium, keeping what is wrong with the bad ones.
 
-    Returns a row per force sample; a row per run: status, reason, flags, clock and zero; the rows of
-    all logs but the good ones of the strokes.
+    Returns a row per force sample; a row per run: status, reason, clock and zero; the rows of all logs but
+    the good ones of the strokes, and flags of the runs.
     """
     traces, rows, ledger = ingest_traces(campaign, medium)
     return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
@@ -70,6 +68,7 @@ def ingest_traces(
         if isinstance(found, Trace):
             traces.append(found)
             rows.append(_run_row(found, config.arm.surface_z_mm))
+            ledger.flag(run, *found.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
             rows.append(RUN_COLUMNS | refused | reason_columns(found))
@@ -323,7 +322,7 @@ def _doubts(
 
 
 RUN_COLUMNS: dict[str, object] = {
-    **dict.fromkeys(("run_id", "kind", "status", *REASON, *FLAGS, "note", "readings"), ""),
+    **dict.fromkeys(("run_id", "kind", "status", *REASON, "note", "readings"), ""),
     **dict.fromkeys(("rows_force", "rows_motion"), 0),
     **dict.fromkeys(
         (
@@ -362,7 +361,6 @@ def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
         "run_id": trace.run.run_id,
         "kind": trace.run.kind,
         "status": "read",
-        **flag_columns(trace.flags),
         "note": say(trace.note),
         "rows_force": trace.rows[0],
         "rows_motion": trace.rows[1],

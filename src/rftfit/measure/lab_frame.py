@@ -64,6 +64,16 @@ def measured_channel(config: Config, axis: str) -> str | None:
     return None if stated is not None and stated.constant is not None else name
 
 
+def is_symmetric(run: Run) -> bool:
+    """Whether no horizontal force acts on a run by symmetry: a level or upright plate, up or down."""
+    return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
+
+
+def lacks_force_x(config: Config, run: Run) -> bool:
+    """Whether a run has no force along x because the config states a constant for its channel."""
+    return measured_channel(config, "x") is None and not is_symmetric(run)
+
+
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
     """Turn a force log into the lab frame."""
     name, unit = log.path.name, transducer.force_unit

@@ -1,4 +1,4 @@
-"""Which rows of a log are not used, and the ledger that accounts for every row."""
+"""Which rows of a log are not used, and the ledger that accounts for every row and keeps doubts about runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.sheet import Run
 from rftfit.errors import RftfitError
-from rftfit.measure.flags import REASON, Remark, reason_cells, remark
+from rftfit.measure.flags import REASON, Remark, about, reason_cells, remark
 
 
 class RowStatus(IntEnum):
@@ -49,15 +49,20 @@ _FAULT = "this is a fault of the program, please report it"
 
 @dataclass
 class Ledger:
-    """Number of rows by run_id, medium, kind, file, fate and remarks."""
+    """Number of rows by run_id, medium, kind, file, fate and remarks; flags of the runs."""
 
     counts: dict[tuple[str, str, str, str, str, tuple[Remark, ...]], int] = field(
         default_factory=lambda: defaultdict(int)
     )
+    flags: list[Remark] = field(default_factory=list)
 
     def add(self, run: Run, file: str, fate: str, rows: int, *reason: Remark) -> None:
         """Count `rows` lines of one file, 0 of a missing one; `LOST`: the instrument alone counted them."""
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
+
+    def flag(self, run: Run, *flags: Remark) -> None:
+        """Note doubts about a run that do not stop it."""
+        self.flags += about(run.run_id, flags)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
         """Count the rows of a force log by the `RowStatus` of each; `used_as` codes the use of good rows."""

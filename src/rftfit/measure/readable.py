@@ -10,7 +10,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import Place, Problem, Severity
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.flags import Remark, flags_of, reason_of
+from rftfit.measure.flags import Remark, reason_of
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
@@ -88,14 +88,15 @@ def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Remark
     flags: _Remarks = {}
     for part in _portions(runs):
         own = replace(campaign, runs=part)
-        samples, status, _ = ingest(own, medium)
+        samples, status, book = ingest(own, medium)
         tared, tares, _ = tare_medium(own, medium, samples, status)
-        fits, *_ = fit_medium(own, medium, status, tared, tares)
+        fits, _, book_of_fits = fit_medium(own, medium, status, tared, tares)
         for table in (status, tares, fits):
             reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
-        flags |= {row["run_id"]: flags_of(row) for row in status.to_dict("records")}
-        for row in fits.to_dict("records"):
-            flags[row["run_id"]] += tuple(one for one in flags_of(row) if one.code == "gives-back")
+        flags |= dict.fromkeys(status["run_id"], ())
+        gives_back = [flag for flag in book_of_fits.flags if flag.code == "gives-back"]
+        for flag in (*book.flags, *gives_back):
+            flags[flag.run_id] += (flag,)
     return reasons, flags
 
 

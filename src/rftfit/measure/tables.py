@@ -9,10 +9,10 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import FIT_COLUMNS, filed_under, is_symmetric
-from rftfit.measure.flags import flag_columns, reason_columns, remark
+from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.flags import reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
-from rftfit.measure.lab_frame import readings_digest
+from rftfit.measure.lab_frame import is_symmetric, readings_digest
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import PHASES, samples_table
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
@@ -21,9 +21,7 @@ _FEWEST_READINGS = 8
 """Different stresses of a run by which a copy is known: fewer, with two or three digits, may be equal by chance."""
 
 
-def ingest_table(
-    campaign: Campaign, medium: str
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
     parts: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
@@ -46,7 +44,7 @@ def ingest_table(
             rows[-1]["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
         other = table["other_sense"]
         if left := int(other.sum()):
-            rows[-1] |= flag_columns([remark("rows-other-sense", count=left)])
+            ledger.flag(run, remark("rows-other-sense", count=left))
             ledger.add(run, run.force_log, DROPPED, left, remark(RowStatus.OTHER_SENSE.code))
         phase = np.where(other, PHASES.index("other"), PHASES.index("stroke"))
         why = np.where(other, RowStatus.OTHER_SENSE, RowStatus.GOOD).astype(np.int8)
@@ -59,7 +57,7 @@ def ingest_table(
             *stress,
             why,
         )
-    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger.table()
+    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def fit_alpha_table(
@@ -81,7 +79,6 @@ def fit_alpha_table(
             "mirrored": False,
             "tare_run": "",
             "n_points": 0,
-            **flag_columns([]),
             "note": "",
             **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
@@ -90,7 +87,7 @@ def fit_alpha_table(
         if excluded:
             continue
         if math.isnan(numbers["alpha_x_N_per_cm3"]):
-            row |= flag_columns([remark("no-force-x")])
+            ledger.flag(run, remark("no-force-x"))
             if is_symmetric(run):
                 numbers["alpha_x_N_per_cm3"] = 0.0
         runs = int(np.nan_to_num(numbers["n"]))

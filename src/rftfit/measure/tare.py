@@ -11,6 +11,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
+from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import StrokeColumns, join_runs, strokes
 
@@ -86,7 +87,8 @@ def tare_medium(
     """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
 
     Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
-    run, its valid range or why there is none, and tares that are none; the rows of the tare runs and of runs without a tare.
+    run, its valid range or why there is none, and tares that are none; the rows of the tare
+    runs and of runs without a tare, and flags of the runs.
     """
     ledger = Ledger()
     found = strokes(traces)
@@ -120,6 +122,10 @@ def tare_medium(
             ledger.add(run, run.force_log, DROPPED, good, *reason)
         if run.kind == "leg" and name in parts:
             reason = _why_no_curve(parts[name]["why"])
+        if name in parts and campaign.holds_tare(run):
+            ledger.flag(run, remark("no-tare"))
+        if name in parts and lacks_force_x(campaign.config, run):
+            ledger.flag(run, remark("no-force-x"))
         sizes = _sizes(parts[name]) if name in parts else (np.nan, np.nan)
         words = reason_cells(reason)
         rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, *words))

@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, get_args
 
 import pandas as pd
 
 from rftfit.campaign.config import CheckName, Config, Medium
 from rftfit.campaign.sheet import Run
-from rftfit.measure.flags import FLAGS, Remark, flag_columns, flags_of, mark_columns, remark
+from rftfit.measure.flags import Flags, Remark, remark
 
 PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
 UNUSABLE, DOUBTFUL = "unusable", "doubtful"
@@ -99,7 +99,7 @@ class Measured:
     """What checks read of one medium.
 
     `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``alpha``, ``tared`` and
-    ``windows``. `copies`: Of `copies_of`.
+    ``windows``. `copies`: Of `copies_of`. `flags`: Of the runs, by their own logs.
     """
 
     config: Config
@@ -107,13 +107,14 @@ class Measured:
     sheet: Mapping[str, Run]
     tables: Mapping[str, pd.DataFrame]
     copies: Mapping[str, Collection[str]]
+    flags: Flags = field(default_factory=Flags)
 
 
 @dataclass(frozen=True)
 class Check:
     """What one check says about one medium: `found` and `allowed` in words, the likely cause in `sentence`.
 
-    `runs`: what is wrong with single runs, for the flags of their cells.
+    `runs`: what is wrong with single runs, for the table of flags.
     """
 
     check: CheckName
@@ -199,16 +200,6 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
         if marks:
             found[str(medium)] = marks
     return found
-
-
-def marked(alpha: pd.DataFrame, checks: Sequence[Check], marks: Sequence[Remark]) -> pd.DataFrame:
-    """Add the marks of its medium to an alpha table, and flags to the cells of single bad runs."""
-    alpha = alpha.assign(**mark_columns(marks))
-    bad = {one.run_id: one for check in checks for one in check.runs}
-    added = ([bad[run] for run in runs.split() if run in bad] for runs in alpha["run_ids"])
-    rows = zip(alpha.to_dict("records"), added, strict=True)
-    alpha[[*FLAGS]] = [[*flag_columns([*flags_of(row), *own]).values()] for row, own in rows]
-    return alpha
 
 
 def usable(alpha: pd.DataFrame) -> bool:

@@ -16,8 +16,7 @@ from rftfit.conventions import FloatArray
 from rftfit.figures.labels import PROFILES, name_of, usable
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import own_flags, shared_flags
-from rftfit.measure.flags import Remark, reason_of, say
+from rftfit.measure.flags import Flags, Remark, reason_of, say
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
@@ -133,9 +132,11 @@ def live_data(results: Results) -> dict[str, Any]:
             medium: {name: _parameters(one) for name, one in profiles(results, medium).items()}
             for medium in results.media
         },
-        "alpha": {one.name: _cells(one.alpha, shared_flags(one.fits)) for one in results},
+        "alpha": {
+            one.name: _cells(one.alpha, one.flags, one.flags.shared(one.fits)) for one in results
+        },
         "maps": {
-            one.name: _cells(_on_lines(whole, one.alpha).assign(reason=_of_map), ())
+            one.name: _cells(_on_lines(whole, one.alpha).assign(reason=_of_map))
             for one in results
             if len(whole := results.table(f"maps/{one.name}.csv"))
         },
@@ -195,7 +196,7 @@ def _unit_push(results: Results) -> dict[str, Any]:
         "quantile": float(ndtri(0.5 + level / 2)),
         "model_error": model_error,
         "usual": float(usual_error(np.ones(1))[0]),
-        "map": _cells(_on_lines(known.table()).assign(reason=""), ()),
+        "map": _cells(_on_lines(known.table()).assign(reason="")),
         "zeta": as_lists(np.array(known.zeta), CURVE_DIGITS),
         "legs": legs,
         "next": {"direction": after.directions[0], "now": now.typical, "after": after.typical},
@@ -275,11 +276,13 @@ def _leg(leg: Leg) -> dict[str, Any]:
     return {"body": outline.body.tolist(), "width_cm": outline.width_cm, **facts}
 
 
-def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
+def _cells(
+    table: pd.DataFrame, flags: Flags | None = None, shared: Sequence[Remark] = ()
+) -> dict[str, Any]:
     """Measured cells of one medium as a map, with intervals and why one is empty.
 
-    Scattered directions are shown as what is interpolated between them, and as points. `shared`: flags
-    that the page says once.
+    Scattered directions are shown as what is interpolated between them, and as points. `flags`: of
+    the medium; `shared`: those that the page says once.
     """
     notes: dict[str, str] = {}
     points = np.empty((0, 4))
@@ -288,7 +291,8 @@ def _cells(table: pd.DataFrame, shared: Sequence[Remark]) -> dict[str, Any]:
         for c, end in product("zx", ("", "_lo", "_hi")):
             beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
         for row in table.to_dict("records"):
-            if note := say([*reason_of(row), *own_flags(row, shared)]):
+            flags_of_cell = flags.of_cell(row, without=shared) if flags else []
+            if note := say([*reason_of(row), *flags_of_cell]):
                 # a plate at -90 degrees is the one at 90
                 lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
                 column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()

@@ -13,7 +13,6 @@ from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
-from rftfit.measure.flags import flagged_with
 from rftfit.measure.slopes import FEWEST
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
@@ -243,12 +242,11 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: 
     """Say whether tares were subtracted from the runs of a table that gave a number."""
     if "reason" in table:
         table = table[table["reason"] == ""]
-    bare = flagged_with(table, "no-tare")
     if not labels.tared(results, table):
         if results.config.fit.missing_tare == "none":
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
-    runs = table.loc[bare, "run_id"].nunique()
+    runs = len(labels.without_tare(results).intersection(table["run_id"]))
     return f"{done}, save for {runs} runs without such a recording." if runs else f"{done}."
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import in_brackets, name_of, percent, span
-from rftfit.measure.fits import own_flags, shared_flags
-from rftfit.measure.flags import Remark, about, flagged_with, remark, say
+from rftfit.measure.flags import FLAGS, Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.verdicts import (
     ACCEPTED,
@@ -44,23 +44,6 @@ USED_AS["robot"] = "mean-speed"
 _STATUSES = {why.code for why in RowStatus}
 _EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
 """Reasons for which rows of every good run are dropped."""
-
-_GRAVEST_FIRST = (
-    "gives-back",
-    "stroke-saturated",
-    "motion-log-cut",
-    "force-log-short",
-    "cut-rows",
-    "gap",
-    "gaps",
-    "time-backwards",
-    "not-finite",
-    "duplicated-rows",
-    "few-depths",
-    "not-linear",
-    "pooled-plates",
-    "zero-drifted",
-)
 
 
 @dataclass(frozen=True)
@@ -118,24 +101,21 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     """Find the most serious flag of the runs and cells of one medium that are used, and count those with a flag."""
-    own = results[medium]
-    shared = shared_flags(own.fits)
-    doubts = [
-        (row["run_id"], about(row["run_id"], flags))
-        for table in (own.runs, own.fits)
-        for row in table.to_dict("records")
-        if (flags := own_flags(row, shared))
+    data = results[medium]
+    flags, alpha = data.flags, data.alpha
+    shared = flags.shared(data.fits)
+    of_runs = [
+        about(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
+        for run_id in data.runs["run_id"]
     ]
-    # flags of a cell that name a run are told of the run already
-    of_cells = (flag for row in own.alpha.to_dict("records") for flag in own_flags(row, shared))
-    doubts += [(str(flag), [flag]) for flag in of_cells if not flag.run_id]
-    empty = int(own.alpha["alpha_z_N_per_cm3"].isna().sum())
-    if empty and own.settings.role == "laboratory":
-        return f"{empty} of {len(own.alpha)} cells have no alpha", len(doubts) + empty
+    of_cells = [[flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)]
+    doubts = [*filter(None, of_runs), *of_cells]
+    empty = int(alpha["alpha_z_N_per_cm3"].isna().sum())
+    if empty and data.settings.role == "laboratory":
+        return f"{empty} of {len(alpha)} cells have no alpha", len(doubts) + empty
     if not doubts:
         return "", 0
-    gravest = min((flags for _, flags in doubts), key=_rank)
-    return say(gravest), len({who for who, _ in doubts})
+    return say(max(doubts, key=_severity)), len(doubts)
 
 
 def unlike_known(results: Results, medium: str) -> str:
@@ -161,7 +141,7 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
     used = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
-    bare = int(flagged_with(used, "no-tare").sum())
+    bare = len(results[medium].flags.runs_with("no-tare").keys() & set(used["run_id"]))
     if bare and 2 * bare >= len(used):
         return DOUBTFUL, f"in {bare} of {len(used)} runs " * (bare < len(used)) + str(
             remark("no-tare")
@@ -216,6 +196,5 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     }
 
 
-def _rank(flags: list[Remark]) -> int:
-    codes = {flag.code for flag in flags}
-    return next((i for i, code in enumerate(_GRAVEST_FIRST) if code in codes), len(_GRAVEST_FIRST))
+def _severity(flags: Iterable[Remark]) -> int:
+    return max(FLAGS[flag.code].severity for flag in flags)

@@ -19,7 +19,7 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
 from rftfit.figures.style import PRINTED, level, number, size_of_preview
-from rftfit.measure.fits import describe_shared_flags, shared_flags
+from rftfit.measure.flags import describe_shared
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import published
@@ -151,7 +151,7 @@ def context(results: Results) -> dict[str, Any]:
         "of_all": [
             (one.title, ". ".join(words))
             for one in results
-            if (words := describe_shared_flags(shared_flags(one.fits)))
+            if (words := describe_shared(one.flags.shared(one.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
         "alphas": tables.alphas(results),

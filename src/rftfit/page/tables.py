@@ -16,7 +16,6 @@ from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import power_of
-from rftfit.measure.fits import shared_flags
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import DOUBTFUL
 from rftfit.model.fourier import TERMS
@@ -257,7 +256,7 @@ def sands(results: Results) -> Table:
 
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
     """Rows of a table, without the reasons that the page says once."""
-    once = {one.name: codes_of(shared_flags(one.fits)).split() for one in results}
+    once = {one.name: codes_of(one.flags.shared(one.fits)).split() for one in results}
     rows = records(results.table(name))
     for row in rows:
         if {*row["reason_code"].split()} <= {"published-media", *once.get(row["medium"], ())}:

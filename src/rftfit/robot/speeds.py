@@ -12,11 +12,9 @@ import pandas as pd
 
 from rftfit.errors import RftfitError
 from rftfit.measure.flags import (
-    FLAGS,
     REASON,
     Remark,
     about,
-    flag_columns,
     reason_cells,
     reason_columns,
     reason_of,
@@ -40,7 +38,6 @@ TRIALS = [
     "rows",
     "rows_used",
     "status",
-    *FLAGS,
     *REASON,
 ]
 """Columns of the table of trials."""
@@ -91,8 +88,8 @@ _NEAR_HZ = 0.05
 
 def trial_row(
     trial: tracks.Trial, folder: Path, tripods: int
-) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float]]:
-    """Row of the table of trials, where the rows of its file went, and its mean stride, cm/s."""
+) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
+    """Row of the table of trials, where the rows of its file went, its mean stride, cm/s, and its flags."""
     names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
     row = {name: getattr(trial, name) for name in names}
     counts: dict[tuple[str, Remark], int] = {}
@@ -106,7 +103,7 @@ def trial_row(
         rows = rows or error.rows
         counts[DROPPED, error.reason] = rows - sum(counts.values())
         row |= {"strides": 0, "rows": rows, "rows_used": 0, "status": "refused"}
-        return row | flag_columns([]) | reason_columns([error.reason]), counts, []
+        return row | reason_columns([error.reason]), counts, [], []
     used = len(track.time_s)
     counts[USED, remark("mean-speed")] = used
     if sum(counts.values()) != rows:
@@ -116,8 +113,9 @@ def trial_row(
         )
     names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
     row |= {name: getattr(found, name) for name in names}
-    row |= {"rows": rows, "rows_used": used, "status": "used"} | flag_columns(found.flags)
-    return row, counts, found.velocity_cm_per_s.tolist()
+    row |= {"rows": rows, "rows_used": used, "status": "used"}
+    flags = about(trial.run_id, found.flags)
+    return row, counts, found.velocity_cm_per_s.tolist(), flags
 
 
 def measured_speeds(

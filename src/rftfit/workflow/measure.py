@@ -6,39 +6,41 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.compare.peers import compare_runs, outlier_differences
-from rftfit.measure.alpha import alpha_table
+from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
 from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium, leg_curves
-from rftfit.measure.flags import mark_columns
+from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
-from rftfit.measure.verdicts import COLUMNS, marked, marks_of
+from rftfit.measure.verdicts import COLUMNS, marks_of
 from rftfit.results import Results
 
-
-def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Read all logs of a medium: samples, a row for each run, counts of rows."""
-    if results.campaign.numbers:
-        return ingest_table(results.campaign, medium)
-    samples, runs, book = ingest_medium(results.campaign, medium)
-    return samples, runs, book.table()
+FLAGGING = ("ingest", "tare", "slopes")
+"""Stages that flag runs by their own logs, in the order of the data's way."""
 
 
-def tare(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts."""
+def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
+    """Read all logs of a medium: samples, a row for each run, counts of rows, flags."""
+    read_all = ingest_table if results.campaign.numbers else ingest_medium
+    samples, runs, book = read_all(results.campaign, medium)
+    return samples, runs, book.table(), flag_table(medium, "ingest", book.flags)
+
+
+def tare(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
+    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts, flags."""
     traces, runs = results.table(f"traces/{medium}.parquet"), results.table(f"runs/{medium}.csv")
     samples, tares, book = tare_medium(results.campaign, medium, traces, runs)
-    return samples, tares, book.table()
+    return samples, tares, book.table(), flag_table(medium, "tare", book.flags)
 
 
-def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Fit every plate run of a medium, of copies one: fits, windows of the fits, counts of rows."""
+def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
+    """Fit every plate run of a medium, of copies one: fits, windows of the fits, counts of rows, flags."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     table = results.config.table
@@ -49,11 +51,14 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, p
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
     fits, left_out = counted_once(fits, copies_of(sheet, runs, fits, tared))
     book.leave_out(left_out)
-    return fits, windows, book.table()
+    return fits, windows, book.table(), flag_table(medium, "slopes", book.flags)
 
 
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Put the cells of a medium together and check them: verdicts, alpha table, alpha of depths, runs side by side."""
+    """Put the cells of a medium together and check them.
+
+    Returns verdicts, alpha table, alpha of depths, runs side by side, and all flags of runs and cells.
+    """
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
@@ -70,30 +75,44 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
         return alpha_table(counted_once(fits, copies)[0], medium, *how)
 
     tables |= {"alpha": cells(fits), "peers": peers}
-    found = check_medium(results.campaign, medium, tables, copies)
-    rows = [{"medium": medium, "effect": one.effect} | vars(one) for one in found]
-    table = pd.DataFrame(rows, columns=COLUMNS)
-    own = marks_of(table, config.media).get(medium, ())
-    at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": table}, cells)
-    at_depth = at_depth if at_depth.empty else marked(at_depth, found, own)
-    return table, marked(tables["alpha"], found, own), at_depth, peers
+    of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
+    checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
+    rows = [{"medium": medium, "effect": check.effect} | vars(check) for check in checked]
+    verdicts = pd.DataFrame(rows, columns=COLUMNS)
+    of_cells = flags_of_cells(tables["alpha"], Flags(*of_runs), depths)
+    of_checks = [flag for check in checked for flag in check.runs]
+    flags = pd.concat(
+        [*of_runs, flag_table(medium, OF_CHECKS, [*of_checks, *of_cells])], ignore_index=True
+    )
+    marks = mark_columns(marks_of(verdicts, config.media).get(medium, ()))
+    alpha = with_flagged(tables["alpha"], Flags(flags)).assign(**marks)
+    at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": verdicts}, cells)
+    return verdicts, alpha, at_depth.assign(**marks), peers, flags
+
+
+MEASURED = (
+    (ingest, ("traces/{}.parquet", "runs/{}.csv", "ledger/ingest/{}.csv", "flags/ingest/{}.csv")),
+    (tare, ("tared/{}.parquet", "tares/{}.csv", "ledger/tare/{}.csv", "flags/tare/{}.csv")),
+    (slopes, ("fits/{}.csv", "windows/{}.parquet", "ledger/slopes/{}.csv", "flags/slopes/{}.csv")),
+)
+"""Stages from the logs to the slopes of single runs, and what they make of a medium."""
+
+
+def measure_logs(results: Results, medium: str) -> None:
+    """Measure the logs of a medium up to the slopes and hold the tables; nothing is written."""
+    for stage, names in MEASURED:
+        for name, table in zip(names, stage(results, medium), strict=True):
+            results.hold(name.format(medium), table)
 
 
 def check_logs(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
     results = Results(campaign)
-    stages = (
-        (ingest, ("traces/{}.parquet", "runs/{}.csv")),
-        (tare, ("tared/{}.parquet", "tares/{}.csv")),
-        (slopes, ("fits/{}.csv", "windows/{}.parquet")),
-    )
-    found = []
+    verdicts = []
     for medium in results.media:
-        for stage, names in stages:
-            for name, table in zip(names, stage(results, medium), strict=False):
-                results.hold(name.format(medium), table)
-        found.append(checks(results, medium)[0])
-    return pd.concat(found, ignore_index=True)
+        measure_logs(results, medium)
+        verdicts.append(checks(results, medium)[0])
+    return pd.concat(verdicts, ignore_index=True)
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -91,6 +91,7 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     parts = [media, *(generic_rows(group) for group in groups.values())]
     reference = reference_of(fits, config.fourier.method)
     rows = [penetration_row(fit) for fit in fits]
-    rows += [sand_row(results[medium].alpha, reference, config) for medium in results.sands]
+    sands = [results[medium] for medium in results.sands]
+    rows += [sand_row(sand.alpha, reference, config, sand.flags) for sand in sands]
     coefficients = pd.concat(parts, ignore_index=True)[list(media.columns)]
     return coefficients, results.marked(pd.DataFrame(rows, columns=PENETRATION_COLUMNS))

@@ -11,7 +11,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError
-from rftfit.measure.flags import reason_cells
+from rftfit.measure.flags import Remark, flag_table, reason_cells
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.model.profiles import Profile
 from rftfit.results import Results
@@ -55,7 +55,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
 
     Returns a row for each track, for each condition, for each moment of the mean strides of the
-    recorded tracks that belong to `MOTION`, and where every row of the tracks went. How a re-enacted
+    recorded tracks that belong to `MOTION`, where every row of the tracks went, and flags of the tracks. How a re-enacted
     robot moves within a stride was never published, so such a track has no mean stride.
     """
     campaign = results.campaign
@@ -65,9 +65,11 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
     rows, book, strides = [], [], list[tuple[object, ...]]()
+    flags: list[Remark] = []
     for trial in sorted(listed, key=lambda one: one.run_id):
-        row, counts, velocity = trial_row(trial, folder, tripods)
+        row, counts, velocity, flags_of_trial = trial_row(trial, folder, tripods)
         rows.append(row)
+        flags += flags_of_trial
         head = trial.run_id, trial.curvature_times_R, row["frequency_Hz"]
         if velocity and not campaign.reenacted and sweep.is_of_motion(*head[1:]):
             strides += [
@@ -89,7 +91,8 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         alike = (robot.body, robot.legs) == (paper.body, paper.legs)
         speeds = speeds if published == "poppy_LP" and alike else speeds.iloc[:0]
     book_of = pd.DataFrame(book, columns=LEDGER_COLUMNS)
-    return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of
+    flags_of = flag_table(section.medium, "robot_measured", flags)
+    return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of, flags_of
 
 
 def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:

@@ -74,7 +74,9 @@ STAGES = {
         ),
         each="medium",
     ),
-    "tare": Stage(f"{_MEASURE}:tare", "measure", ("fit",), rows=True, each="medium"),
+    "tare": Stage(
+        f"{_MEASURE}:tare", "measure", ("fit", "force_log", "transducer"), rows=True, each="medium"
+    ),
     "slopes": Stage(
         f"{_MEASURE}:slopes",
         "measure",
@@ -104,7 +106,7 @@ STAGES = {
     "legs": Stage(
         f"{_MEASURE}:legs",
         "measure",
-        ("fit", "force_log", "media", "transducer"),
+        ("force_log", "media", "transducer"),
         rows=True,
         each="medium",
     ),

@@ -51,7 +51,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     measured = results.joined("legs/{medium}.csv")
     behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
     level = results.config.fit.confidence
-    compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs)
+    flags = {medium.name: medium.flags for medium in results}
+    compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs, flags)
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
