@@ -1,7 +1,7 @@
 """Coverage and width of 95 % intervals under each disturbance of a real lab, and under all of them.
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
-disturbance of ``rftfit reenact --disturb`` at its default size, and for all together; five minutes.
+disturbance of ``tests/helpers/disturbances.py`` at its default size, and for all together; five minutes.
 ``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted; ``repeats=3`` makes the
 straight pushes and pulls three times each, from which the spread is found. ``files`` writes each
 campaign's logs and reads them, with everything the measuring does. Three tables: every
@@ -32,11 +32,11 @@ import numpy as np
 import pandas as pd
 from coverage_files import held_in_files, measured, written
 from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held, slow_noise
+from disturbances import DISTURBANCES, REAL_LAB, described, sizes_of
 from ensembles import EXACT, paper_config, simulate
 
 from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
-from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, described, sizes_of
 from rftfit.reference import MEDIA
 from rftfit.workflow.measure import FLAGGING
 
@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from coverage_levels import Inside
+    from disturbances import Sizes
     from ensembles import Ensemble
 
-    from rftfit.lab.disturb import Sizes
     from rftfit.results import Results
 
 CAMPAIGNS, DRAWS, SEED = 40, 500, 2013

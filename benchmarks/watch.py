@@ -11,15 +11,18 @@ import argparse
 import csv
 import os
 import statistics
+import sys
 import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
+
 import yaml
+from disturbances import NOTHING, reenact_disturbed
 
 from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config
-from rftfit.lab.enact import reenact
 
 RESULT = Path(__file__).parent / "results" / "watch.md"
 CONFIG = Path(__file__).parents[1] / "config" / "config.yaml"
@@ -35,7 +38,7 @@ def campaign(root: Path, runs: int) -> Path:
     config = root / "config" / "config.yaml"
     config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
     sheet = root / "raw" / "paper" / "runs.csv"
-    reenact(Config(**values), sheet.parent, sheet, legs=False, spread=0.005)
+    reenact_disturbed(Config(**values), sheet.parent, sheet, NOTHING, 0.005, legs=False)
     with sheet.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     first = {row["run_id"]: row for row in rows}

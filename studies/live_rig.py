@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
+
 import yaml
+from disturbances import disturbed_logs
 
 from rftfit.bench.watch import Event, Watch
 from rftfit.campaign.config import Config
-from rftfit.lab.enact import prepare, run_logs
+from rftfit.lab.enact import prepare
 from rftfit.lab.write import sheet_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from disturbances import Sizes
 
     from rftfit.lab.plan import Run
     from rftfit.model.planning import Target
@@ -46,9 +52,9 @@ class LiveRig:
     def _write_sheet(self) -> None:
         (self._raw / "runs.csv").write_text(sheet_text(self._rows, {}), encoding="utf-8")
 
-    def logs(self, run: Run, sizes: Mapping[str, float] = BEDS) -> tuple[bytes, bytes]:
-        """Force log and motion log of a run."""
-        logs = run_logs(run, self.config, self.seed, sizes=dict(sizes))
+    def logs(self, run: Run, sizes: Sizes = BEDS) -> tuple[bytes, bytes]:
+        """Force log and motion log of a run, with disturbances of some sizes."""
+        logs = disturbed_logs(run, self.config, self.seed, sizes)
         return logs[run.force_log] or b"", logs[run.motion_log] or b""
 
     def record(self, logs: Mapping[Run, tuple[bytes, bytes]]) -> list[Event]:

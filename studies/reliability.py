@@ -35,6 +35,7 @@ import numpy as np
 import pandas as pd
 from campaigns import FEW
 from coverage_levels import as_disturbed, slow_noise
+from disturbances import REAL_LAB, sizes_of
 from disturbed import LEVELS, campaigns_of
 from mistakes import (
     EQUAL,
@@ -52,7 +53,6 @@ from mistakes import (
 from other_labs import CASES, GRIDS, Case
 from slices import SLICES, lab_in
 
-from rftfit.lab.disturb import REAL_LAB, sizes_of
 from rftfit.lab.plan import directions_of
 from rftfit.reference import MEDIA
 
@@ -178,8 +178,7 @@ def without_fault(seed, case):
     directions: list[tuple[float, float]] | None = [*FEW] if case == FEW_THRICE else None
     if case.grid in GRIDS:
         directions = directions_of(GRIDS[case.grid], seed)
-    disturb = (*ORDINARY, *(("power=1.1",) if bed == CURVED else ()))
-    sizes = sizes_of(disturb)
+    sizes = sizes_of([*ORDINARY, *(["power=1.1"] if bed == CURVED else [])])
     told = as_disturbed(sizes).model_dump(exclude_none=True)
     with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():
         made = enacted(
@@ -188,7 +187,7 @@ def without_fault(seed, case):
             told if is_stated(seed) else None,
             directions,
             3 if case == FEW_THRICE else 1,
-            disturb,
+            sizes,
             case.protocol,
             case.tare,
         )

@@ -180,12 +180,6 @@ SAYS = {
         "check": "0 errors, 0 warnings",
         "run": "Of 4 runs, 4 used and 0 dropped",
     },
-    "docs/howto/disturb.md": {
-        "reenact": "disturbed: surface=2 mm",
-        "check": "0 errors, ",
-        "run": "Done: 3 jobs",
-        "cut": "seeds_bp00_g90_in,0.5",
-    },
     "docs/howto/simulation.md": {
         "check": "0 errors, 0 warnings",
         "run": "Of 18 runs, 18 used and 0 dropped",

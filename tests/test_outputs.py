@@ -17,7 +17,6 @@ from rigroom import Room
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
-from rftfit.lab.disturb import DISTURBANCES
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
@@ -185,8 +184,6 @@ def test_the_pages_are_made_from_it(monkeypatch):
         "| 130 |",
     ):
         assert words in text
-    disturbed = generated.disturbances()
-    assert all(f"| `{name}` | {one.size:g}" in disturbed for name, one in DISTURBANCES.items())
     assert "| `numerics.step_s` | `0.0001` | a number above 0" in generated.robot()
     assert "| `body.plates.<name>.width_cm` | required |" in generated.robot()
 

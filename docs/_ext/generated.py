@@ -182,17 +182,6 @@ def profile() -> str:
     return _table(("key", "type", "meaning"), rows)
 
 
-def disturbances() -> str:
-    """Every disturbance of a re-enactment."""
-    from rftfit.lab.disturb import DISTURBANCES
-
-    rows = [
-        (f"`{name}`", f"{one.size:g} {one.unit}", one.what, one.why)
-        for name, one in DISTURBANCES.items()
-    ]
-    return _table(("name", "default", "size", "why that is ordinary"), rows)
-
-
 def citation() -> str:
     """How to cite the program and the paper, from ``CITATION.cff``."""
     import yaml
@@ -246,7 +235,6 @@ PAGES: dict[str, Callable[[], str]] = {
     "api": api,
     "citation": citation,
     "commands": commands,
-    "disturbances": disturbances,
     "outputs": outputs,
     "profile": profile,
     "robot": robot,

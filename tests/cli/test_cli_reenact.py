@@ -53,18 +53,6 @@ def test_faults(rftfit, campaign):
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
 
 
-def test_disturbances(rftfit, campaign):
-    raw = campaign / "raw" / "paper"
-    before = contents(raw)
-    said = rftfit(*QUICK, "--disturb", "pink", "--disturb", "surface=2.5")
-    assert "disturbed: surface=2.5 mm, pink=0.05 N\n" in said.out
-    assert ", disturbed: surface=2.5 mm, pink=0.05 N." in (raw / MARKER).read_text(encoding="utf-8")
-    assert contents(raw)[LOG] != before[LOG]
-    rftfit("check", "--strict")
-    rftfit(*QUICK, "--disturb", "pink=0")
-    assert contents(raw)[LOG] == before[LOG]
-
-
 def test_list_of_faults(rftfit, tmp_path):
     said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
     assert {line.split()[0] for line in said.out.splitlines()[1:]} == set(FAULTS)
@@ -86,15 +74,7 @@ def test_if_missing(rftfit, campaign):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [
-        ["--fault", "gapp"],
-        ["--fault", "gap:none"],
-        ["--media", "yumma"],
-        ["--seed", "-1"],
-        ["--disturb", "surfaces"],
-        ["--disturb", "lag=9"],
-    ],
+    "words", [["--fault", "gapp"], ["--fault", "gap:none"], ["--media", "yumma"], ["--seed", "-1"]]
 )
 def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
     before = contents(campaign)

@@ -13,6 +13,7 @@ from unittest.mock import patch
 
 import pandas as pd
 import yaml
+from disturbances import NOTHING
 from few_draws import few_draws
 from jobs import run_rules
 from matplotlib.axis import Axis
@@ -139,7 +140,7 @@ def _sketch(folder, made, figure, base, about):
 
 
 def make_campaign(
-    root, media=(), faults=(), *, plates_only=False, robot=True, directions=None, disturb=()
+    root, media=(), faults=(), *, plates_only=False, robot=True, directions=None, sizes=NOTHING
 ):
     """Write the demonstration campaign, or a part of it, into a new folder.
 
@@ -156,8 +157,8 @@ def make_campaign(
         With the robot.
     directions : sequence of (float, float), optional
         (beta, gamma) of the plates, deg; default: all of the paper.
-    disturb : sequence of str, optional
-        As for `rftfit.lab.reenact`.
+    sizes : dict of float, optional
+        Of disturbances, by name.
     """
     values = paper_values()
     values["media"] = {name: values["media"][name] for name in media or values["media"]}
@@ -171,5 +172,5 @@ def make_campaign(
     if plates_only:
         shapes = values["intruders"].items()
         values["intruders"] = {name: item for name, item in shapes if item["shape"] == "plate"}
-    enact(root, values, directions=directions, faults=faults, disturb=disturb)
+    enact(root, values, sizes, directions=directions, faults=faults)
     return Folder(root)

@@ -23,8 +23,7 @@ def written(folder, sizes, number, seed, draws):
     values = paper_values("robot", "errors")
     values["media"] = {medium: values["media"][medium]}
     values["fourier"] = {**values.get("fourier", {}), "draws": draws}
-    disturb = [f"{name}={size}" for name, size in sizes.items()]
-    return enact(folder, values, seed=seed + number, disturb=disturb)
+    return enact(folder, values, sizes, seed=seed + number)
 
 
 def measured(campaign, slow_noise_N=0.0):

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from disturbances import NOTHING, Sizes, beds, delayed, power_law, turned, unevenness
 from ensembles import AREA_CM2, EXACT, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
 from rftfit.campaign.config import Errors
 from rftfit.compare.legs import leg_errors, leg_prediction
-from rftfit.lab.disturb import NOTHING, Sizes, beds, delayed, power_law, turned, unevenness
 from rftfit.measure.alpha import bed_spread, column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
@@ -143,7 +143,7 @@ def true_curve(medium, leg, config):
 def measured_leg(true, medium, leg, random, spread, sizes, odd, session, item, slow_noise_N):
     """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
 
-    `sizes`: Of the disturbances, which go with the force as in `rftfit.lab`; `odd`: their random
+    `sizes`: Of the disturbances, which go with the force as in logs; `odd`: their random
     numbers; `session`: of the campaign's surface, cm.
     """
     count = THETA_DEG.size * SAMPLES_PER_DEG

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 from coverage_levels import LEVEL, alpha_cells
+from disturbances import power_law
 from ensembles import EXACT, simulate
 
 from rftfit.campaign.config import Fit
-from rftfit.lab.disturb import power_law
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 DEPTHS_CM = Fit().depths_cm

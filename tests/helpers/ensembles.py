@@ -3,7 +3,7 @@
 Every run is made as samples (correlated noise, an offset that drifts, an error of the clocks, a bed
 that differs from run to run, the start-up and stick-slip of a horizontal run) and measured by the
 program's own functions: zero, slope, start-up, alpha table. Only the files between them are left out.
-The disturbances of `rftfit reenact --disturb` are those of `rftfit.lab.disturb`; sizes are given by name.
+The disturbances are those of `disturbances`; sizes are given by name.
 """
 
 from dataclasses import dataclass, replace
@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 import paper
+from disturbances import NOTHING, Sizes, beds, pink, power_law, session_cm, turned, unevenness
 from paper_grid import PAPER
 from scipy.signal import lfilter
 
 from rftfit.campaign.config import Errors
-from rftfit.lab.disturb import NOTHING, Sizes, beds, pink, power_law, session_cm, turned, unevenness
 from rftfit.lab.plan import Run, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from coverage_files import measured
+from disturbances import NOTHING, disturbed_logs
 from mutations import Written
 from other_labs import SECTIONS
 from paper import paper_values
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
-from rftfit.lab.disturb import sizes_of
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import Run
 from rftfit.lab.protocols import PAPER
@@ -44,11 +44,12 @@ OTHER = {"poppy_CP": "glass0.3mm_LP"}
 
 
 def enacted(
-    medium, seed, errors, directions=None, repeats=1, disturb=(), protocol=PAPER, tare=True
+    medium, seed, errors, directions=None, repeats=1, sizes=NOTHING, protocol=PAPER, tare=True
 ):
     """Re-enact the plates of a medium in memory, the sheet in the order of time.
 
     `errors`: the section; None leaves it out. `repeats`: of each plate run, with one rod run for all.
+    `sizes`: of disturbances.
     """
     values = paper_values("robot", "errors")
     values["media"] = {medium: values["media"][medium]}
@@ -56,7 +57,7 @@ def enacted(
     values |= {} if errors is None else {"errors": dict(errors)}
     values |= SECTIONS[protocol]
     values["fit"]["missing_tare"] = "refuse" if tare else "flag"
-    config, sizes = Config.model_validate(values), sizes_of(disturb)
+    config = Config.model_validate(values)
     runs = []
     made = prepare(
         config, media=[medium], directions=directions, protocol=protocol, tare=tare, legs=False
@@ -76,7 +77,7 @@ def enacted(
     runs.sort(key=lambda run: run.clock_s)
     logs: dict[str, bytes | None] = {}
     for run in runs:
-        logs |= run_logs(run, config, seed, protocol=protocol, sizes=sizes)
+        logs |= disturbed_logs(run, config, seed, sizes, protocol=protocol)
     lines = [line.split(",") for line in sheet_text(runs, {}).splitlines()]
     rows = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
     return Written(values, rows, {name: text for name, text in logs.items() if text is not None})

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import yaml
+from disturbances import NOTHING, reenact_disturbed
 
 from rftfit.campaign.config import Config
 from rftfit.lab.enact import reenact
@@ -28,9 +29,16 @@ def write_yaml(path, values):
     path.write_text(text, encoding="utf-8")
 
 
-def enact(root, values, **how):
-    """Write a config, and the logs and run sheet that the re-enacted lab makes of it; the config's path."""
+def enact(root, values, sizes=NOTHING, **how):
+    """Write a config, and the logs and run sheet that the re-enacted lab makes of it; the config's path.
+
+    `sizes`: Of disturbances.
+    """
     path, raw = root / "config" / "config.yaml", root / "raw" / "paper"
     write_yaml(path, values)
-    reenact(Config.model_validate(values), raw, raw / "runs.csv", **how)
+    config = Config.model_validate(values)
+    if sizes:
+        reenact_disturbed(config, raw, raw / "runs.csv", sizes, **how)
+    else:
+        reenact(config, raw, raw / "runs.csv", **how)
     return path

@@ -9,21 +9,25 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 import pytest
-
-from rftfit.errors import InputError
-from rftfit.lab.disturb import (
+from disturbances import (
     DISTURBANCES,
     REAL_LAB,
     along_path,
+    bed_of,
     described,
+    disturbed_logs,
     path_cm,
     pink,
+    reenact_disturbed,
     sizes_of,
     unevenness,
 )
-from rftfit.lab.enact import reenact, run_logs
+
+from rftfit.errors import InputError
+from rftfit.lab.enact import run_logs
+from rftfit.lab.marker import MARKER
 from rftfit.lab.plan import plan_runs, plate_of
-from rftfit.lab.rig import bed_of, ideal, nuisance
+from rftfit.lab.rig import LabStroke, ideal, nuisance
 
 PUSH, ROD, LEG, AIR = (
     "poppy_CP_bp00_g90_in",
@@ -48,11 +52,15 @@ def read(content):
 
 def force(run, config, sizes=NONE):
     """Force (z, x, y) of the written log in the lab frame, N, shape (3, n); axes and turn by hand."""
-    log = read(run_logs(run, config, SEED, sizes=sizes)[run.force_log])
+    log = read(disturbed_logs(run, config, SEED, sizes)[run.force_log])
     f1, f2, f3 = (log[f"F{k}_N"].to_numpy() for k in (1, 2, 3))
     turn = np.radians(4.0)
     x, z = -f2, -f3
     return np.array([-x * np.sin(turn) + z * np.cos(turn), x * np.cos(turn) + z * np.sin(turn), f1])
+
+
+def bed(run, config, sizes, spread=0.0, seed=SEED, cycle=0):
+    return bed_of(LabStroke(run, config, seed, cycle), sizes, spread)
 
 
 def change(run, config, sizes):
@@ -90,9 +98,9 @@ def test_what_is_changed(config, runs, name):
     found = set()
     for run in (runs[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
         plain = run_logs(run, config, SEED)
-        disturbed = run_logs(run, config, SEED, sizes={name: one.size})
-        assert disturbed == run_logs(run, config, SEED, sizes={name: one.size})
-        assert run_logs(run, config, SEED, sizes={name: one.nothing}) == plain
+        disturbed = disturbed_logs(run, config, SEED, {name: one.size})
+        assert disturbed == disturbed_logs(run, config, SEED, {name: one.size})
+        assert disturbed_logs(run, config, SEED, {name: one.nothing}) == plain
         assert disturbed[run.motion_log] == plain[run.motion_log]
         before, after = read(plain[run.force_log]), read(disturbed[run.force_log])
         for column in ("time_s", "arm_moving"):
@@ -121,13 +129,13 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
             for log in (force(run, config), force(run, config, {name: 2.0}))
         ]
         assert below[on[0]] - below[on[1]] == pytest.approx(up, abs=0.035)
-        assert bed_of(run, SEED, 0, {name: 2.0}).surface_cm == pytest.approx(up, abs=0.02)
-        assert bed_of(run, SEED, 0, {name: 4.0}).surface_cm == pytest.approx(2 * up, abs=0.04)
+        assert bed(run, config, {name: 2.0}).surface_cm == pytest.approx(up, abs=0.02)
+        assert bed(run, config, {name: 4.0}).surface_cm == pytest.approx(2 * up, abs=0.04)
         drawn.append(up)
     assert (np.ptp(drawn) < 0.02) == (name == "surface-session")
     # 933 runs, or 2000 campaigns
-    beds = [bed_of(run, SEED, 0, {name: 2.0}).surface_cm for run in runs.values()]
-    seeds = [bed_of(runs[PUSH], seed, 0, {name: 2.0}).surface_cm for seed in range(2000)]
+    beds = [bed(run, config, {name: 2.0}).surface_cm for run in runs.values()]
+    seeds = [bed(runs[PUSH], config, {name: 2.0}, seed=seed).surface_cm for seed in range(2000)]
     assert np.std(seeds) == pytest.approx(0.2, rel=0.06)
     assert np.std(beds) == pytest.approx(0.2 if name == "surface" else 0, rel=0.08, abs=1e-12)
 
@@ -135,7 +143,7 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
 def test_surface_and_legs(config, runs):
     # forces go with the square of the depth of the tip: 2 mm of 56 mm
     run = runs[LEG]
-    up = bed_of(run, SEED, 0, {"surface": 2.0}).surface_cm
+    up = bed(run, config, {"surface": 2.0}).surface_cm
     clean = granular(run, config)
     strong = np.abs(clean) > 2
     ratio = change(run, config, {"surface": 2.0})[strong] / clean[strong]
@@ -303,12 +311,12 @@ def test_proportional_spread(config, runs):
     for run_id in (PUSH, SLANTED, LEG, "yuma_bp00_g90_in", "poppy_CP_bp90_g00_h762"):
         run = runs[run_id]
         moved, clean = change(run, config, {"spread-percent": 10.0}), granular(run, config)
-        factor = bed_of(run, SEED, 0, {"spread-percent": 10.0}).factor - 1
+        factor = bed(run, config, {"spread-percent": 10.0}).factor - 1
         # z and x by one factor
         np.testing.assert_allclose(moved, factor * clean, atol=0.02)
-        double = bed_of(run, SEED, 0, {"spread-percent": 20.0}).factor - 1
+        double = bed(run, config, {"spread-percent": 20.0}).factor - 1
         assert double == pytest.approx(2 * factor)
-    drawn = [bed_of(run, SEED, 0, {"spread-percent": 5.0}).factor for run in runs.values()]
+    drawn = [bed(run, config, {"spread-percent": 5.0}).factor for run in runs.values()]
     assert np.std(drawn) == pytest.approx(0.05, rel=0.08)
     assert np.mean(drawn) == pytest.approx(1, abs=0.005)
 
@@ -326,13 +334,15 @@ def test_draws_know_nothing_of_each_other(config, runs):
     both = change(run, config, {"pink": 0.5, "patches": 5.0})
     alone = change(run, config, {"pink": 0.5}) + change(run, config, {"patches": 5.0})
     np.testing.assert_allclose(both, alone, atol=0.025)
-    assert bed_of(run, SEED, 0.005, real).off == bed_of(run, SEED, 0.005, {}).off
-    assert bed_of(run, SEED, 0, real).factor == bed_of(run, SEED, 0, {"spread-percent": 5.0}).factor
-    many = [bed_of(one, SEED, 0.005, real) for one in runs.values()]
-    drawn = np.corrcoef([[bed.surface_cm, bed.factor, *bed.off] for bed in many], rowvar=False)
-    assert np.abs(drawn - np.eye(4)).max() < 0.12
+    assert bed(run, config, real, 0.005).off == bed(run, config, NONE, 0.005).off
+    assert bed(run, config, real).factor == bed(run, config, {"spread-percent": 5.0}).factor
+    many = [bed(each, config, real, 0.005) for each in runs.values()]
+    correlation = np.corrcoef(
+        [[drawn.surface_cm, drawn.factor, *drawn.off] for drawn in many], rowvar=False
+    )
+    assert np.abs(correlation - np.eye(4)).max() < 0.12
     # several strokes in one log have a bed each
-    beds = {bed_of(run, SEED, 0, real, cycle).factor for cycle in range(3)}
+    beds = {bed(run, config, real, cycle=cycle).factor for cycle in range(3)}
     assert len(beds) == 3
 
 
@@ -347,7 +357,8 @@ def test_same_seed_same_bytes(config, tmp_path):
         ]
     ):
         raw = tmp_path / str(number)
-        reenact(config, raw, raw / "runs.csv", media=media, directions=few, disturb=asked, seed=3)
+        sheet, sizes = raw / "runs.csv", sizes_of(asked)
+        reenact_disturbed(config, raw, sheet, sizes, media=media, directions=few, seed=3)
         written.append(
             {
                 path.relative_to(raw).as_posix(): path.read_bytes()
@@ -363,7 +374,9 @@ def test_same_seed_same_bytes(config, tmp_path):
         "surface=1 mm, surface-session=1 mm, lag=0.05 s, spread-percent=5 %, pink=0.05 N, patches=3 %, "
         "deep-noise=2 %, power=1.1, tare-bed=10 %, turn=2 deg"
     )
-    assert "disturbed" not in (tmp_path / "2" / "runs.csv").read_text(encoding="utf-8")
+    assert f", disturbed: {said}." in (tmp_path / "1" / MARKER).read_text(encoding="utf-8")
+    for name in ("runs.csv", MARKER):
+        assert "disturbed" not in (tmp_path / "2" / name).read_text(encoding="utf-8")
 
 
 def test_sizes():
@@ -379,12 +392,9 @@ def test_sizes():
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        (
-            "surfce",
-            r"found 'surfce'; allowed: surface=1 mm, .* power=1.1, .*; did you mean 'surface'",
-        ),
-        ("real-lab=2", r"turn=1 deg, real-lab \(all of these sizes\)"),
-        ("surface=", r"--disturb surface: found ''; allowed: a number from 0 to 20 mm"),
+        ("surfce", r"found 'surfce'; allowed: surface, .* power, .*; did you mean 'surface'"),
+        ("real-lab=2", r"turn \(or real-lab, which is all of them\)"),
+        ("surface=", r"disturbance surface: found ''; allowed: a number from 0 to 20 mm"),
         ("surface=-1", "from 0 to 20 mm"),
         ("pink=nan", "from 0 to 10 N"),
         ("power=0", "from 0.3 to 3 .exponent"),

@@ -7,7 +7,7 @@ import pytest
 
 from rftfit import reference
 from rftfit.lab.plan import plan_runs, plate_of, segments, window
-from rftfit.lab.rig import ideal, nuisance, record
+from rftfit.lab.rig import LabStroke, ideal, nuisance, record
 from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
 
 
@@ -103,7 +103,7 @@ def test_written_numbers_give_the_force_back(config, runs):
     turn = np.radians(config.transducer.turn_deg)
     for name in ("poppy_CP_bm30_g45_in", "glass3mm_CP_bp60_g56_ex", "yuma_c_leg"):
         run = runs[name]
-        odd, made = nuisance(run, 5), record(run, config, 5)
+        odd, made = nuisance(run, 5), record(LabStroke(run, config, 5))
         true = ideal(run, config, phase_s=odd.force_phase_s)
         f1, f2, f3 = (made.channels_N - odd.bias_N).T
         s_x, s_y, s_z = -f2, f1, -f3  # the axes of the config, read off by hand
@@ -122,7 +122,7 @@ def test_written_numbers_give_the_force_back(config, runs):
 def test_motion_log_and_its_clock(config, runs):
     for name, late in (("poppy_LP_bp00_g45_in", 0.0), ("glass3mm_CP_bp00_g45_in", 3600.0)):
         run = runs[name]
-        made, true = record(run, config, 2013), ideal(run, config)
+        made, true = record(LabStroke(run, config, 2013)), ideal(run, config)
         odd = nuisance(run, 2013)
         assert abs(odd.motion_offset_s + late) <= 0.4
         elapsed = made.motion_time_s - odd.start_s - odd.motion_offset_s

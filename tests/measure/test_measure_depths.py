@@ -6,10 +6,10 @@ import pytest
 from coverage_files import measured, written
 from coverage_levels import alpha_cells
 from curved_depths import DEPTHS_CM, forces_held
+from disturbances import power_law
 from seeds import seeds
 
 from rftfit.campaign.load import load_campaign
-from rftfit.lab.disturb import power_law
 from rftfit.measure.depths import alpha_at_depths, power_of
 from rftfit.page.tables import at_depths
 from rftfit.workflow import measure

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from campaigns import FEW, make_campaign
 from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
+from disturbances import DISTURBANCES, REAL_LAB, reenact_disturbed, sizes_of
 from ensembles import paper_config, plan, rod_stress, simulate
 from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
@@ -15,8 +16,6 @@ from seeds import seeds
 
 from rftfit.campaign.config import Errors
 from rftfit.campaign.load import load_campaign
-from rftfit.lab.disturb import DISTURBANCES, REAL_LAB, sizes_of
-from rftfit.lab.enact import reenact
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
@@ -31,15 +30,9 @@ def of_files(folder, asked):
     config, raw = folder / "config" / "config.yaml", folder / "raw" / "paper"
     config.parent.mkdir(parents=True)
     config.write_text(CONFIG_TEXT, encoding="utf-8")
-    reenact(
-        paper(),
-        raw,
-        raw / "runs.csv",
-        media=[MEDIUM],
-        directions=SOME,
-        legs=False,
-        disturb=[asked] if asked else [],
-    )
+    sizes = sizes_of([asked] if asked else [])
+    sheet = raw / "runs.csv"
+    reenact_disturbed(paper(), raw, sheet, sizes, media=[MEDIUM], directions=SOME, legs=False)
     table = chain(load_campaign(config), MEDIUM).alpha.set_index(["beta_deg", "gamma_deg"])
     return table[[column("z"), column("x")]]
 
@@ -154,7 +147,7 @@ def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):
     """All disturbances together, through all stages: tables and a page, which has no figure here."""
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
     folder = make_campaign(
-        tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True, disturb=[REAL_LAB]
+        tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True, sizes=sizes_of([REAL_LAB])
     )
     slow = (*FIGURE_RULES, "workbooks", "provenance")
     run_rules(folder.config, *(rule for rule in STAGES if rule not in slow))

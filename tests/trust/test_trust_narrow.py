@@ -17,8 +17,8 @@ CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
 @cache
 def sound(errors, curved):
     """A campaign without a mistake: of curved stress, once a direction, or three times."""
-    cells, repeats, power = (CURVED, 1, ("power=1.3",)) if curved else (FEW[:10], 3, ())
-    made = enacted("poppy_CP", 1, stated() if errors == "stated" else None, cells, repeats, power)
+    cells, repeats, sizes = (CURVED, 1, {"power": 1.3}) if curved else (FEW[:10], 3, {})
+    made = enacted("poppy_CP", 1, stated() if errors == "stated" else None, cells, repeats, sizes)
     return made, judged(made)
 
 
@@ -56,7 +56,7 @@ def test_no_mistake_narrows_an_interval_in_silence(errors, name, narrows):
 
 def test_a_run_that_stands_apart_does_not_widen_other_cells_at_depths():
     """It does not tell how beds differ; the interval of its own cell reaches what the others say."""
-    base = enacted("poppy_CP", 1, None, FEW[:10], 3, ("power=1.3",))
+    base = enacted("poppy_CP", 1, None, FEW[:10], 3, {"power": 1.3})
     before, (made, runs) = judged(base), with_mistake(base, "one run in lbf", 1)
     after = judged(made)
     assert "repeats" in after.failed

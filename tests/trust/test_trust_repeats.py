@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from disturbances import NOTHING, disturbed_logs
 from ensembles import paper_config
 from rigroom import paper, planned
 
@@ -149,7 +150,10 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
     found = []
     for run in planned().values():
         if (run.kind, run.beta_deg, run.gamma_deg, run.natural) == ("plate", 0, 90, False):
-            logs = (run_logs(run, paper(), 3, spread=s)[run.force_log] for s in (0.0, 0.05))
+            logs = (
+                disturbed_logs(run, paper(), 3, NOTHING, spread)[run.force_log]
+                for spread in (0.0, 0.05)
+            )
             plain, spread = (
                 np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",") for log in logs
             )
@@ -159,8 +163,8 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
     assert 0.005 < np.std(found) < 0.2
     run = planned()["poppy_LP_c_leg"]
     same = run_logs(run, paper(), 3)
-    assert run_logs(run, paper(), 3, spread=0.0) == same
-    assert run_logs(run, paper(), 3, spread=0.05) != same
+    assert disturbed_logs(run, paper(), 3, NOTHING) == same
+    assert disturbed_logs(run, paper(), 3, NOTHING, 0.05) != same
 
 
 def test_zeta_of_a_sand_knows_how_few_pushes_there_were():

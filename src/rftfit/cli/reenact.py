@@ -43,19 +43,6 @@ def reenact(
     list_faults: Annotated[
         bool, typer.Option("--list-faults", help="List the faults there are and stop.")
     ] = False,
-    spread: Annotated[
-        float,
-        typer.Option(min=0, help="Let beds differ from run to run: standard deviation, N/cm^3."),
-    ] = 0.0,
-    disturb: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME or NAME=SIZE",
-            help="Let it be as in a real lab: surface, surface-session (mm), lag (s), spread-percent, pink "
-            "(N), patches, deep-noise (%), power, tare-bed (%), turn (deg), or all at ordinary sizes: "
-            "real-lab; may be repeated. An unknown name lists the sizes.",
-        ),
-    ] = None,
     grid: Annotated[
         str,
         typer.Option(
@@ -104,7 +91,6 @@ def reenact(
         say(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
         return
     from rftfit.campaign.load import read_layout
-    from rftfit.lab.disturb import described
     from rftfit.lab.enact import prepare
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import directions_of, media_of
@@ -142,8 +128,6 @@ def reenact(
         media=media or None,
         directions=directions,
         faults=fault or [],
-        spread=spread,
-        disturb=disturb or [],
         protocol=protocol,
         tare=not no_tare,
         legs=not no_legs,
@@ -166,8 +150,6 @@ def reenact(
     )
     for made in campaign.faults:
         say(f"  fault {made}")
-    if campaign.sizes:
-        say(f"  disturbed: {described(campaign.sizes)}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 

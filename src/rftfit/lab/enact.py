@@ -12,11 +12,20 @@ import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.lab.dialects import WRITERS, dialect_of
-from rftfit.lab.disturb import NOTHING, Sizes, described, sizes_of
 from rftfit.lab.marker import remove, write_marker
 from rftfit.lab.plan import Run, media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files
-from rftfit.lab.rig import Fault, Recording, damage_bytes, damage_recording, record, resolve
+from rftfit.lab.rig import (
+    AS_PUBLISHED,
+    Fault,
+    Lab,
+    LabStroke,
+    Recording,
+    damage_bytes,
+    damage_recording,
+    record,
+    resolve,
+)
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
@@ -35,9 +44,8 @@ class Reenactment:
     media: tuple[str, ...]
     runs: tuple[Run, ...]
     faults: tuple[Fault, ...]
-    spread: float
-    sizes: Sizes
     protocol: str
+    lab: Lab
     made_by: str
 
     def write(self, raw: Path, sheet: Path) -> list[int]:
@@ -68,12 +76,12 @@ class Reenactment:
     def logs(self, run: Run, *more: str) -> dict[str, bytes | None]:
         """Logs of a run as `run_logs` makes them, with its faults and some `more`."""
         faults = (*(fault.name for fault in self.faults if fault.changed == run.run_id), *more)
-        return run_logs(run, self.config, self.seed, faults, self.spread, self.protocol, self.sizes)
+        return run_logs(run, self.config, self.seed, faults, self.protocol, self.lab)
 
     def sheet(self, runs: Iterable[Run]) -> str:
         """Text of the run sheet with some runs."""
         tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
-        return sheet_text(runs, tares, described(self.sizes))
+        return sheet_text(runs, tares)
 
     def live(self, raw: Path, sheet: Path, pace_s: float, bad_share: float) -> Iterator[str]:
         """Write the campaign run by run, as a rig does: its row, then its logs, which grow and are still.
@@ -122,11 +130,10 @@ def prepare(
     media: Sequence[str] | None = None,
     directions: Sequence[tuple[float, float]] | None = None,
     faults: Sequence[str] = (),
-    spread: float = 0.0,
-    disturb: Sequence[str] = (),
     protocol: str = PAPER,
     tare: bool = True,
     legs: bool = True,
+    lab: Lab = AS_PUBLISHED,
 ) -> Reenactment:
     """Plan the logs that the paper's lab would have recorded; `Reenactment.write` writes them.
 
@@ -134,11 +141,10 @@ def prepare(
     Figs. S5 and S12 for legs, Fig. S11 for sand penetration. The same seed gives the same bytes, run by
     run, whatever `media` and order.
 
-    `directions`: (beta, gamma) of the plates, deg; default: of the paper. `spread`: Standard deviation of
-    alpha from one prepared bed to the next, N/cm^3; without it Table S5 comes back as it is. `faults`,
-    `disturb`: As on the command line.
+    `directions`: (beta, gamma) of the plates, deg; default: of the paper. `faults`: As on the command
+    line. `lab`: Whose forces and noise the logs have.
     """
-    chosen, sizes = media_of(config.media, media), sizes_of(disturb)
+    chosen = media_of(config.media, media)
     there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
     runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
     if not tare:
@@ -155,13 +161,11 @@ def prepare(
         "dialect": "" if dialect == "rig" else dialect,
         "tare": "" if tare else "none",
         "legs": "" if legs else "none",
-        "run-to-run spread": f"{spread:g} N/cm^3" if spread else "",
-        "disturbed": described(sizes),
     }
     made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
     return Reenactment(
-        config, seed, tuple(chosen), tuple(runs), tuple(found), spread, sizes, protocol, made_by
+        config, seed, tuple(chosen), tuple(runs), tuple(found), protocol, lab, made_by
     )
 
 
@@ -175,16 +179,15 @@ def run_logs(
     config: Config,
     seed: int,
     faults: tuple[str, ...] = (),
-    spread: float = 0.0,
     protocol: str = PAPER,
-    sizes: Sizes = NOTHING,
+    lab: Lab = AS_PUBLISHED,
 ) -> dict[str, bytes | None]:
     """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
 
     def recorded(cycle: int) -> tuple[Recording, Recording | None]:
-        whole = record(run, config, seed, raised, spread, pause, cycle, sizes)
-        return as_recorded(whole, protocol)
+        stroke = LabStroke(run, config, seed, cycle)
+        return as_recorded(record(stroke, raised, pause, lab), protocol)
 
     recording, unloaded = recorded(0)
     if run.cycles > 1:

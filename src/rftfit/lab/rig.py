@@ -13,9 +13,8 @@ import numpy.typing as npt
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.lab import disturb
 from rftfit.lab.plan import ArmMotion, FloatArray, Run, Segment, duration, motion_at, segments
-from rftfit.lab.truth import Forces, force_over_run, granular_law, rod_law
+from rftfit.lab.truth import Alpha, Forces, Law, alpha_of, force_over_run, granular_law, rod_law
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
@@ -90,20 +89,32 @@ class Recording:
         return Recording(**parts)
 
 
-def _stream(seed: int, run_id: str, purpose: int) -> np.random.Generator:
+def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
     """Random numbers of one run: the same whatever runs are written, where and in what order."""
     digest = np.frombuffer(hashlib.sha256(run_id.encode()).digest(), dtype="<u4")
     return np.random.default_rng([seed, purpose, *(int(word) for word in digest)])
 
 
-def _streams(seed: int, run: Run, cycle: int) -> disturb.Stream:
-    """Random numbers of one stroke of a run, by purpose."""
-    return lambda purpose: _stream(seed, run.run_id, purpose + 10 * cycle)
+@dataclass(frozen=True)
+class LabStroke:
+    """One stroke of a run.
+
+    `cycle`: Of several strokes in one log, which; each goes into a bed prepared anew.
+    """
+
+    run: Run
+    config: Config
+    seed: int
+    cycle: int = 0
+
+    def random(self, purpose: int) -> np.random.Generator:
+        """Random numbers for a purpose, from 0 to 9."""
+        return random_numbers(self.seed, self.run.run_id, purpose + 10 * self.cycle)
 
 
 def nuisance(run: Run, seed: int) -> Nuisance:
     """Draw bias, drift and clocks of a run."""
-    random = _stream(seed, run.run_id, 0)
+    random = random_numbers(seed, run.run_id, 0)
     late = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
     return Nuisance(
         start_s=round(run.clock_s + random.uniform(0, 60), 3),
@@ -125,15 +136,13 @@ def cable(run: Run, angle_deg: FloatArray) -> Forces:
     return force_z, force_x
 
 
-def bed_of(run: Run, seed: int, spread: float, sizes: disturb.Sizes, cycle: int = 0) -> disturb.Bed:
-    """Draw the bed of a run; alpha_z and alpha_x are off by `spread` (standard deviation), N/cm^3."""
-    stream = _streams(seed, run, cycle)
-    z, x = (spread * stream(3).standard_normal(2)).tolist()
-    height, factor = disturb.beds(sizes, stream)
-    height += disturb.session_cm(sizes, _stream(seed, "", 4))
-    rod = 1 + sizes.get("tare-bed", 0.0) / 100 if run.kind == "rod" else 1.0
-    power = sizes.get("power", 1.0)
-    return disturb.Bed((z, x), float(factor[0]), float(height[0]), power, rod)
+Laws = tuple[Law | None, Law | None]
+"""Of the medium on the intruder, and on rod and mount; None where the medium does not touch them."""
+
+
+def published_laws(run: Run, config: Config, alpha: Alpha = alpha_of) -> Laws:
+    """Laws of a run in the published bed; `alpha` as of `granular_law`."""
+    return granular_law(run, config, alpha), None if run.leg else rod_law(run)
 
 
 def ideal(
@@ -141,23 +150,26 @@ def ideal(
     config: Config,
     parts: tuple[Segment, ...] = (),
     phase_s: float = 0.0,
-    bed: disturb.Bed = disturb.AS_PUBLISHED,
+    laws: Laws | None = None,
 ) -> Ideal:
-    """Noise-free forces of a run at the force log's sample times, the first `phase_s` after the start."""
+    """Noise-free forces of a run at the force log's sample times, the first `phase_s` after the start.
+
+    `laws`: Of the bed; default: the published ones.
+    """
     parts = parts or segments(run, config)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
     motion = motion_at(parts, phase_s + np.arange(count) / FORCE_HZ)
     nothing = np.zeros(count)
     level = run.direction == "horizontal"
-    law = granular_law(run, config, bed)
-    granular = force_over_run(law, parts, motion, level) if law else (nothing, nothing)
+    granular, rod = (
+        force_over_run(law, parts, motion, level) if law else (nothing, nothing)
+        for law in laws or published_laws(run, config)
+    )
     if run.leg:
-        rod = (nothing, nothing)
         force_z, force_x = cable(run, motion.angle_deg)
         return Ideal(motion, granular, rod, (force_z - _LEG_WEIGHT_N, force_x))
     weight = _ROD_WEIGHT_N + (_PLATE_WEIGHT_N if run.kind == "plate" else 0.0)
-    on_rod = force_over_run(rod_law(run, bed), parts, motion, level)
-    return Ideal(motion, granular, on_rod, (nothing - weight, nothing))
+    return Ideal(motion, granular, rod, (nothing - weight, nothing))
 
 
 def to_channels(
@@ -188,73 +200,68 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
     return np.column_stack(columns)
 
 
-def _channels(
-    true: Ideal,
-    drawn: Nuisance,
-    sensor: Transducer,
-    path_cm: FloatArray,
-    sizes: disturb.Sizes,
-    stream: disturb.Stream,
-) -> FloatArray:
-    """Readings of F1, F2, F3, shape (n, 3), N: the forces as disturbed, drift, bias and noise, in steps of the sensor."""
-    count = path_cm.size
-    drift = drawn.drift_N_per_min * (np.arange(count) / FORCE_HZ / 60)[:, None]
-    uneven = disturb.unevenness(sizes, stream, path_cm)
-    force = np.array(true.granular) * uneven + np.array(true.rod) + np.array(true.steady)
-    force = disturb.delayed(force, sizes.get("lag", 0.0) * FORCE_HZ) + drift[:, [2, 0]].T
-    force_z, force_x = disturb.turned(force[0], force[1], sizes.get("turn", 0.0))
-    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor) + drawn.bias_N
-    channels += _noise(stream(1), count, sensor.precision_N)
-    if sizes.get("pink"):
-        channels += sizes["pink"] * disturb.pink(stream(6), 3, count).T
+class Lab:
+    """The lab of the published measurements: its beds, and the noise of its sensor.
+
+    `rftfit.lab.enact.prepare` takes another lab, derived from this one; the tests have some with the
+    errors of a real lab. Purposes 0 to 2 of `LabStroke.random` are taken.
+    """
+
+    def forces(self, stroke: LabStroke, parts: tuple[Segment, ...], phase_s: float) -> Ideal:
+        """Noise-free forces of a stroke; `parts` and `phase_s` as of `ideal`."""
+        return ideal(stroke.run, stroke.config, parts, phase_s)
+
+    def noise_N(self, stroke: LabStroke, count: int) -> FloatArray:
+        """Noise of F1, F2 and F3, shape (count, 3)."""
+        return _noise(stroke.random(1), count, stroke.config.transducer.precision_N)
+
+
+AS_PUBLISHED = Lab()
+
+
+def _channels(true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transducer) -> FloatArray:
+    """Readings of F1, F2, F3, shape (n, 3), N: forces, drift, bias and noise, in steps of the sensor."""
+    drift = drawn.drift_N_per_min * (np.arange(len(noise_N)) / FORCE_HZ / 60)[:, None]
+    force = np.array(true.granular) + np.array(true.rod) + np.array(true.steady)
+    force_z, force_x = force + drift[:, [2, 0]].T
+    channels = to_channels(force_x, drawn.side_N + drift[:, 1], force_z, sensor)
+    channels = channels + drawn.bias_N + noise_N
     limit = np.array(sensor.range_N)
     return np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
 
 def record(
-    run: Run,
-    config: Config,
-    seed: int,
-    raised: bool = False,
-    spread: float = 0.0,
-    pause: bool = True,
-    cycle: int = 0,
-    sizes: disturb.Sizes = disturb.NOTHING,
+    stroke: LabStroke, raised: bool = False, pause: bool = True, lab: Lab = AS_PUBLISHED
 ) -> Recording:
-    """Record a run the way the rig does.
-
-    `raised`, `pause`: As of `segments`. `spread`: Of `bed_of`. `cycle`: Of several strokes in one log,
-    which; each has a bed of its own.
-    """
-    drawn = nuisance(run, seed)
-    bed = bed_of(run, seed, spread, sizes, cycle)
-    parts = segments(run, config, raised, pause)
-    true = ideal(run, config, parts, drawn.force_phase_s, bed)
+    """Record a stroke the way the rig does. `raised`, `pause`: As of `segments`."""
+    config = stroke.config
+    drawn = nuisance(stroke.run, stroke.seed)
+    parts = segments(stroke.run, config, raised, pause)
+    true = lab.forces(stroke, parts, drawn.force_phase_s)
     motion = true.motion
-    stream = _streams(seed, run, cycle)
-    path_cm = disturb.path_cm(motion, config.intruders[run.intruder])
-    channels = _channels(true, drawn, config.transducer, path_cm, sizes, stream)
+    noise_N = lab.noise_N(stroke, motion.elapsed_s.size)
+    channels = _channels(true, drawn, noise_N, config.transducer)
     # the motion log: same run, other clock
     rate = 1 + _DRIFT_PPM * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
     clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
     arm = motion_at(parts, (clock - begin) / rate)
-    wobble = stream(2).normal(0, 1, (3, ticks))
-    stroke = np.array([part.phase == "stroke" for part in parts])
+    wobble = stroke.random(2).normal(0, 1, (3, ticks))
+    in_stroke = np.array([part.phase == "stroke" for part in parts])
     # a leg rests in air at both ends, a plate where it is above the surface
-    air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
+    in_air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
     return Recording(
         force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
         channels_N=channels,
-        stroke=stroke[motion.segment],
+        stroke=in_stroke[motion.segment],
         motion_time_s=clock,
         x_mm=config.arm.middle_x_mm + 10 * arm.x_cm + _POSITION_SD_MM * wobble[0],
         z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
         angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
-        in_air=air[motion.segment],
-        motion_stroke=stroke[arm.segment],
+        in_air=in_air[motion.segment],
+        motion_stroke=in_stroke[arm.segment],
         motion_ahead_s=clock - (drawn.start_s + (clock - begin) / rate),
     )
 

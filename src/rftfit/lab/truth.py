@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 
 from rftfit import reference
-from rftfit.campaign.config import Config, Leg, Plate
-from rftfit.lab.disturb import AS_PUBLISHED, Bed, power_law
+from rftfit.campaign.config import Config, Plate
 from rftfit.lab.plan import (
     CLEARANCE_CM,
     ArmMotion,
@@ -26,6 +25,9 @@ Forces = tuple[FloatArray, FloatArray]
 
 Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
 """Fully developed force at places (x cm, z cm, angle deg) of one segment, arrays of shape (n,)."""
+
+Alpha = Callable[[Run, str], tuple[float, float]]
+"""Stress per depth (z, x), N/cm^3, of a plate run in its phase approach, stroke or lift."""
 
 BUILD_UP = 0.02
 """Travel (cm; rad for a leg) within which a force is fully developed: within the speed ramp."""
@@ -112,7 +114,7 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
 
 
 def alpha_of(run: Run, phase: str) -> tuple[float, float]:
-    """Stress per depth (z, x), N/cm^3, of a plate run in its phase approach, stroke or lift."""
+    """Return the published stress per depth of a plate run: an `Alpha`."""
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
         return table_s5(run.published, beta, 90.0)
@@ -145,15 +147,15 @@ def near_walls(
     return factor
 
 
-def plate_law(run: Run, config: Config, bed: Bed) -> Law:
-    """Force on the plate of a laboratory run: alpha of Table S5 times depth times area."""
+def plate_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law:
+    """Force on the plate of a laboratory run: alpha times depth times area."""
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
 
     def law(part: Segment, x_cm: FloatArray, z_cm: FloatArray, _: FloatArray) -> Forces:
-        alpha_z, alpha_x = (a + b for a, b in zip(alpha_of(run, part.phase), bed.off, strict=True))
-        load = plate.area_cm2 * power_law(submerged_depth(-z_cm, half_z), bed.power)
+        alpha_z, alpha_x = alpha(run, part.phase)
+        load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
         if run.direction == "horizontal" and part.phase == "stroke":
             # the published value IS the mean over the steady part, so no wall factor here
             load = load * (1 + _STICK_SLIP * np.sin(2 * np.pi * x_cm / _STICK_SLIP_CM))
@@ -164,49 +166,16 @@ def plate_law(run: Run, config: Config, bed: Bed) -> Law:
     return law
 
 
-def scaled_law(law: Law, factor: float) -> Law:
-    """Multiply a law by a number: the same force in a bed that is denser as a whole."""
-
-    def scaled(part: Segment, x: FloatArray, z: FloatArray, angle: FloatArray) -> Forces:
-        force_z, force_x = law(part, x, z, angle)
-        return factor * force_z, factor * force_x
-
-    return scaled
-
-
-def below(law: Law, surface_cm: float) -> Law:
-    """Put a law into a bed whose surface is higher by `surface_cm`."""
-    return lambda part, x, z, angle: law(part, x, z - surface_cm, angle)
-
-
-def push_alpha(run: Run) -> float:
-    """alpha_z of a straight push, N/cm^3: Table S5; of a natural sand, first centimetre of Fig. S11."""
-    if run.natural:
-        return float(sand_stress(run.published, np.array([1.0]))[0])
-    return table_s5(run.published, 0.0, 90.0)[0]
-
-
-def granular_law(run: Run, config: Config, bed: Bed) -> Law | None:
+def granular_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
-    Published curves of legs and natural sands are multiplied by what the bed makes of a straight
-    push; a leg's also by what the surface makes of the square of its greatest depth.
+    `alpha`: Of plates in a laboratory medium; the forces on legs and in natural sands are published curves.
     """
-    if run.kind not in ("leg", "plate"):
+    if run.kind == "leg":
+        return leg_law(run)
+    if run.kind != "plate":
         return None
-    factor = bed.factor
-    if run.kind == "plate" and not run.natural:
-        law = plate_law(run, config, bed)
-    else:
-        law = leg_law(run) if run.kind == "leg" else sand_law(run, config)
-        factor *= 1 + bed.off[0] / push_alpha(run)
-    intruder = config.intruders[run.intruder]
-    if isinstance(intruder, Leg):
-        deepest = intruder.max_length_cm - intruder.hip_height_cm
-        factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
-    else:
-        law = below(law, bed.surface_cm)
-    return scaled_law(law, factor)
+    return sand_law(run, config) if run.natural else plate_law(run, config, alpha)
 
 
 _TAPER_DEG = 3.0
@@ -275,7 +244,7 @@ def strength(run: Run) -> float:
     return alpha / _ALPHA_OF_STRENGTH_ONE
 
 
-def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
+def rod_law(run: Run) -> Law:
     """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
 
     The force on a thin rod grows with the square of the depth; from 3 cm on the mount is in the medium
@@ -287,7 +256,7 @@ def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
 
     def law(part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
         vx, vz = np.subtract(part.end[:2], part.start[:2]) / part.distance
-        depth = np.maximum(bed.surface_cm - z_cm, 0.0)
+        depth = np.maximum(-z_cm, 0.0)
         mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
         load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
         if vz > 0:
@@ -296,4 +265,4 @@ def rod_law(run: Run, bed: Bed = AS_PUBLISHED) -> Law:
         force_x = -1.2 * vx * load + 0.06 * math.sin(beta) * load
         return force_z, force_x
 
-    return scaled_law(law, bed.rod)
+    return law

@@ -70,11 +70,10 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4f}".rstrip("0").rstrip(".")
 
 
-def sheet_text(runs: Iterable[Run], tares: Mapping[str, str], disturbed: str = "") -> str:
+def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     """Text of the run sheet (csv), one row for each run in the given order.
 
-    `tares`: run_id to the tare_run to be written instead of the run's own. `disturbed`: How the runs
-    were, with sizes; goes into their notes.
+    `tares`: run_id to the tare_run to be written instead of the run's own.
     """
     buffer = io.StringIO()
     runs = list(runs)
@@ -87,8 +86,6 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str], disturbed: str = "
         row = {name: getattr(run, name, "") for name in columns}
         row |= {name: _number(getattr(run, name)) for name in ("beta_deg", "gamma_deg", "depth_cm")}
         row["tare_run"] = tares.get(run.run_id, run.tare_run)
-        if disturbed:
-            row["note"] = f"{run.note}; disturbed: {disturbed}"
         row["tare_shared"] = "yes" if run.tare_shared else ""
         if used["stroke"]:
             row["stroke"] = 1
