@@ -14,10 +14,9 @@ import argparse
 import contextlib
 import gc
 import sys
-import threading
 from collections.abc import Sequence
 from importlib import import_module
-from multiprocessing import connection, parent_process
+from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +27,9 @@ from rftfit.figures.style import save_pages
 from rftfit.results import Results
 from rftfit.store import write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
+from rftfit.workflow.processes import end_with
 from rftfit.workflow.records import Record, maker_of, read_fingerprint, split
 from rftfit.workflow.state import States, job_of, read_states
-
-_ENDED = 143
 
 
 def main(words: Sequence[str] | None = None, states: States | None = None) -> int:
@@ -131,7 +129,10 @@ def write_all(results: Results, writes: Sequence[str], made: Any) -> list[str]:
 def run_forked(words: Sequence[str], log: str, folder: str) -> None:
     """Do a job in a process forked from one that has imported `rftfit.workflow.preload`; end as its parent ends."""
     preloaded = sys.modules["rftfit.workflow.preload"]
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    starter = parent_process()
+    assert starter is not None
+    assert starter.pid is not None
+    end_with(starter.pid)
     os.chdir(folder)
     with open(log, "wb") as errors:  # noqa: PTH123
         os.dup2(errors.fileno(), 2)
@@ -148,13 +149,6 @@ def run_forked(words: Sequence[str], log: str, folder: str) -> None:
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(status)
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    assert parent is not None
-    connection.wait([parent.sentinel])
-    os._exit(_ENDED)
 
 
 def _say(message: str) -> None:

@@ -22,6 +22,7 @@ from rftfit.workflow.state import States, handed_over
 
 _MODULES = (
     "pandas",
+    "psutil",
     "scipy.special",
     "numba",
     "rftfit.workflow.job",

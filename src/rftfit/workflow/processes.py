@@ -102,14 +102,23 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
         end()
         return False
+    end_with(parent, end)
+    return True
+
+
+def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
+    """Watch a process from a thread, and end (default: at once) soon after it has ended."""
+    import psutil
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(_LOOK_S)
-        end()
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process = psutil.Process(process_id)
+            # an ended process that nobody has waited for still has its id
+            while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
+                time.sleep(_LOOK_S)
+        (end or end_now)()
 
     threading.Thread(target=watch, name="end with parent", daemon=True).start()
-    return True
 
 
 def end_now() -> None:
