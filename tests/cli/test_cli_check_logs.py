@@ -89,7 +89,7 @@ def test_what_a_run_would_drop_is_what_check_tells(folder):
     folder.run_here("checks")
     fits = folder.table(f"fits/{MEDIUM}.csv")
     lost = set(fits.loc[fits["alpha_z_N_per_cm3"].isna(), "run_id"])
-    flagged = set(folder.table("flags/poppy_LP.csv")["run_id"])
+    flagged = set(folder.table(f"flags/{MEDIUM}.csv")["run_id"])
     assert told == set(damages)
     assert lost | flagged == told
     assert len(lost) >= 3

@@ -66,7 +66,7 @@ SINGLE = (
     "sands",
     "sand_correction",
 )
-OF_MEDIA = ("checks", "alpha", "maps", "runs", "tares", "fits", "legs")
+OF_MEDIA = ("flags", "checks", "alpha", "maps", "runs", "tares", "fits", "legs")
 
 
 def bare_campaign(folder, names, *, robot=False, **changes):
@@ -135,9 +135,6 @@ def _page_results(nasty, robot):
     results = bare_campaign(folder, (*reference.MEDIA, "yuma"), robot=robot, **changes)
     for name, table in paper_tables().items():
         write(results, f"{name}.csv", table)
-    for medium in (*reference.MEDIA, "yuma"):
-        if not results.has(f"flags/{medium}.csv"):
-            write(results, f"flags/{medium}.csv", flag_table(medium, "ingest", []))
     reason = NASTY if nasty else "saturated throughout"
     write(results, "maps/yuma.csv", maps(results, "yuma"))
     write(results, "reproduction.csv", _reproduction(reason))

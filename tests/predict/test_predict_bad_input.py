@@ -9,7 +9,7 @@ from light_campaign import alpha_frame
 from rigroom import Room
 
 from rftfit import reference
-from rftfit.measure.flags import FLAGS, MARKS
+from rftfit.measure.flags import MARKS, flag_table
 from rftfit.results import open_results
 from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
@@ -34,7 +34,8 @@ def on_trial(room, alpha, legs):
     room.write()
     if alpha is None:
         alpha = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    for part, table in (("alpha", alpha), ("legs", legs)):
+    flags = flag_table("poppy_LP", "checks", [])
+    for part, table in (("alpha", alpha), ("legs", legs), ("flags", flags)):
         write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
     with few_draws():
         return legs_predicted(open_results(room.folder))[:2]
@@ -130,7 +131,7 @@ def test_leg_log_that_breaks_off(room, run, kinds):
             "zero_se_x_N": 0.0,
             "spread_z_N": 0.0,
             "spread_x_N": 0.0,
-            **dict.fromkeys((*FLAGS, *MARKS), ""),
+            **dict.fromkeys(MARKS, ""),
         }
     )
     _, errors = on_trial(room, None, other)

@@ -104,7 +104,7 @@ def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path):
     config = tmp_path / "config" / "config.yaml"
     text = config.read_text(encoding="utf-8")
     config.write_text(text.replace("method: stated", "method: air"), encoding="utf-8")
-    _, fits, _ = measured(tmp_path)
+    _, fits, *_ = measured(tmp_path)
     assert fits["reason_code"][0] == "no-zero"
 
 
@@ -135,7 +135,7 @@ def test_strokes_of_one_log(tmp_path):
     sheet.write_text(
         "\n".join([head + ",zero_log,stroke", *again, rod + ",,1"]) + "\n", encoding="utf-8"
     )
-    alpha, fits, _ = measured(tmp_path)
+    alpha, fits, *_ = measured(tmp_path)
     assert list(fits["run_id"]) == ["push1", "push2", "push3"]
     np.testing.assert_allclose(fits["alpha_z_N_per_cm3"], fits["alpha_z_N_per_cm3"][0], rtol=2e-3)
     assert alpha["n_runs"].tolist() == [3]
@@ -143,5 +143,5 @@ def test_strokes_of_one_log(tmp_path):
     assert alpha["alpha_z_N_per_cm3"][0] == pytest.approx(wanted, abs=0.002)
     text = sheet.read_text(encoding="utf-8").replace(",3\n", ",4\n")
     sheet.write_text(text, encoding="utf-8")
-    _, fits, _ = measured(tmp_path)
+    _, fits, *_ = measured(tmp_path)
     assert fits["reason_code"][2] == "no-such-stroke"

@@ -30,8 +30,6 @@ LISTS = ("runs_of", "of_role", "with_legs")
 UNREAD = {
     # where the logs lie; read while the campaign is loaded
     "ingest": {"raw"},
-    # whether a run may lack a tare; here none does
-    "tare": {"fit"},
     # of fits by a power where stress is curved; of these media none is
     "checks": {"container", "intruders"},
     # in-air runs that no leg names, of which this campaign has none, are read there
