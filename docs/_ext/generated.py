@@ -28,8 +28,8 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def outputs() -> str:
     """Every file that a run writes, with every column."""
-    from rftfit.measure.flags import SENTENCES
     from rftfit.measure.ledger import RowStatus
+    from rftfit.measure.sentences import SENTENCES
     from rftfit.outputs.dictionary import PARTS
     from rftfit.outputs.dictionary import outputs as described
 

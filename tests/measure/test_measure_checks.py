@@ -89,12 +89,12 @@ def test_a_single_run_that_gives_energy_back_is_flagged():
     table = on_grid("poppy_LP", "few")
     table["run_ids"] = [f"run{place}" for place in range(len(table))]
     at = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
-    assert not axes(table)["work"].runs
+    assert not axes(table)["work"].flags
     table.loc[at, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
     work = axes(table)["work"]
-    assert (work.verdict, work.runs) == ("passed", (remark("gives-back", run_id=f"run{at}"),))
+    assert (work.verdict, work.flags) == ("passed", (remark("gives-back", run_id=f"run{at}"),))
     table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
-    assert (axes(table)["work"].verdict, axes(table)["work"].runs) == ("failed", ())
+    assert (axes(table)["work"].verdict, axes(table)["work"].flags) == ("failed", ())
 
 
 @pytest.mark.parametrize("grid", GRID_NAMES)
@@ -255,7 +255,7 @@ def test_runs_of_several_cells_that_give_energy_back_are_each_flagged():
         (60, 0, 0, -0.1, 0.001, 0.001),
     ]
     table = few_cells(rows, run_ids=["a", "b c", "d"])
-    assert axes(table)["work"].runs == tuple(remark("gives-back", run_id=run) for run in "bcd")
+    assert axes(table)["work"].flags == tuple(remark("gives-back", run_id=run) for run in "bcd")
 
 
 def test_a_cell_without_alpha_is_left_out_whole():
@@ -343,7 +343,7 @@ DEAD_Z = {"F3": (1.5, 1.5, 1.0, 1.5)}
 
 def test_channels_that_move_pass():
     found = channels_of(FINE, FINE, FINE)
-    assert (found.verdict, found.found, found.runs) == ("passed", "3 logs", ())
+    assert (found.verdict, found.found, found.flags) == ("passed", "3 logs", ())
     assert found.allowed == "below 50% of a stroke at one reading, no end in common below the range"
 
 
@@ -357,7 +357,7 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead, fine, verdict):
         assert found.sentence == (
             f"F3, along z, is constant in {dead} of {dead + fine} logs: look at its cable and its column."
         )
-        assert found.runs == tuple(
+        assert found.flags == tuple(
             remark("channel-still", run_id=f"r{n}", channel="F3") for n in range(dead)
         )
 
@@ -365,9 +365,9 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead, fine, verdict):
 def test_runs_of_each_dead_channel_are_told():
     dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
     found = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
-    told = [one.values["channel"] for one in found.runs if one.code == "channel-still"]
+    told = [one.values["channel"] for one in found.flags if one.code == "channel-still"]
     assert told == ["F1"] * 3 + ["F3"] * 3
-    assert [one.run_id for one in found.runs] == [f"r{n}" for n in range(6)]
+    assert [one.run_id for one in found.flags] == [f"r{n}" for n in range(6)]
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
@@ -392,7 +392,7 @@ def test_whose_channels_are_looked_at():
     turning = {"kind": "leg", "direction": "rotation"}
     assert channels_of(*[(turning, DEAD_Z)] * 3, FINE).verdict == "failed"
     assert channels_of(*[({}, DEAD_Z)] * 3, constant=("F3",)).verdict == "passed"
-    assert channels_of() == Check("channels", "not checked", "no readings of channels")
+    assert channels_of() == Check.skip("channels", "channels-unread")
     # one push is all there is
     assert channels_of(({}, DEAD_Z)).verdict == "failed"
     dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
@@ -445,7 +445,7 @@ def test_a_channel_that_ends_below_its_range(low, high, share, held, count, verd
             f"F1, along x, stops at {held:g} N in 3 of 4 logs, below its range: look at the range of "
             "amplifier and logger"
         )
-        assert found.runs == tuple(
+        assert found.flags == tuple(
             remark("channel-clipped", run_id=f"r{n}", channel="F1", newtons=held) for n in range(3)
         )
 
@@ -798,12 +798,12 @@ def test_rods_run_by_run(way, tare, which):
         {"run_id": [*sheet], "tare_run": "rod", "force_rms_N": 2.0, "tare_rms_N": tare}
     )
     found = check_rods(measured(sheet, tares=table))
-    assert [one.run_id for one in found.runs] == which
+    assert [one.run_id for one in found.flags] == which
     assert found.verdict == ("failed" if which else "passed")
     # where plate and rod feel a twentieth, only three times as much is clear
     for weak, runs in ((0.17, []), (0.31, ["r2"])):
         faint = table.assign(force_rms_N=[0.1, 2.0, 2.0], tare_rms_N=[weak, 0.2, 0.2])
-        assert [one.run_id for one in check_rods(measured(sheet, tares=faint)).runs] == runs
+        assert [one.run_id for one in check_rods(measured(sheet, tares=faint)).flags] == runs
     assert check_rods(measured(sheet, tares=table.assign(tare_run=""))).verdict == "not checked"
     assert check_rods(measured(sheet, tares=table.assign(force_rms_N=0.0))).verdict == "not checked"
 
@@ -834,7 +834,7 @@ def test_drift(trend, verdict, which, axis):
         measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
     )
     assert found.verdict == verdict
-    assert [one.run_id for one in found.runs] == [f"r{n + 2}" for n in which]
+    assert [one.run_id for one in found.flags] == [f"r{n + 2}" for n in which]
 
 
 def channels_against(seen, explained=False, turn=0.0, columns=()):
@@ -960,7 +960,7 @@ def surface(tables, role=LABORATORY, **errors):
 )
 def test_where_stress_begins(start, late, verdict, names):
     found, line = surface(strokes(start, late))
-    assert (found.verdict, line.verdict, found.runs) == (verdict, "passed", ())
+    assert (found.verdict, line.verdict, found.flags) == (verdict, "passed", ())
     words = {"surface": "urface is wrong", "late": "log is late", "early": "log is early"}
     assert {name for name, word in words.items() if word in found.sentence} == {*names.split()}
 
@@ -981,13 +981,13 @@ def test_what_is_stated_of_the_surface_is_allowed():
 def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     # errors of pulls are too large to tell theirs
     found = surface(strokes(start, late))[0]
-    assert bool(found.runs) == bool(code)
+    assert bool(found.flags) == bool(code)
     # pushes alone hardly tell a surface from a lag
-    assert {one.code for one in found.runs} <= {"surface-differs", "lag-differs"}
+    assert {one.code for one in found.flags} <= {"surface-differs", "lag-differs"}
     assert found.verdict == ("failed" if code else "passed")
     pushes = [f"r{n + 2}" for n in range(24) if n % 3 == 0]
-    assert {*pushes} >= {one.run_id for one in found.runs if int(one.run_id[1:]) < 26}
-    for one in found.runs:
+    assert {*pushes} >= {one.run_id for one in found.flags if int(one.run_id[1:]) < 26}
+    for one in found.flags:
         if one.code == code:
             assert one.values["gap"] == pytest.approx(gap, rel=0.25)
 
@@ -1009,7 +1009,7 @@ def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
     place = np.arange(48)
     luck = np.random.default_rng(3).normal(0, 0.07, 48)
     found = surface(strokes(np.where((first <= place) & (place < last), gap, 0.0) + luck))[0]
-    pushes = {one.run_id for one in found.runs} & {f"r{n + 2}" for n in range(24)}
+    pushes = {one.run_id for one in found.flags} & {f"r{n + 2}" for n in range(24)}
     assert len(pushes ^ {f"r{n + 2}" for n in named}) <= 1
     assert found.verdict == ("failed" if named else "passed")
 
@@ -1069,7 +1069,7 @@ def test_copies_are_listed_with_what_they_are_copies_of():
     sheet: Any = {name: SimpleNamespace(intruder="", beta_deg=0) for name in "abcd"}
     found = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
     assert found.verdict == "failed"
-    assert [(one.run_id, one.values["runs"]) for one in found.runs] == [
+    assert [(one.run_id, one.values["runs"]) for one in found.flags] == [
         ("b", "c, d"),
         ("c", "b, d"),
         ("d", "b, c"),
@@ -1097,7 +1097,7 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     flag = remark("gives-back", run_id="a")
 
     def one(name):
-        return Check(name, "failed" if name == failed else "passed", runs=(flag,))
+        return Check.judge(name, name != failed, [flag])
 
     order = {name: lambda _, name=name: one(name) for name in checks.IN_ORDER}
     monkeypatch.setattr(checks, "IN_ORDER", order)
@@ -1110,4 +1110,4 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     verdicts = {str(one.check): one.verdict for one in found}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
-    assert all(one.runs == (flag,) for one in found)
+    assert all(one.flags == (flag,) for one in found)

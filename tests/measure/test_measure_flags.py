@@ -7,8 +7,6 @@ import pytest
 
 import rftfit
 from rftfit.measure.flags import (
-    FLAGS,
-    SENTENCES,
     Flags,
     Remark,
     about,
@@ -20,6 +18,8 @@ from rftfit.measure.flags import (
     remark,
     say,
 )
+from rftfit.measure.sentences import CHECK_WORDS, FLAGS, SENTENCES
+from rftfit.measure.verdicts import CHECKS
 
 DRIFT, CUT = remark("zero-drifted", newtons=0.3), remark("motion-log-cut")
 GAIN = remark("channel-gain", channel="F1", times=2.0)
@@ -34,6 +34,15 @@ def test_every_code_of_the_source_has_a_sentence():
     assert {*used} <= {*SENTENCES}
     with pytest.raises(KeyError):
         remark("no-such-code")
+
+
+def test_every_outcome_of_a_check_has_its_words_and_no_words_are_left_over():
+    folder = Path(rftfit.__file__).parent / "measure"
+    text = "".join(path.read_text(encoding="utf-8") for path in folder.glob("check*.py"))
+    assert {*CHECKS} <= {*CHECK_WORDS}
+    unused = [code for code in CHECK_WORDS if f'"{code}"' not in text]
+    # the code of a shifted surface or lag is built from the name of what shifted
+    assert unused == ["surface-differs", "lag-differs"]
 
 
 def test_flags_come_back_from_a_table():

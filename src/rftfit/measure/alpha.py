@@ -30,7 +30,6 @@ from rftfit.measure.errors import (
 )
 from rftfit.measure.fits import COMPONENTS, Row
 from rftfit.measure.flags import (
-    FLAGS,
     MARKS,
     REASON,
     Flags,
@@ -42,6 +41,7 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.laws import power_fit
+from rftfit.measure.sentences import FLAGS
 from rftfit.measure.slopes import combine_dof
 
 SAME_DIRECTION_DEG = 0.5

@@ -44,13 +44,11 @@ def check_medium(
     measured = Measured(campaign.config, settings, sheet, tables, copies, flags)
     done: dict[CheckName, Check] = {}
     for name, check in IN_ORDER.items():
-        one = done[name] = check(measured)
+        outcome = done[name] = check(measured)
         first = [other for other in CHECKS[name].after if done[other].effect]
-        if first and one.verdict != NOT_CHECKED:
+        if first and outcome.verdict != NOT_CHECKED:
             # the flags of single runs stay
-            waits = f"not before the check {first[0]} passes"
-            done[name] = replace(Check.skipped(name, waits), runs=one.runs)
-        elif one.verdict == FAILED and (why := settings.accept.get(name)):
-            words = f"{one.sentence} Accepted: {why}"
-            done[name] = replace(one, verdict=ACCEPTED, sentence=words)
+            done[name] = replace(Check.skip(name, "waits", first=first[0]), flags=outcome.flags)
+        elif outcome.verdict == FAILED and (why := settings.accept.get(name)):
+            done[name] = replace(outcome, verdict=ACCEPTED, why_accepted=why)
     return [done[name] for name in get_args(CheckName)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
+from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
 
@@ -29,70 +31,63 @@ def check_work(measured: Measured) -> Check:
     alpha, sheet = measured.tables["alpha"], measured.sheet
     cells = Cells.of(alpha)
     if not (count := cells.gamma.size):
-        return Check.skipped("work", "no cell has alpha")
+        return Check.skip("work", "work-no-cell")
     done, least = cells.work
     back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
     runs = " ".join(back["run_ids"]).split()
-    where = "the columns of the table" if measured.config.table else "transducer.axes"
-    given = f"{cells.n_negative_work} of {count} cells give energy back"
-    sentence = (
-        f"The signs of forces or motion are wrong in some runs ({given}: {rows_of(runs, sheet)}): look at "
-        f"the direction, the angles and the logs of these runs, then at {where}."
-    )
-    if (other := other_axes(cells)) is not None:
-        name, then = other
-        after = f"{then.n_negative_work or 'none'} of them with that put right"
-        sentence = f"{name} ({given}; {after}): look at {where}."
-        # the axes are those of all runs
-        runs = []
     worst = int((done / least).argmin())
-    found = f"{given}; the worst has D = {done[worst]:.3g} N/cm^3, where {-least[worst]:.3g} and more count as noise"
-    allowed = f"at most {cells.few - 1} of them" if cells.few > 1 else "none"
-    allowed += ", and not the push straight down" * (cells.push is not None)
-    return Check.judged(
-        "work", cells.takes_energy, found, allowed, sentence, flags_on(runs, "gives-back")
-    )
+    limit = "few-cells" if cells.few > 1 else "no-cell"
+    values: dict[str, Any] = {
+        "negative": remark("negative-work", count=cells.n_negative_work, size=count),
+        "worst": done[worst],
+        "noise": -least[worst],
+        "allowed": remark(
+            f"{limit}-no-push" if cells.push is not None else limit, count=cells.few - 1
+        ),
+        "where": "the columns of the table" if measured.config.table else "transducer.axes",
+    }
+    if (other := other_axes(cells)) is not None:
+        # the axes are those of all runs
+        name, turned = other
+        values |= {"axes": name, "after": turned.n_negative_work or "none"}
+        return Check.judge("work", cells.takes_energy, code="work-axes", **values)
+    flags = flags_on(runs, "gives-back")
+    return Check.judge("work", cells.takes_energy, flags, rows=rows_of(runs, sheet), **values)
 
 
 def check_symmetry(measured: Measured) -> Check:
     """Whether mirror images straight down feel opposite horizontal forces."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
-        return Check.skipped("symmetry", "the force along x was not measured")
+        return Check.skip("symmetry", "symmetry-no-x")
     cells = Cells.of(measured.tables["alpha"])
     turn, se = cells.turn_rad
     if math.isnan(turn):
-        return Check.skipped("symmetry", "no alpha at (0, 90) deg, and no mirror images")
+        return Check.skip("symmetry", "symmetry-no-cell")
     degrees = math.degrees(turn)
-    lo, hi = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
-    ends = f" ({lo:+.1f} to {hi:+.1f})" if se else ""
-    found = f"the mount looks turned by {degrees:+.1f} deg{ends} beyond what is stated"
-    allowed = f"{math.degrees(_TURN + _SIGMAS * se):.1f} deg of either sign"
+    low, high = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
+    values: dict[str, Any] = {
+        "turn_deg": degrees,
+        "interval": remark("interval-deg", low=low, high=high) if se else "",
+        "most_deg": math.degrees(_TURN + _SIGMAS * se),
+        "most_errors": _UNLIKE,
+    }
     misfit, worst = cells.mirror_misfit
-    look = "at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed"
-    if misfit > _UNLIKE:
-        alpha = measured.tables["alpha"]
-        place = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
-        beta, gamma = (alpha[f"{name}_deg"].iloc[place] for name in ("beta", "gamma"))
-        found += f"; (\N{PLUS-MINUS SIGN}{abs(beta):g}, {gamma:g}) deg are off from that by {misfit:.1f} times their error"
-        look = f"at the sign of beta_deg in the runs at ({beta:g}, {gamma:g}) and ({-beta:g}, {gamma:g}) deg"
-    sentence = f"On plates pushed straight down a horizontal force acts to one side ({found}): look {look}."
-    allowed += f", and pairs at most {_UNLIKE:g} times their error off from one turn"
-    return Check.judged("symmetry", cells.mirror_images_agree, found, allowed, sentence)
+    if misfit <= _UNLIKE:
+        return Check.judge("symmetry", cells.mirror_images_agree, **values)
+    alpha = measured.tables["alpha"]
+    place = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
+    beta, gamma = (alpha[f"{name}_deg"].iloc[place] for name in ("beta", "gamma"))
+    values |= {"beta_deg": beta, "image_deg": -beta, "size_deg": abs(beta), "gamma_deg": gamma}
+    return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
 
 
 def check_up_down(measured: Measured) -> Check:
     """Whether pushing a level plate down takes more than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
-        return Check.skipped("up_down", "no alpha at (0, 90) or at (0, -90) deg")
+        return Check.skip("up_down", "up_down-no-cell")
     down, up = cells.force[0, [cells.push, cells.pull]]
-    found = f"alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3"
-    sentence = (
-        f"Pulling a level plate up takes more than pushing it down ({found}): look whether "
-        "intrusions and extractions are exchanged in the run sheet."
-    )
-    allowed = "alpha_z(0, 90) above the size of alpha_z(0, -90)"
-    return Check.judged("up_down", cells.push_exceeds_pull, found, allowed, sentence)
+    return Check.judge("up_down", cells.push_exceeds_pull, down=down, up=up)
 
 
 @dataclass(frozen=True)

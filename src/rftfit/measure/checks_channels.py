@@ -13,10 +13,10 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
-from rftfit.measure.flags import Remark
+from rftfit.measure.flags import Remark, remark, say
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdicts import Check, Measured, as_sentence, flags_on, rows_of
+from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
@@ -24,8 +24,8 @@ _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
 above the third no ordinary turn of the mount changes a sign."""
 _MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
 
-Cause = tuple[str, list[Remark]]
-"""What is wrong with a channel, in words, and flags of the runs that show it."""
+Cause = tuple[Remark, list[Remark]]
+"""What is wrong with a channel, and flags of the runs that show it."""
 
 
 def check_channels(measured: Measured) -> Check:
@@ -39,11 +39,10 @@ def check_channels(measured: Measured) -> Check:
     causes = stuck(config, logs) or exchanged_channels(config.transducer, logs)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
-        return Check.skipped("channels", "no readings of channels")
-    found = "; ".join(words for words, _ in causes) or f"{len(logs)} logs"
-    allowed = f"below {_FROZEN:.0%} of a stroke at one reading, no end in common below the range"
-    flags = [flag for _, own in causes for flag in own]
-    return Check.judged("channels", not causes, found, allowed, as_sentence(found), flags)
+        return Check.skip("channels", "channels-unread")
+    flags = [flag for _, flags_of_cause in causes for flag in flags_of_cause]
+    causes_or_count = [cause for cause, _ in causes] or [remark("logs-read", count=len(logs))]
+    return Check.judge("channels", not causes, flags, causes=say(causes_or_count), frozen=_FROZEN)
 
 
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
@@ -63,22 +62,23 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
         feels = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
         dead = [row for row in feels if row[f"{name}_held"] >= _FROZEN]
         if len(dead) >= min(_LOGS, len(feels)) > 0:
-            whole = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
-            words = (
-                f"{name}, along {axis}, {'is constant' if whole else 'is frozen'} in "
-                f"{len(dead)} of {len(feels)} logs: look at its cable and its column"
+            constant = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
+            cause = remark(
+                "cause-constant" if constant else "cause-frozen",
+                channel=name,
+                axis=axis,
+                count=len(dead),
+                size=len(feels),
             )
             runs = [row["run_id"] for row in dead]
-            causes.append((words, flags_on(runs, "channel-still", channel=name)))
+            causes.append((cause, flags_on(runs, "channel-still", channel=name)))
             continue
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
         for value, runs in _ends([row for _, row in logs], name, limit).items():
-            words = (
-                f"{name}, along {axis}, stops at {value:g} N in {len(runs)} of {len(logs)} logs, "
-                "below its range: look at the range of amplifier and logger"
-            )
-            flags = flags_on(runs, "channel-clipped", channel=name, newtons=value)
-            causes.append((words, flags))
+            of_channel: dict[str, Any] = {"channel": name, "newtons": value}
+            counts: dict[str, Any] = {"axis": axis, "count": len(runs), "size": len(logs)}
+            cause = remark("cause-clipped", **of_channel, **counts)
+            causes.append((cause, flags_on(runs, "channel-clipped", **of_channel)))
     return causes
 
 
@@ -101,17 +101,14 @@ def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     if not slanted or np.median(across) <= 10 * transducer.precision_N:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
-    words = (
-        f"x and y look exchanged: {y}, across the motion, shows {ratio:.3g} times the force of {x}, along it: "
-        "look at transducer.axes"
-    )
-    return [(words, [])] if ratio > _EXCHANGED else []
+    cause = remark("cause-exchanged", across=y, along=x, ratio=ratio)
+    return [(cause, [])] if ratio > _EXCHANGED else []
 
 
 def _already_explained(measured: Measured) -> tuple[set[str], bool]:
     """Runs whose logs look like those of rods; whether other axes or a drift of all runs explain the rest."""
-    exchanged = {flag.run_id for flag in check_rods(measured).runs}
-    drifting = len(check_drift(measured).runs) == len(measured.tables["fits"])
+    exchanged = {flag.run_id for flag in check_rods(measured).flags}
+    drifting = len(check_drift(measured).flags) == len(measured.tables["fits"])
     return exchanged, drifting or other_axes(Cells.of(measured.tables["alpha"])) is not None
 
 
@@ -162,28 +159,25 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         values: dict[str, Any] = {"channel": name}
         noise = table[f"{name}_noise_N"].to_numpy(float)
         if not explained and silent.sum() >= fewest > 0:
-            code, bad, look = "silent", faint, "its cable and its column"
-            what = (
-                f"shows no force in {silent.sum()} of {must.sum()} runs in which it must show one"
-            )
+            code, bad, count, size_of = "silent", faint, silent.sum(), must.sum()
         elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
-            code, bad, look = (
-                "reversed",
-                opposite,
-                "its wires, and at beta_deg and the motion of these runs",
-            )
-            what = f"has the opposite sign in {reversed_.sum()} of {strong[place].sum()} runs with a clear sign"
+            code, bad, count, size_of = "reversed", opposite, reversed_.sum(), strong[place].sum()
         elif gain := _other_gain(noise, mount[place], known[place], strong[place]):
             values["times"], bad = gain
-            code, look = "gain", "its amplifier and its unit"
-            what = f"has {gain[0]:.2g} times the noise, and about as many times the force, in {bad.sum()} of "
-            what += f"{bad.size} runs, beside the others"
+            code, count, size_of = "gain", bad.sum(), bad.size
         else:
             continue
         runs = table["run_id"][bad]
         whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
-        words = f"{whose} {what} ({rows_of(runs, sheet)}): look at {look}"
-        causes.append((words, flags_on(runs, f"channel-{code}", **values)))
+        cause = remark(
+            f"cause-{code}",
+            whose=whose,
+            count=count,
+            size=size_of,
+            rows=rows_of(runs, sheet),
+            **{name: value for name, value in values.items() if name == "times"},
+        )
+        causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
     return causes
 
 

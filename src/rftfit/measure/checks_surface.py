@@ -15,9 +15,9 @@ import pandas as pd
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
-from rftfit.measure.flags import Remark
+from rftfit.measure.flags import Remark, remark
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
-from rftfit.measure.verdicts import FAILED, Check, Measured, as_sentence, flags_on, rows_of
+from rftfit.measure.verdicts import FAILED, Check, Measured, flags_on, rows_of
 
 _SIGMAS = 3.0
 _SURFACE_CM, _LAG_S = 0.05, 0.03
@@ -47,20 +47,20 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     from scipy.special import ndtr, stdtrit
 
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
-    why = ""
+    unchecked = ""
     if measured.medium.role != "laboratory":
-        why = "stress is a line only near the surface of a natural sand"
+        unchecked = "natural-sand"
     elif measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
-        why = "the force on the rod, which begins elsewhere, is in it"
+        unchecked = "rod-in-it"
     known = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
     clear = np.abs(alpha) > _SIGMAS * se
     known, alpha = known[clear], np.abs(alpha[clear])
     pushes = known["direction"].to_numpy() == "intrusion"
-    if not why and pushes.sum() < FEW_RUNS:
-        why = "too few pushes with a slope of their own"
-    if why:
-        return Check.skipped("surface", why), Check.skipped("linearity", why)
+    if not unchecked and pushes.sum() < FEW_RUNS:
+        unchecked = "few-pushes"
+    if unchecked:
+        return Check.skip("surface", unchecked), Check.skip("linearity", unchecked)
     errors = measured.config.errors
     stated = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
     run_cm, session_cm = (max(_SURFACE_CM, one / 10) for one in stated)
@@ -84,13 +84,14 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     off_se, late_se = np.sqrt(np.diag(covariance))
     is_off, is_late = abs(off) > SURE * off_se, abs(late) > SURE * late_se
     is_off |= abs(down) > SURE * down_se and not is_late
-    found = f"stress begins {_placed(down)} in pushes"
-    allowed = f"{10 * SURE * down_se:.1f} mm of either sign"
-    if np.ptp(sine) > 1:
-        found += f", {_placed(off - late)} in pulls straight up"
-        allowed += (
-            f", by the surface {10 * SURE * off_se:.1f} mm, by a lag {SURE * late_se / speed:.2f} s"
-        )
+    most_mm, most_late_s = 10 * SURE * off_se, SURE * late_se / speed
+    has_pulls = np.ptp(sine) > 1
+    values: dict[str, Any] = {
+        "push": _begin(down),
+        "pull": remark("in-pulls", pull=_begin(off - late)) if has_pulls else "",
+        "most_mm": 10 * SURE * down_se,
+        "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
+    }
     line = linearity(known[pushes])
     if line.verdict == FAILED or abs(float(known["exponent_z"][pushes].median()) - 1) > _CURVED:
         # a line through curved stress begins the deeper the deeper it ends
@@ -99,24 +100,18 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         starts = replace(starts, paths=paths)
     apart = _two_levels(starts, [measured.sheet[run] for run in known["run_id"]], speed)
     if apart is not None:
-        return Check.judged("surface", False, found, allowed, *apart), line
-    sentences = []
-    if is_late:
-        sentences.append(
-            f"The force log is {'late' if late > 0 else 'early'} against the motion log by about "
-            f"{abs(late) / speed:.1g} s ({found}): look at the clocks and filters of both."
-        )
-    if is_off:
-        surface = f"the surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
-        if _looks_curved(known[pushes]):
-            # a line through curved stress has a start that is no surface
-            why = "stress looks curved, so where a line through it begins does not tell the surface"
-            if line.verdict != FAILED:
-                either = f"{as_sentence(f'{line.found}, or {surface}')} These logs cannot distinguish the two."
-                line = replace(line, verdict=FAILED, sentence=either)
-            return Check.skipped("surface", why), line
-        sentences.append(as_sentence(surface))
-    return Check.judged("surface", not sentences, found, allowed, " ".join(sentences)), line
+        code, flags, values_apart = apart
+        return Check.judge("surface", False, flags, code, **values, **values_apart), line
+    code = _CODES[bool(is_late), bool(is_off)]
+    values |= {"side": "late" if late > 0 else "early", "late_s": abs(late) / speed}
+    surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
+    if is_off and _looks_curved(known[pushes]):
+        # a line through curved stress has a start that is no surface
+        if line.verdict != FAILED:
+            either = {**line.values, "surface": surface.found}
+            line = Check.judge("linearity", False, code="linearity-or-surface", **either)
+        surface = Check.skip("surface", "surface-curved")
+    return surface, line
 
 
 @dataclass(frozen=True)
@@ -158,14 +153,28 @@ class Starts:
         return found, np.asarray(inverse), sigma
 
 
-def _placed(depth_cm: float) -> str:
-    return f"{10 * abs(depth_cm):.1f} mm {'below' if depth_cm >= 0 else 'above'} the surface"
+_CODES = {
+    (False, False): "surface",
+    (True, False): "surface-late",
+    (False, True): "surface-off",
+    (True, True): "surface-late-off",
+}
+"""Code of the check, by whether the force log is late and whether the surface is off."""
+
+
+def _begin(depth_cm: float) -> Remark:
+    """Depth at which stress begins, in words."""
+    code = "starts-below" if depth_cm >= 0 else "starts-above"
+    return remark(code, mm=10 * abs(depth_cm))
 
 
 def _two_levels(
     starts: Starts, runs: Sequence[Run], speed: float
-) -> tuple[str, list[Remark]] | None:
-    """Name the runs whose surface or whose lag is not that of the others; None where all are alike."""
+) -> tuple[str, list[Remark], dict[str, Any]] | None:
+    """Name the runs whose surface or whose lag is not that of the others; None where all are alike.
+
+    Returns the code of the check, flags of these runs, and values of its words.
+    """
     order = np.argsort([run.row for run in runs], kind="stable")
     starts = starts[order]
     # pulls are too weak to find it by
@@ -196,21 +205,19 @@ def _two_levels(
     if abs(gap) < _STEP_CM:
         return None
     names = [run.run_id for run, its in zip([runs[n] for n in order], other, strict=True) if its]
-    rows = rows_of(names, {run.run_id: run for run in runs})
-    count = f"in {other.sum()} of {other.size} runs than in the others ({rows})"
+    values: dict[str, Any] = {
+        "count": other.sum(),
+        "size": other.size,
+        "rows": rows_of(names, {run.run_id: run for run in runs}),
+    }
     if kind == "surface":
-        way = "deeper" if gap > 0 else "higher"
         gap *= 10
-        words = (
-            f"Stress begins {abs(gap):.1f} mm {way} {count}: look at surface_z_mm of these runs."
-        )
+        values |= {"side": "deeper" if gap > 0 else "higher", "gap_mm": abs(gap)}
     else:
-        way = "later" if gap > 0 else "earlier"
         gap /= speed
-        words = (
-            f"The force log is {abs(gap):.2g} s {way} {count}: look at the clocks of these runs."
-        )
-    return words, flags_on(names, f"{kind}-differs", gap=gap)
+        values |= {"side": "later" if gap > 0 else "earlier", "gap_s": abs(gap)}
+    code = f"{kind}-differs"
+    return code, flags_on(names, code, gap=gap), values
 
 
 def _clear_step(stretch: Mask) -> float:
@@ -226,16 +233,17 @@ def linearity(pushes: pd.DataFrame) -> Check:
     power, se = median_of_runs(pushes["exponent_z"].dropna().to_numpy(float))
     misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
     if math.isnan(power) or misfit.size < FEW_RUNS:
-        return Check.skipped("linearity", "too few pushes with a power of their own")
+        return Check.skip("linearity", "linearity-few")
     share = float(np.mean(misfit < 1))
-    found = f"stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
     most, clear = max(_CURVED, SURE * se), _clear_share(misfit.size)
-    allowed = f"depth^{1 - most:.2f} to depth^{1 + most:.2f}, or less than {clear:.0%} fitted better by a power"
-    sentence = (
-        f"Stress is not proportional to depth ({found}): a line through zero depends on its window."
-    )
-    good = abs(power - 1) <= most or share < clear
-    return Check.judged("linearity", good, found, allowed, sentence)
+    values: dict[str, Any] = {
+        "power": power,
+        "share": share,
+        "least": 1 - most,
+        "most": 1 + most,
+        "clear": clear,
+    }
+    return Check.judge("linearity", abs(power - 1) <= most or share < clear, **values)
 
 
 def _looks_curved(pushes: pd.DataFrame) -> bool:

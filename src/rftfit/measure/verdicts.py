@@ -14,6 +14,7 @@ import pandas as pd
 from rftfit.campaign.config import CheckName, Config, Medium
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import Flags, Remark, remark
+from rftfit.measure.sentences import CHECK_WORDS
 
 PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
 UNUSABLE, DOUBTFUL = "unusable", "doubtful"
@@ -112,41 +113,65 @@ class Measured:
 
 @dataclass(frozen=True)
 class Check:
-    """What one check says about one medium: `found` and `allowed` in words, the likely cause in `sentence`.
+    """Outcome of one check of one medium; its words stand in `CHECK_WORDS`.
 
-    `runs`: what is wrong with single runs, for the table of flags.
+    `code`: Row of that table. `values`: Numbers, words and remarks that its words name. `flags`: Of single runs.
+    `why_accepted`: What the config says of a failure that it accepts.
     """
 
     check: CheckName
     verdict: str
-    found: str = ""
-    allowed: str = ""
-    sentence: str = ""
-    runs: tuple[Remark, ...] = ()
+    code: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+    flags: tuple[Remark, ...] = ()
+    why_accepted: str = ""
 
     @classmethod
-    def judged(
+    def judge(
         cls,
         check: CheckName,
-        good: bool,
-        found: str,
-        allowed: str,
-        sentence: str,
-        runs: Iterable[Remark] = (),
+        passed: bool,
+        flags: Iterable[Remark] = (),
+        code: str = "",
+        **values: Any,
     ) -> Check:
-        """Pass a medium, or fail it with a sentence."""
-        verdict, words = (PASSED, "") if good else (FAILED, sentence)
-        return cls(check, verdict, found, allowed, words, tuple(runs))
+        """Pass a medium, or fail it; default of `code`: the name of the check."""
+        return cls(check, PASSED if passed else FAILED, code or check, values, tuple(flags))
 
     @classmethod
-    def skipped(cls, check: CheckName, why: str, allowed: str = "", sentence: str = "") -> Check:
-        """Say why a medium cannot be checked."""
-        return cls(check, NOT_CHECKED, why, allowed, sentence)
+    def skip(cls, check: CheckName, code: str, **values: Any) -> Check:
+        """Leave a medium unchecked for a reason."""
+        return cls(check, NOT_CHECKED, code, values)
+
+    @property
+    def found(self) -> str:
+        """What was found, or why nothing was checked."""
+        return CHECK_WORDS[self.code].found.format(**self.values)
+
+    @property
+    def allowed(self) -> str:
+        """What would pass."""
+        return CHECK_WORDS[self.code].allowed.format(**self.values)
+
+    @property
+    def sentence(self) -> str:
+        """The likely cause of a failure and where to look, or what was not checked; empty where a medium passes."""
+        words = CHECK_WORDS[self.code].cause
+        if self.verdict == PASSED or not words:
+            return ""
+        texts = {**self.values, "found": self.found}
+        sentence = words.format(**{"allowed": self.allowed, **texts})
+        sentence = sentence[0].upper() + sentence[1:]
+        return f"{sentence} Accepted: {self.why_accepted}" if self.why_accepted else sentence
 
     @property
     def effect(self) -> str:
         """What follows for the medium."""
         return CHECKS[self.check].effect if self.verdict == FAILED else ""
+
+    def row(self, medium: str) -> dict[str, str]:
+        """Row of the table of checks: columns `COLUMNS`."""
+        return {"medium": medium} | {name: getattr(self, name) for name in COLUMNS[1:]}
 
 
 def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:

@@ -9,8 +9,9 @@ from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import in_brackets, name_of, percent, span
-from rftfit.measure.flags import FLAGS, Remark, about, remark, say
+from rftfit.measure.flags import Remark, about, remark, say
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
+from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdicts import (
     ACCEPTED,
     CHECKS,

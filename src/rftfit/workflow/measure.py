@@ -77,10 +77,9 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     tables |= {"alpha": cells(fits), "peers": peers}
     of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
-    rows = [{"medium": medium, "effect": check.effect} | vars(check) for check in checked]
-    verdicts = pd.DataFrame(rows, columns=COLUMNS)
+    verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
     of_cells = flags_of_cells(tables["alpha"], Flags(*of_runs), depths)
-    of_checks = [flag for check in checked for flag in check.runs]
+    of_checks = [flag for check in checked for flag in check.flags]
     flags = pd.concat(
         [*of_runs, flag_table(medium, OF_CHECKS, [*of_checks, *of_cells])], ignore_index=True
     )

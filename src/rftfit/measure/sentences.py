@@ -1,0 +1,452 @@
+"""Every sentence about data, in tables by code: of flags, of reasons and uses of rows, of checks."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+from rftfit.campaign.tables import OTHER_SENSE
+
+
+class Flag(NamedTuple):
+    """What a flag says, how grave it is, and where it is said.
+
+    `severity`: The larger, the graver; of a medium's flags the page names the gravest. `shared`: Whether the page
+    says it once of a medium, always or where all of its runs have it, and not of each run and cell. `weak`: Whether
+    `fit.flagged` of the configuration can leave out the cell.
+    """
+
+    sentence: str
+    severity: int = 0
+    shared: Literal["", "always", "if all runs have it"] = ""
+    weak: bool = False
+
+
+_LOST_ROWS = "{count} rows of {file}: {why}"
+FLAGS = {
+    # of a run
+    "gives-back": Flag(
+        "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
+        severity=14,
+    ),
+    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=13),
+    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=12),
+    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=11),
+    "cut-rows": Flag(_LOST_ROWS, severity=10),
+    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=9),
+    "gaps": Flag(
+        "{count} gaps in the force log during the stroke, {seconds:.2f} s in all, the longest of {longest:.2f} s",
+        severity=8,
+    ),
+    "time-backwards": Flag(_LOST_ROWS, severity=7),
+    "not-finite": Flag(_LOST_ROWS, severity=6),
+    "duplicated-rows": Flag(_LOST_ROWS, severity=5),
+    "not-linear": Flag(
+        "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
+        severity=3,
+        weak=True,
+    ),
+    "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
+    "wrong-cells": Flag(_LOST_ROWS),
+    "not-numbers": Flag(_LOST_ROWS),
+    "repeated-rows": Flag(_LOST_ROWS),
+    "damaged-rows": Flag(_LOST_ROWS),
+    "readings-repeated": Flag(
+        "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than "
+        "its logger, and errors come out too small unless transducer.repeats is drop"
+    ),
+    "no-tare": Flag(
+        "no tare subtracted: force on rod and mount is in it", shared="if all runs have it"
+    ),
+    "no-scatter": Flag(
+        "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
+        shared="if all runs have it",
+    ),
+    "rows-other-sense": Flag(f"{{count}} rows are left out: {OTHER_SENSE}"),
+    "no-force-x": Flag("the force along x was not measured", shared="always"),
+    "several-plates": Flag("{plate}, one of {count} plates in this medium", shared="always"),
+    "channel-still": Flag("channel {channel} does not move"),
+    "channel-clipped": Flag("channel {channel} stops at {newtons:g} N"),
+    "channel-silent": Flag("channel {channel} shows no force"),
+    "channel-reversed": Flag("channel {channel} has the opposite sign of the expected force"),
+    "channel-gain": Flag(
+        "channel {channel} has {times:.2g} times the noise and force of other runs"
+    ),
+    "rod-stronger": Flag("the force on the rod alone is larger than on plate and rod"),
+    "same-readings": Flag("same readings as {runs}"),
+    "zero-drifts": Flag("the zero drifts at rest before the stroke"),
+    "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
+    "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
+    "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
+    # of a cell
+    "few-depths": Flag("{found} of {wanted} depths", severity=4, weak=True),
+    "pooled-plates": Flag(
+        "repeats are of different plates: {plates} (alpha may depend on the size)", severity=2
+    ),
+    # of a marker track
+    "track-gaps": Flag("{gaps}, the longest {seconds:.3g} s"),
+    "speed-changes": Flag("speed changes along the track from {first:.3g} to {last:.3g} cm/s"),
+    "stride-doubled": Flag(
+        "{name} moves at {bob:.3g} and {twice:.3g} Hz: if its two halves of a stride differ much, the stride "
+        "frequency is {bob:.3g} and not {stride:.3g} Hz; frequency_Hz of the sheet decides"
+    ),
+}
+"""Each flag in one row."""
+
+_OUTSIDE = "outside the window: "
+SENTENCES = {
+    **{code: flag.sentence for code, flag in FLAGS.items()},
+    # what is put right by itself
+    "clock-hours": "clocks differ by {hours:+d} h (time zone or daylight saving), corrected",
+    # why the logs of a run give no trace: units, clocks, surface, stroke, zero
+    "no-overlap": "force and motion log do not overlap at any offset",
+    "no-motion-in-depth": "the motion log shows no motion in depth ({rows} rows): nothing to match the force with",
+    "force-not-depth": "at no lag does the force follow the depth: at best {percent:.0f} % of its variance is "
+    "explained, {least:.0f} % needed. Do the two files belong to one run?",
+    "clocks-uncertain": "the offset of the clocks is uncertain by {seconds:.3g} s (standard error); allowed: "
+    "{most:g} s. A push that starts, stops or changes speed in the medium decides it",
+    "two-offsets": "the force follows the depth about equally well at two offsets, {first:.2f} s and {second:.2f} "
+    "s: the data cannot decide between them",
+    "few-readings": "the force log has {found} readings; {wanted} are needed to match it with the motion",
+    "no-rise": "the force never rises from its start by more than {newtons:.2f} N, with a noise of {noise:.2f} N: "
+    "no contact that the motion could be matched with",
+    "begins-in-push": "the force is largest at reading {found} already; {wanted} are needed before it: the log must "
+    "begin before the push",
+    "force-constant": "the force is the same at every depth: nothing to match",
+    "nothing-to-match": "the arm moves in {force} whole stretches by the force log's sync line and in {motion} by "
+    "the motion log: nothing to match. Is a log cut short?",
+    "clocks-disagree": "force and motion log disagree by {seconds:.3f} s on when the arm moved; allowed: {most:g} "
+    "s. Do the two files belong to one run?",
+    "clocks-ambiguous": "two ways of matching force and motion log fit equally well: no motion differs in length",
+    "few-near-surface": "surface not found: fewer than {below} readings within {window:g} cm below the depth at "
+    "which the force begins, or {above} above it",
+    "few-on-the-way-down": "surface not found: {found} readings on the way down",
+    "no-ground": "surface not found: the force grows by {newtons:.2f} N on the way down, with a noise of "
+    "{noise:.2f} N: the intruder met no ground, or the sign of z (factor) or of the force (transducer.axes) is "
+    "turned",
+    "not-in-air": "surface not found: the force grows from the first reading on; the log must begin in air",
+    "no-growth": "surface not found: below {depth:.2f} cm the force does not grow at first",
+    "faint-growth": "surface not found: below {depth:.2f} cm the force grows by {newtons:.2f} N within {window:g} "
+    "cm; needed: {times:g} times its noise of {noise:.2f} N",
+    "uncertain-growth": "surface not found: below {depth:.2f} cm the force grows by {growth:.1f} N/cm with a "
+    "standard error of {se:.1f} N/cm; needed: {times:g} times its error",
+    "grows-in-air": "surface not found: above {depth:.2f} cm the force grows too, by {above:.1f} N/cm against "
+    "{below:.1f} N/cm below; the log must begin in air",
+    "few-rigid": "{found} readings are too few; {wanted} at least",
+    "no-contact": "the force rises by {newtons:.2f} N only, with a noise of {noise:g} N: no contact",
+    "few-in-contact": "{found} readings in contact are too few; {wanted} at least",
+    "short-zero-log": "the zero log has {found} readings; at least {wanted} are needed",
+    "too-slow": "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s "
+    "({stated:g} cm/s) or faster; its speed there was {fastest:.3g} cm/s at most",
+    "several-strokes": "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the "
+    "column stroke of the run sheet",
+    "other-direction": "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma "
+    "{gamma:g} is along {way:.1f} deg",
+    "no-such-stroke": "the sheet asks for stroke {wanted}; the log holds {found}",
+    "surface-not-crossed": "the path from {highest:+.2f} to {lowest:+.2f} cm does not cross the surface",
+    "begins-below": "the arm log begins below the surface",
+    "other-angle": "the arm log shows the plate at beta = {found:.1f} deg, the sheet says {stated:g}",
+    "other-depth": "the arm log shows a depth of {found:.2f} cm, the sheet says {stated:g}",
+    "no-rotation": "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, "
+    "from negative theta to positive",
+    "no-force-in-stroke": "the force log has no sample during the stroke; do the two logs belong to one run?",
+    "no-zero": "no zero: the intruder is never at rest in air for half a second; where the zero is known otherwise, "
+    "name a zero_log in the run sheet, or state it under `zero` in the config",
+    "no-push-to-match": "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; "
+    "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock; a "
+    "difference that is known is stated as offset of the column time, with clock.method same_clock",
+    "no-sync-line": "the force log has no column arm_moving; clock.method sync_line needs it, allowed without: "
+    "estimate, same_clock",
+    "surface-not-stated": "surface.method find works for flat plates pushed down, which meet the surface all at "
+    "once (beta within {most:g} deg of 0); this run needs surface_z_mm",
+    "surface-uncertain": "surface not found well enough: its standard error is {se:.3g} cm; allowed: {most:g} cm",
+    "other-unit": "{quantity} in {found}, but the config says {declared}",
+    "unknown-unit": "{quantity} in {found}; allowed: {allowed}",
+    "surface-not-reached": "surface not reached: the lowest point of the path is z = {lowest:+.4g} cm; a stroke goes down to "
+    "{least:+g} cm at least",
+    "upside-down": "surface not reached: the lowest point of the path is z = {lowest:+.2f} cm, where it begins; z "
+    "points up (factor: -1 where the log counts downward)",
+    # why a run has no trace, no tare or no alpha
+    "excluded": "excluded: {why}",
+    "unclaimed": "in-air run that no leg run names as its tare",
+    "tare-missing": "no tare: {why}",
+    "tare-not-named": "the run sheet names none",
+    "tare-unusable": "{tare} cannot be used: {why}",
+    "no-stroke": "it has no stroke",
+    "tare-empty": "tare {tare}: {count} samples are no tare",
+    "tare-short": "tare shorter than the run or with a gap: {count} samples of the window have no tare",
+    "no-sample": "no sample of the stroke can be used: {why}",
+    "window-saturated": "transducer saturated in {count} samples of the window",
+    "few-points": "too few points: {found} in the window, {wanted} wanted",
+    "zero-depths": "all depths are 0, where a stress has no slope through zero",
+    "short-window": "window too short: it covers {found:.4g} cm of depth, {wanted:.4g} cm wanted ({least}): a slope "
+    "cannot be distinguished from a constant stress",
+    "most-samples": "{count} of {size} samples {why}",
+    "most-beyond-wall": "{count} of {size} samples {why}: the path goes from x = {first:.1f} to {last:.1f} cm, allowed are "
+    "{low:.1f} to {high:.1f} cm from the middle of the container, which arm.middle_x_mm gives",
+    "no-alpha": "no alpha: {why}",
+    # why a cell has no alpha
+    "no-run": "no run",
+    "too-few-depths": "only {found} of {wanted} depths",
+    "outside-window": "{at:g} cm is outside of its window, {top:.1f} to {deep:.1f} cm (fit.depths_cm)",
+    # why there is no fit, no zeta, no comparison
+    "no-push": "no run at (0, 90) deg, a level plate straight down",
+    "empty-cells": "{found} of {wanted} cells have no alpha; the transform needs all of them",
+    "zero-push": "the fit has an alpha_z(0, 90 deg) of 0, by which nothing can be scaled",
+    "published-media": "fewer than two laboratory media with a usable grid: scaled with the published five media",
+    "no-curve": "a slope from a table: no curve of stress against depth",
+    "no-tared-stroke": "it has no stroke, or its tare {tare} is of no use",
+    "no-linear-regime": "no linear regime with enough samples",
+    "no-linear-end": "no end of the linear regime was found: it is that of the test",
+    "few-legs": "{found} of 3 legs: none can be left out",
+    "not-measured": "no measured curve",
+    "no-common-theta": "measured and predicted curve share no theta",
+    "not-predicted": "the prediction has no number",
+    "short-curve": "the measured curve has only theta {first:g} to {last:g} deg",
+    "short-at-peak": "the measured curve has only theta {first:g} to {last:g} deg, which may leave out its peak",
+    # why a robot's track, run or interval has no speed
+    "no-number": "no number for {column}",
+    "force-unknown": "a force is unknown in stride {stride}",
+    "robot-lost": "{what}: {why}",
+    "tipped": "pitch {pitch:.0f} degrees after stride {stride}",
+    "buried": "the whole body is below the surface after stride {stride}",
+    "few-strides": "too short: {strides} strides, at least 3 are needed",
+    "irregular": "irregular strides",
+    "thirds": "second and last third of {strides} strides: {second:.3g} and {last:.3g} cm/s",
+    "no-speed": "the profile itself has no steady speed",
+    "draws-lost": "{lost} of {draws} draws have no steady speed",
+    "arc-lost": "with the arc of the legs off by its error there is no steady speed",
+    "best-at-end": "the fastest curvature lies at the end of those that were tried",
+    "speed-unmeasured": "not measured: {why}",
+    "no-steady-run": "no steady run at {count} curvatures",
+    "not-simulated": "this condition was not simulated",
+    "speed-not-positive": "no share of a measured speed that is not positive",
+    # what a check names beside its numbers
+    "cause-constant": "{channel}, along {axis}, is constant in {count} of {size} logs: look at its cable and its column",
+    "cause-frozen": "{channel}, along {axis}, is frozen in {count} of {size} logs: look at its cable and its column",
+    "cause-clipped": "{channel}, along {axis}, stops at {newtons:g} N in {count} of {size} logs, below its range: look at "
+    "the range of amplifier and logger",
+    "cause-exchanged": "x and y look exchanged: {across}, across the motion, shows {ratio:.3g} times the force of {along}, "
+    "along it: look at transducer.axes",
+    "cause-silent": "{whose} shows no force in {count} of {size} runs in which it must show one ({rows}): look at its cable "
+    "and its column",
+    "cause-reversed": "{whose} has the opposite sign in {count} of {size} runs with a clear sign ({rows}): look at its "
+    "wires, and at beta_deg and the motion of these runs",
+    "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
+    "beside the others ({rows}): look at its amplifier and its unit",
+    "logs-read": "{count} logs",
+    "negative-work": "{count} of {size} cells give energy back",
+    "few-cells": "at most {count} of them",
+    "no-cell": "none",
+    "few-cells-no-push": "at most {count} of them, and not the push straight down",
+    "no-cell-no-push": "none, and not the push straight down",
+    "interval-deg": " ({low:+.1f} to {high:+.1f})",
+    "starts-below": "{mm:.1f} mm below the surface",
+    "starts-above": "{mm:.1f} mm above the surface",
+    "in-pulls": ", {pull} in pulls straight up",
+    "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
+    "alpha-beside": "{run}: {alpha:.3g} beside {others:.3g}",
+    # what fails the checks of a medium
+    "unusable": "unusable: {faults} (results/checks)",
+    "doubtful": "doubtful: {faults} (results/checks)",
+    "accepted": "accepted: {fault}: {why}",
+    # what rows were used for
+    **{
+        code: code.replace("-", " ")
+        for code in ("slope", "leg-curve", "tare", "mean-speed", "path")
+    },
+    "zero": "zero of the transducer",
+    # why a row is not used: names of `rftfit.measure.ledger.RowStatus`
+    "motion-gap": "gap in the motion log",
+    "no-motion": "outside the motion log",
+    "saturated": "transducer saturated",
+    "untared": "outside the tare's range",
+    "approach": "approach",
+    "pause": "pause at the surface",
+    "elsewhere": "before or after the stroke",
+    "above": f"{_OUTSIDE}plate not wholly submerged",
+    "bottom": f"{_OUTSIDE}too near the bottom",
+    "wall": f"{_OUTSIDE}too near a wall",
+    "startup": f"{_OUTSIDE}start of the stroke, force still building up",
+    "nonlinear": f"{_OUTSIDE}beyond the linear regime",
+    "yielded": "force beyond that of the push against something rigid: depth not known",
+    "too-deep": f"{_OUTSIDE}deeper than fit.max_depth_cm of the config",
+    "other-sense": OTHER_SENSE,
+    "too-shallow": f"{_OUTSIDE}above fit.submergence_cm of the config",
+}
+"""The one sentence of each code; readers of logs and tracks raise errors with code and sentence of their own."""
+
+
+class Words(NamedTuple):
+    """What a check says: what it found, what is allowed, and where it fails the likely cause and the cure."""
+
+    found: str
+    allowed: str = ""
+    cause: str = ""
+
+
+_RODS_CURE = "look at the logs, kind and tare_run of these runs"
+_RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are weak), and not 1"
+_DRIFT_CAUSE = (
+    "the zero of the force drifts ({found}: {rows}): let the transducer warm up, record a rest in air after the "
+    "stroke too, or state transducer.drift_N_per_min."
+)
+_WORK_FOUND = (
+    "{negative}; the worst has D = {worst:.3g} N/cm^3, where {noise:.3g} and more count as noise"
+)
+_SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
+_SYMMETRY_ALLOWED = "{most_deg:.1f} deg of either sign, and pairs at most {most_errors:g} times their error off from one turn"
+_SYMMETRY_CAUSE = (
+    "on plates pushed straight down a horizontal force acts to one side ({found}): look "
+)
+_SURFACE_FOUND = "stress begins {push} in pushes{pull}"
+_SURFACE_ALLOWED = "{most_mm:.1f} mm of either sign{by_cause}"
+_LATE = (
+    "The force log is {side} against the motion log by about {late_s:.1g} s ({found}): look at the clocks and "
+    "filters of both."
+)
+_SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
+_SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
+_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
+_LINE_ALLOWED = (
+    "depth^{least:.2f} to depth^{most:.2f}, or less than {clear:.0%} fitted better by a power"
+)
+_REPEATS_BLIND = (
+    "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
+    "another or from the shape of known media: look for a wrong sign, angle or medium in the run sheet"
+)
+_SIZE_FOUND, _SIZE_ALLOWED = "alpha_z(0, 90) = {alpha:.3g} N/cm^3", "{low:g} to {high:g} N/cm^3"
+CHECK_WORDS = {
+    "waits": Words("not before the check {first} passes"),
+    "natural-sand": Words("stress is a line only near the surface of a natural sand"),
+    "rod-in-it": Words("the force on the rod, which begins elsewhere, is in it"),
+    "few-pushes": Words("too few pushes with a slope of their own"),
+    "channels": Words(
+        "{causes}",
+        "below {frozen:.0%} of a stroke at one reading, no end in common below the range",
+        "{causes}.",
+    ),
+    "channels-unread": Words("no readings of channels"),
+    "rods": Words(
+        "the force on a rod alone is {ratio:.3g} times that on plate and rod (median of {size} runs)",
+        _RODS_ALLOWED,
+    ),
+    "rods-stronger": Words(
+        "in {count} of {size} runs the force on a rod alone is larger than on plate and rod",
+        _RODS_ALLOWED,
+        f"logs of plates and rods look exchanged, or are the same ({{found}}: {{rows}}): {_RODS_CURE}.",
+    ),
+    "rods-no-tare": Words("no plate run has a tare"),
+    "drift": Words(
+        "a drift at rest before the strokes that would move F_{axis} by {newtons:+.2g} N until their middle (median "
+        "of {size} runs)",
+        "{most:.2g} N of either sign",
+        _DRIFT_CAUSE,
+    ),
+    "drift-alone": Words(
+        "{count} of {size} runs drift at rest before their strokes",
+        "no run that drifts more than the others and than {share:.0f} % of the force",
+        _DRIFT_CAUSE,
+    ),
+    "drift-few": Words("fewer than {fewest} runs rest in air at one end alone"),
+    "work": Words(
+        _WORK_FOUND,
+        "{allowed}",
+        "the signs of forces or motion are wrong in some runs ({negative}: {rows}): look at the direction, the angles "
+        "and the logs of these runs, then at {where}.",
+    ),
+    "work-axes": Words(
+        _WORK_FOUND,
+        "{allowed}",
+        "{axes} ({negative}; {after} of them with that put right): look at {where}.",
+    ),
+    "work-no-cell": Words("no cell has alpha"),
+    "symmetry": Words(
+        _SYMMETRY_FOUND,
+        _SYMMETRY_ALLOWED,
+        f"{_SYMMETRY_CAUSE}at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed.",
+    ),
+    "symmetry-pair": Words(
+        f"{_SYMMETRY_FOUND}; (\N{PLUS-MINUS SIGN}{{size_deg:g}}, {{gamma_deg:g}}) deg are off from that by "
+        "{errors:.1f} times their error",
+        _SYMMETRY_ALLOWED,
+        f"{_SYMMETRY_CAUSE}at the sign of beta_deg in the runs at ({{beta_deg:g}}, {{gamma_deg:g}}) and "
+        "({image_deg:g}, {gamma_deg:g}) deg.",
+    ),
+    "symmetry-no-x": Words("the force along x was not measured"),
+    "symmetry-no-cell": Words("no alpha at (0, 90) deg, and no mirror images"),
+    "up_down": Words(
+        "alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3",
+        "alpha_z(0, 90) above the size of alpha_z(0, -90)",
+        "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
+        "are exchanged in the run sheet.",
+    ),
+    "up_down-no-cell": Words("no alpha at (0, 90) or at (0, -90) deg"),
+    "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
+    "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE),
+    "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
+    "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
+    "surface-differs": Words(
+        _SURFACE_FOUND,
+        _SURFACE_ALLOWED,
+        f"stress begins {{gap_mm:.1f}} mm {{side}} {_SURFACE_OTHER}surface_z_mm of these runs.",
+    ),
+    "lag-differs": Words(
+        _SURFACE_FOUND,
+        _SURFACE_ALLOWED,
+        f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
+    ),
+    "surface-curved": Words(
+        "stress looks curved, so where a line through it begins does not tell the surface"
+    ),
+    "linearity": Words(
+        _LINE_FOUND,
+        _LINE_ALLOWED,
+        "stress is not proportional to depth ({found}): a line through zero depends on its window.",
+    ),
+    "linearity-or-surface": Words(
+        _LINE_FOUND,
+        _LINE_ALLOWED,
+        "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm. These logs cannot "
+        "distinguish the two.",
+    ),
+    "linearity-few": Words("too few pushes with a power of their own"),
+    "steadiness": Words(
+        "stress changes by {change} over the steady part (of {size} runs)",
+        "{most} of either sign",
+        "horizontal runs are not steady ({found}): look at fit.horizontal_skip_cm, at the distance to the walls, and "
+        "whether the plate goes deeper or piles up the bed.",
+    ),
+    "steadiness-few": Words("fewer than {fewest} horizontal runs"),
+    "repeats": Words(
+        "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
+        "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
+        "detected",
+        "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs. They "
+        "are used; exclude what is a mistake.",
+    ),
+    "repeats-few": Words("too few runs to estimate how much runs differ"),
+    "repeats-blind": Words(_REPEATS_BLIND),
+    "same_logs": Words("no {what} is there twice", "each {what} once"),
+    "same_logs-copied": Words(
+        "{count} runs have the readings of others: {first}",
+        "each {what} once",
+        "copies of a {what} are no repeats ({found}): look {where}, and leave out the copies.",
+    ),
+    "same_logs-few": Words("no run has enough readings to tell a copy by"),
+    "same_logs-table": Words(
+        "no run has enough readings to tell a copy by: a table of alpha, or of few depths"
+    ),
+    "size": Words(
+        _SIZE_FOUND,
+        _SIZE_ALLOWED,
+        "the scale of the force or the size of the plate looks wrong: {found}, {whose} has {allowed}: look at the "
+        "unit of the force and at the size of the plate.",
+    ),
+    "size-unstated": Words(
+        _SIZE_FOUND,
+        _SIZE_ALLOWED,
+        "the scale of the force was not checked: a wrong unit passes unless expected_alpha is stated.",
+    ),
+    "size-no-cell": Words("no alpha at (0, 90) deg"),
+}
+"""The words of each outcome of a check; a cause begins with a capital letter where it is printed."""
