@@ -539,7 +539,7 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         ("b", "size", "accepted", ""),
         ("c", "work", "passed", ""),
     ]
-    table = pd.DataFrame(rows, columns=COLUMNS[:4])
+    table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(found="")
     media = {name: Medium(title=name) for name in "ac"}
     media["b"] = Medium(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
@@ -1084,8 +1084,9 @@ def test_copies_are_listed_with_what_they_are_copies_of():
         ("channels", False, set(CHECKS) - {"channels", "same_logs"}),
         ("rods", False, set(CHECKS) - {"channels", "rods", "same_logs"}),
         ("drift", False, set(CHECKS) - {"channels", "rods", "drift", "same_logs"}),
-        ("work", False, {"symmetry", "up_down", "repeats"}),
-        ("symmetry", False, {"repeats"}),
+        ("work", False, {"axes", "symmetry", "up_down", "repeats", "shared"}),
+        ("axes", False, {"shared"}),
+        ("symmetry", False, {"repeats", "shared"}),
         ("surface", False, {"linearity", "repeats"}),
         ("same_logs", False, set()),
         # what is accepted holds nothing back

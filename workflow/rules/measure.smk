@@ -74,6 +74,7 @@ use rule stage as checks with:
         alpha="results/alpha/{medium}.csv",
         at_depth="results/alpha_at_depth/{medium}.csv",
         peers="results/peers/{medium}.csv",
+        causes="results/causes/{medium}.csv",
         flags="results/flags/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",

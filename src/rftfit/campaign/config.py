@@ -829,6 +829,7 @@ CheckName = Literal[
     "channels",
     "rods",
     "work",
+    "axes",
     "symmetry",
     "up_down",
     "drift",
@@ -836,6 +837,7 @@ CheckName = Literal[
     "linearity",
     "steadiness",
     "repeats",
+    "shared",
     "same_logs",
     "size",
 ]

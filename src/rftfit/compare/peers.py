@@ -41,6 +41,8 @@ _BED, _LEAST = 0.05, 0.05
 """Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
 _LEAST_REPEATS = 0.08
 """Weak directions differ more than in proportion to alpha: of the largest alpha of the medium."""
+_SWITCHES_WITHIN_DEG = 2.0
+"""Errors of angle of an ordinary rig add up to less."""
 _FEW_RUNS, _ORDINARY = 24, 0.06
 """Fewer repeats than this do not tell how much repeats of this medium differ: relative to alpha, half of them by so much."""
 _REPEATS_APART: tuple[tuple[float, float], ...] = (6.3, 0.25), (8.0, 0.10)
@@ -66,7 +68,7 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         return pd.DataFrame(columns=COLUMNS)
     alpha = known[names].to_numpy(float).T
     groups = directions_of(known)
-    others, times, apart, seen = _compare_with_repeats(alpha, groups)
+    others, times, apart, seen = _compare_with_repeats(alpha, groups, may_switch(known))
     single = np.array([(groups == own).sum() < 3 for own in groups])
     if single.any():
         said, of_map, far, least = (part[..., single] for part in _compare_with_map(known, alpha))
@@ -124,8 +126,20 @@ def directions_of(runs: pd.DataFrame) -> FloatArray:
     return np.asarray(near.argmax(axis=1), dtype=float)
 
 
+def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
+    """Whether a small error of an angle decides to which side of the plate the grains flow.
+
+    So it is where a plate moves along itself or along its normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120, 2023)
+    has two values there, of one size. Straight down and up a level plate has one by symmetry.
+    """
+    beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+    from_plate = np.abs((beta + gamma + 45) % 90 - 45)
+    is_level = (np.abs(beta) <= SAME_DIRECTION_DEG) & (np.abs(gamma) > 90 - SAME_DIRECTION_DEG)
+    return np.asarray((from_plate <= _SWITCHES_WITHIN_DEG) & ~is_level)
+
+
 def _compare_with_repeats(
-    alpha: FloatArray, groups: FloatArray
+    alpha: FloatArray, groups: FloatArray, switches: npt.NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
     # a component that nobody measured makes no difference
@@ -138,7 +152,11 @@ def _compare_with_repeats(
         said = np.stack([np.median(felt[:, here[here != one]], axis=1) for one in here], axis=1)
         # beds differ by so many percent of both components; the weakest directions by more
         level = np.hypot(np.hypot(*said), weakest)
-        return said, np.hypot(*(felt[:, here] - said)) / level
+        distance = np.hypot(*(felt[:, here] - said))
+        sizes = np.hypot(*felt[:, here])
+        others_size = np.array([np.median(sizes[here != run]) for run in here])
+        distance = np.where(switches[here], np.abs(sizes - others_size), distance)
+        return said, distance / level
 
     others, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
     each = (np.flatnonzero(groups == own) for own in np.unique(groups))

@@ -10,7 +10,7 @@ import pandas as pd
 
 from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
-from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_surface
+from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_shared, checks_surface
 from rftfit.measure.flags import Flags
 from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, Measured
 
@@ -19,12 +19,14 @@ IN_ORDER: dict[CheckName, Callable[[Measured], Check]] = {
     "rods": checks_runs.check_rods,
     "drift": checks_runs.check_drift,
     "work": checks_axes.check_work,
+    "axes": checks_shared.check_axes,
     "symmetry": checks_axes.check_symmetry,
     "up_down": checks_axes.check_up_down,
     "surface": checks_surface.check_surface,
     "linearity": checks_surface.check_linearity,
     "steadiness": checks_runs.check_steadiness,
     "repeats": checks_runs.check_repeats,
+    "shared": checks_shared.check_shared,
     "same_logs": checks_runs.check_logs,
     "size": checks_runs.check_size,
 }

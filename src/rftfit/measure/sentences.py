@@ -77,6 +77,7 @@ FLAGS = {
     "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
     "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
     "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
+    "shared-cause": Flag("shares with other runs: {cause}", severity=15),
     # of a cell
     "few-depths": Flag("{found} of {wanted} depths", severity=4, weak=True),
     "pooled-plates": Flag(
@@ -245,6 +246,51 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls straight up",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
     "alpha-beside": "{run}: {alpha:.3g} beside {others:.3g}",
+    **{
+        f"axes-{name}": words
+        for name, words in {
+            "x-reversed": "x reversed",
+            "z-reversed": "z reversed",
+            "both-reversed": "z and x both reversed",
+            "exchanged": "x and z exchanged",
+            "exchanged-z-reversed": "x and z exchanged, with z reversed",
+            "exchanged-x-reversed": "x and z exchanged, with x reversed",
+            "exchanged-both-reversed": "x and z exchanged, and both reversed",
+        }.items()
+    },
+    "told-gain": "force changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
+    "told-gain-x": "force along x changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
+    "told-turn": "the mount looks turned by {size:+.1f} deg ({low:+.1f} to {high:+.1f}) {where}",
+    "told-beta-offset": "plates look {size:+.1f} deg ({low:+.1f} to {high:+.1f}) off the stated beta {where}",
+    "told-beta-scale": "beta looks {size:+.0%} ({low:+.0%} to {high:+.0%}) larger than stated {where}",
+    "told-gamma-offset": "slanted paths look {size:+.1f} deg ({low:+.1f} to {high:+.1f}) off the stated gamma {where}",
+    "told-holder": "plates look {size:+.1f} deg ({low:+.1f} to {high:+.1f}) off the stated beta {where}",
+    "told-crosstalk": "the channel along x seems to show {size:+.0%} ({low:+.0%} to {high:+.0%}) of the force along z "
+    "{where}",
+    "told-or": "{told}, or another cause that these runs cannot tell from it ({others})",
+    "where-from-run": "from row {row} of the run sheet on ({run} and what follows, {count} runs)",
+    "where-trend": "from the first run to the last",
+    "where-all": "in all runs",
+    "where-holder": "where beta is {angle} or -{angle} deg",
+    "where-label": "in the {count} runs with {column} {label}, beside the others",
+    "kind-gain": "gain",
+    "kind-gain-x": "gain of x",
+    "kind-turn": "turn of the mount",
+    "kind-beta-offset": "offset of beta",
+    "kind-beta-scale": "scale of beta",
+    "kind-gamma-offset": "offset of gamma",
+    "kind-holder": "one plate holder",
+    "kind-crosstalk": "crosstalk",
+    "cure-gain": "look at amplifier, plate, moisture and preparation of the bed",
+    "cure-gain-x": "look at the channel along x and its amplifier",
+    "cure-turn": "look at the mount and at transducer.turn_deg",
+    "cure-beta-offset": "look at how plates are clamped, and at beta_deg",
+    "cure-beta-scale": "look at the scale of beta_deg",
+    "cure-gamma-offset": "look at the path of the arm, and at gamma_deg",
+    "cure-holder": "look at this plate holder, and at its beta_deg",
+    "cure-crosstalk": "look at the calibration matrix of the transducer",
+    "least-gain": "a force that changes by {least:.0%} from one run on",
+    "least-turn": "a mount turned by {least:.1f} deg in all runs",
     # what fails the checks of a medium
     "unusable": "unusable: {faults} (results/checks)",
     "doubtful": "doubtful: {faults} (results/checks)",
@@ -360,6 +406,17 @@ CHECK_WORDS = {
         "{axes} ({negative}; {after} of them with that put right): look at {where}.",
     ),
     "work-no-cell": Words("no cell has alpha"),
+    "axes": Words(
+        "the given axes explain alpha at least 10^{power:.0f} times better than any others",
+        "at least 55 times better than any others",
+    ),
+    "axes-others": Words(
+        "axes with {axes} explain alpha 10^{power:.0f} times better than the given ones, by the shape of known media",
+        "no axes explain alpha 55 times better than the given ones",
+        "axes look wrong in all runs ({found}): look at {where}.",
+    ),
+    "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
+    "axes-no-runs": Words("no run has both components of alpha"),
     "symmetry": Words(
         _SYMMETRY_FOUND,
         _SYMMETRY_ALLOWED,
@@ -426,6 +483,19 @@ CHECK_WORDS = {
     ),
     "repeats-few": Words("too few runs to estimate how much runs differ"),
     "repeats-blind": Words(_REPEATS_BLIND),
+    "shared": Words(
+        "nothing that many runs share is seen; {seen} would be",
+        "less than would be seen by chance in one of 100 sound campaigns",
+    ),
+    "shared-told": Words(
+        "{causes}",
+        "less than would be seen by chance in one of 100 sound campaigns",
+        "{causes}: {cures}.",
+    ),
+    "shared-open": Words(
+        "these runs do not tell what many of them share ({missing}): repeat directions at the begin and the end"
+    ),
+    "shared-few": Words("too few runs to tell what many of them share"),
     "same_logs": Words("no {what} is there twice", "each {what} once"),
     "same_logs-copied": Words(
         "{count} runs have the readings of others: {first}",

@@ -49,6 +49,12 @@ CHECKS: dict[str, Rule] = {
     "work": Rule(
         UNUSABLE, "the medium takes energy", "the medium seems to give energy to the plates", _LOGS
     ),
+    "axes": Rule(
+        UNUSABLE,
+        "the axes of the force fit the shape of known media",
+        "other axes than the given ones fit the shape of known media",
+        _ALPHA,
+    ),
     "symmetry": Rule(
         UNUSABLE,
         "plates straight down are not pushed to one side",
@@ -85,6 +91,12 @@ CHECKS: dict[str, Rule] = {
         "single runs disagree with the others",
         (*_ALPHA, "symmetry", "surface"),
     ),
+    "shared": Rule(
+        DOUBTFUL,
+        "no gain, turn or angle is off in many runs",
+        "{found}",
+        (*_ALPHA, "axes", "symmetry"),
+    ),
     "same_logs": Rule(UNUSABLE, "no log or run is there twice", "a log or run is there twice"),
     "size": Rule(
         UNUSABLE, "alpha is as large as expected", "alpha is not as large as expected", _LOGS
@@ -99,8 +111,8 @@ COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence
 class Measured:
     """What checks read of one medium.
 
-    `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``alpha``, ``tared`` and
-    ``windows``. `copies`: Of `copies_of`. `flags`: Of the runs, by their own logs.
+    `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``causes``, ``axes``, ``alpha``,
+    ``tared`` and ``windows``. `copies`: Of `copies_of`. `flags`: Of the runs, by their own logs.
     """
 
     config: Config
@@ -205,9 +217,10 @@ def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     return f"{'rows' if len(wanted) > 1 else 'row'} {listed} of the run sheet"
 
 
-def faults_of(checks: Iterable[str]) -> str:
-    """What failed checks say of a medium, in words."""
-    return " and ".join(CHECKS[check].fault for check in checks)
+def faults_of(checks: pd.DataFrame) -> str:
+    """What failed checks, rows of the table, say of a medium, in words."""
+    rows = zip(checks["check"], checks["found"], strict=True)
+    return " and ".join(CHECKS[check].fault.format(found=found) for check, found in rows)
 
 
 def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
@@ -216,12 +229,13 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
     for medium, rows in checks.groupby("medium", sort=False):
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
-            failed = rows.loc[rows["effect"] == effect, "check"]
+            failed = rows[rows["effect"] == effect]
             marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
         # by the config as it is now, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
-        for check in rows.loc[rows["verdict"] == ACCEPTED, "check"]:
-            marks.append(remark(ACCEPTED, fault=CHECKS[check].fault, why=accept.get(check, "")))
+        for check, row in rows[rows["verdict"] == ACCEPTED].groupby("check", sort=False):
+            why = accept.get(check, "")
+            marks.append(remark(ACCEPTED, fault=faults_of(row), why=why))
         if marks:
             found[str(medium)] = marks
     return found

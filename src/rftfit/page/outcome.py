@@ -136,9 +136,9 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     rows = table[(table["medium"] == medium) & table["verdict"].isin([FAILED, ACCEPTED])]
     for word in (UNUSABLE, DOUBTFUL):
         if (rows["effect"] == word).any():
-            return word, faults_of(rows["check"])
+            return word, faults_of(rows)
     if len(rows):
-        return DOUBTFUL, f"{faults_of(rows['check'])}, which the config accepts"
+        return DOUBTFUL, f"{faults_of(rows)}, which the config accepts"
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
     used = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])

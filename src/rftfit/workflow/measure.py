@@ -5,6 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
+from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.peers import compare_runs, outlier_differences
 from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
 from rftfit.measure.checks import check_medium
@@ -57,7 +58,7 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     """Put the cells of a medium together and check them.
 
-    Returns verdicts, alpha table, alpha of depths, runs side by side, and all flags of runs and cells.
+    Returns verdicts, alpha table, alpha of depths, runs side by side, what runs share, and all flags of runs and cells.
     """
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
@@ -74,7 +75,9 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
         how = level, depths, errors, grid, surface, at_cm, off
         return alpha_table(counted_once(fits, copies)[0], medium, *how)
 
-    tables |= {"alpha": cells(fits), "peers": peers}
+    angle_deg = config.errors.angle_deg
+    causes, axes = compare_all_runs(counted_once(fits, copies)[0], medium, sheet, angle_deg)
+    tables |= {"alpha": cells(fits), "peers": peers, "causes": causes, "axes": axes}
     of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
@@ -86,7 +89,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     marks = mark_columns(marks_of(verdicts, config.media).get(medium, ()))
     alpha = with_flagged(tables["alpha"], Flags(flags)).assign(**marks)
     at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": verdicts}, cells)
-    return verdicts, alpha, at_depth.assign(**marks), peers, flags
+    return verdicts, alpha, at_depth.assign(**marks), peers, causes, flags
 
 
 MEASURED = (

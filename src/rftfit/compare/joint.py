@@ -1,0 +1,736 @@
+"""One joint model of all plate runs of a medium: what several runs share and should not.
+
+The alpha of a run is that of its direction, times what its bed does, plus a rest:
+
+    y_i = T_c(E(beta_i, gamma_i)) + bed_i E_i + rest_i,    E = s (m + d)
+
+E has the prior of the map (`rftfit.model.shapes`), with freedom for what media differ in: x beside z, pulls and level
+runs beside pushes. T_c is what a cause does to the runs that share it: another gain from one run on, a mount that
+turned, plates that are not at their stated angle. Candidates are ranked by their scores, and the best few are decided
+by the likelihood of the exact transformation beside one of a size that is tolerated. The limit is the quantile of the
+largest of all scores, so one rate of false alarms holds for all causes together.
+
+`docs/theory/checks.md` has the numbers: false alarms, power, and what no data can tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.model.shapes import Shapes, published_shapes
+
+FALSE_ALARMS = 0.01
+"""Rate at which a sound campaign is said to have some shared cause."""
+
+FEWEST_RUNS = 8
+"""With fewer runs nothing is said of what they share."""
+
+ALL, HOLDER, FROM_RUN, TREND = "all", "holder", "from-run", "trend"
+"""Groups of runs that may share a cause, besides the labels of the run sheet."""
+
+
+class Kind(NamedTuple):
+    """A kind of cause: sizes that are tolerated, and the largest least size with which it counts as checked."""
+
+    tolerated: float
+    most: float
+    unit: str = ""
+
+
+KINDS = {
+    "gain": Kind(0.02, 0.5),
+    "gain-x": Kind(0.03, 0.6),
+    "turn": Kind(1.0, 15.0, "deg"),
+    "beta-offset": Kind(1.5, 15.0, "deg"),
+    "beta-scale": Kind(0.04, 0.3),
+    "gamma-offset": Kind(1.0, 10.0, "deg"),
+    "holder": Kind(2.0, 15.0, "deg"),
+    "crosstalk": Kind(0.02, 0.15),
+}
+"""A gain of 0.02 is a force 2 % larger; crosstalk of 0.02 is a force along x of 2 % of that along z."""
+
+_WIDER = {"beta-scale": 1.25, "gamma-offset": 1.4, "holder": 1.5}
+"""Errors of causes that only the known shape can tell are so many times as large as the model says (sound campaigns)."""
+_LIMIT_OF_ALL = 3.0
+"""Limit of causes of all runs: in 400 sound campaigns none is beyond it."""
+_TRIED_OF_ALL = 1.0
+"""Score beyond the tolerated size from which a cause of all runs is decided by the exact transformation."""
+_MIXED_UP = 4.0
+"""A cause whose error is so many times that beside a known shape is mixed up with the directions of its runs."""
+_POWER = 0.84
+"""Standard normal quantile of 80 %."""
+_RANKED_FROM = 1.2
+"""So far below the limit a score may be to be decided by the exact transformation."""
+_INSEPARABLE = 1.5
+"""Causes whose distances beyond what is tolerated differ by fewer errors cannot be told from one another."""
+_FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", TREND: "order"}
+"""Causes that share a limit; all others are labels of the run sheet."""
+_MOST_CAUSES, _MOST_TRIED = 3, 4
+_MOST_STEPS, _STEP_SHARE, _STEP_RUNS = 30, 0.12, 4
+_MOST_STEPPED = 10
+"""Fewest runs with which a step is looked for."""
+_FEWEST_OF_LABEL = 3
+_DIFFERENCE_DEG = 5.0
+_ROUGH_SHARE = 0.3
+_FREE_X, _FREE_PULLS, _FREE_LEVEL = 0.4, 0.5, 0.3
+"""What media differ in beyond the known shape, relative to it: x beside z, pulls and level runs beside pushes."""
+_T_DOF = 5.0
+"""Degrees of freedom of the scatter, so that a run that stands apart counts less."""
+_ANGLES_DEG = (0.3, 0.2)
+"""Errors of beta and gamma of a run where none are stated."""
+_DEPARTURE_DOF = 5.0
+_BED, _REST, _SCATTER_LOG_SD = 0.05, 0.015, 0.6
+"""Scatter from run to run beforehand: along alpha and in all directions, relative to alpha, and how well that is known."""
+_WEAK, _FLOOR = 0.3, 0.002
+"""Weak directions scatter as if alpha were so large, and by so much, of the largest alpha."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunSlopes:
+    """Slopes of n runs.
+
+    `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether alpha_x of a
+    run was turned, as that of an extraction. `order`: place of each run in the campaign. `labels`: by the name of a
+    column of the run sheet what it says of each run; empty: nothing.
+    """
+
+    beta_deg: FloatArray
+    gamma_deg: FloatArray
+    alpha: FloatArray
+    se: FloatArray
+    mirrored: npt.NDArray[np.bool_]
+    order: npt.NDArray[np.intp]
+    labels: Mapping[str, npt.NDArray[np.str_]] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Number of runs."""
+        return self.beta_deg.size
+
+    @property
+    def side(self) -> FloatArray:
+        """-1 where alpha_x was turned."""
+        return np.where(self.mirrored, -1.0, 1.0)
+
+
+class Cause(NamedTuple):
+    """What runs may share.
+
+    `group`: Name of the column of the sheet or one of `ALL`, `HOLDER`, `FROM_RUN`, `TREND`; `place`: its label, angle
+    or run. `kind`: One of `KINDS`. `share`: Shape (n,), how much of the cause each run has. `effect`: Shape (2 n,),
+    change of alpha by a cause of size 1.
+    """
+
+    group: str
+    place: str
+    kind: str
+    share: FloatArray
+    effect: FloatArray
+
+
+class Found(NamedTuple):
+    """A cause with its size, the standard error of that, and how many errors it is beyond what is tolerated.
+
+    `inseparable`: Other causes that explain the runs about as well.
+    """
+
+    cause: Cause
+    size: float
+    se: float
+    times: float
+    inseparable: tuple[Cause, ...] = ()
+
+
+class Scan(NamedTuple):
+    """Scores of all candidates, shape (k,): size, its standard error, whether checked, why not, and limit in errors.
+
+    Causes by order and label have one limit; causes of all runs, which are few, have their own.
+    """
+
+    causes: list[Cause]
+    size: FloatArray
+    se: FloatArray
+    checked: npt.NDArray[np.bool_]
+    mixed_up: npt.NDArray[np.bool_]
+    limit: FloatArray
+
+    @property
+    def tolerated(self) -> FloatArray:
+        """Tolerated size of each candidate."""
+        return np.array([KINDS[cause.kind].tolerated for cause in self.causes])
+
+    @property
+    def least_seen(self) -> FloatArray:
+        """Least size that is told with a probability of 80 %."""
+        return np.asarray(self.tolerated + (self.limit + _POWER) * self.se)
+
+
+class _Theta(NamedTuple):
+    """Logarithms of the size of the medium, of lambda, and of the scatter along alpha and in all directions."""
+
+    size: float
+    departure: float
+    bed: float
+    rest: float
+
+
+class _Solved(NamedTuple):
+    """V^-1 applied to columns, and what it was made of."""
+
+    columns: FloatArray
+    solved: FloatArray
+    log_det: float
+
+
+@dataclass(eq=False)
+class JointModel:
+    """Joint model of all runs, with the causes that were put right so far.
+
+    Attributes
+    ----------
+    runs : RunSlopes
+    angles_deg : (float, float)
+        Standard deviations of beta and gamma of a run.
+    without : tuple of str
+        Published media that are left out of the known shapes.
+    """
+
+    runs: RunSlopes
+    angles_deg: tuple[float, float] = _ANGLES_DEG
+    without: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.weight = np.ones(self.runs.size)
+        self.jacobian = 0.0
+        self.transform: FloatArray | None = None
+        self._place(self.runs)
+        count = self.directions.shape[1]
+        mean = self.mean.reshape(2, count)[:, self.cell]
+        size = float((mean * self.runs.alpha).sum() / (mean**2).sum())
+        least = 0.05 * float(np.abs(self.runs.alpha).sum() / np.abs(mean).sum())
+        self.theta = np.array([math.log(max(size, least)), 0.0, math.log(_BED), math.log(0.02)])
+        medians = [
+            np.median(self.runs.alpha[:, self.cell == place], axis=1) for place in range(count)
+        ]
+        start = 0.8 * np.stack(medians, axis=1) + 0.2 * math.exp(self.theta[0]) * self.mean.reshape(
+            2, count
+        )
+        self._set_expected(math.exp(self.theta[0]) * self.prior_mean, start)
+
+    # --- the prior
+
+    def _place(self, runs: RunSlopes, *, beside: bool = True) -> None:
+        """Sort runs into directions, and take the prior there and, for slopes over the angles, a few degrees beside."""
+        rounded = np.round(np.stack([*_wrapped(runs.beta_deg, runs.gamma_deg)]), 1)
+        self.directions, cell = np.unique(rounded, axis=1, return_inverse=True)
+        self.cell = cell.ravel()
+        count = self.directions.shape[1]
+        if not beside:
+            self.mean, covariance = _prior_at(self.without, *self.directions)
+            self.prior = covariance + 1e-8 * np.eye(2 * count)
+            return
+        self.prior_mean, self.prior_rows = _prior_beside(
+            self.without, self.directions.tobytes(), count
+        )
+        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+        self.mean = self.prior_mean[places]
+        self.prior = self.prior_rows[places] + 1e-8 * np.eye(2 * count)
+
+    def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
+        """Take alpha of the directions and its slopes over the angles, per degree."""
+        blocks = full.reshape(2, 5, -1)
+        self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
+        self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
+        self.by_gamma = ((blocks[:, 3] - blocks[:, 4]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
+        self.largest = float(np.hypot(*self.expected).max())
+
+    # --- the likelihood
+
+    def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+        """Covariance of the two slopes of each run around alpha of its direction, shape (n, 2, 2)."""
+        bed, rest = math.exp(theta[2]), math.exp(theta[3])
+        level = np.hypot(*self.expected)
+        scatter = bed**2 * _outer(self.expected)
+        for error_deg, slopes in zip(self.angles_deg, (self.by_beta, self.by_gamma), strict=True):
+            scatter += error_deg**2 * _outer(slopes)
+        isotropic = rest**2 * (level**2 + (_WEAK * self.largest) ** 2)
+        isotropic += (_FLOOR * self.largest) ** 2
+        for component in (0, 1):
+            scatter[:, component, component] += isotropic + self.runs.se[component] ** 2
+        scatter /= (self.weight if weight is None else weight)[:, None, None]
+        if self.transform is not None:
+            scatter = self.transform @ scatter @ self.transform.transpose(0, 2, 1)
+        return scatter
+
+    def _solve(self, theta: FloatArray, more: FloatArray | None = None) -> _Solved:
+        """V^-1 of the residual from the prior mean, of that mean and of more columns, through the directions."""
+        count, size = self.directions.shape[1], self.runs.size
+        scatter = self._scatter(theta)
+        precision = np.asarray(np.linalg.inv(scatter), dtype=np.float64)
+        mean = math.exp(theta[0]) * self.mean.reshape(2, count)[:, self.cell].ravel()
+        columns = np.column_stack([self.runs.alpha.ravel() - mean, mean])
+        if more is not None:
+            columns = np.column_stack([columns, more])
+        weighted = np.einsum("nij,jnk->ink", precision, columns.reshape(2, size, -1))
+        inner = self._inner(theta, precision)
+        sums = self._sum_by_direction(weighted)
+        back = np.linalg.solve(inner, self._covariance(theta) @ sums).reshape(2, count, -1)
+        weighted -= np.einsum("nij,jnk->ink", precision, back[:, self.cell])
+        log_det = np.log(np.linalg.det(scatter)).sum() + np.linalg.slogdet(inner)[1]
+        return _Solved(columns, weighted.reshape(2 * size, -1), float(log_det))
+
+    def _covariance(self, theta: FloatArray) -> FloatArray:
+        return np.asarray(math.exp(2 * theta[0] + theta[1]) * self.prior)
+
+    def _inner(self, theta: FloatArray, precision: FloatArray) -> FloatArray:
+        """I + P Z' D^-1 Z, of the directions."""
+        count = self.directions.shape[1]
+        gathered = np.zeros((2, count, 2, count))
+        diagonal = np.arange(count)
+        for row in (0, 1):
+            for other in (0, 1):
+                sums = np.bincount(self.cell, precision[:, row, other], minlength=count)
+                gathered[row, diagonal, other, diagonal] = sums
+        return np.asarray(
+            np.eye(2 * count) + self._covariance(theta) @ gathered.reshape(2 * count, -1)
+        )
+
+    def _sum_by_direction(self, columns: FloatArray) -> FloatArray:
+        """Sums over the runs of each direction, of columns of shape (2, n, k)."""
+        sums = np.zeros((2, self.directions.shape[1], columns.shape[2]))
+        for component in (0, 1):
+            np.add.at(sums[component], self.cell, columns[component])
+        return sums.reshape(-1, columns.shape[2])
+
+    def cost(self, theta: FloatArray) -> float:
+        """Negative log likelihood with what is known of lambda and of the scatter beforehand."""
+        solved = self._solve(theta)
+        quadratic = solved.columns[:, 0] @ solved.solved[:, 0]
+        half = _DEPARTURE_DOF / 2
+        beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
+        for value, middle in ((theta[2], _BED), (theta[3], _REST)):
+            beforehand += 0.5 * ((value - math.log(middle)) / _SCATTER_LOG_SD) ** 2
+        return float(0.5 * (quadratic + solved.log_det) + beforehand + self.jacobian)
+
+    # --- the fit
+
+    def fit(self, rounds: int = 3, evaluations: int = 90, step: float = 1.0) -> JointModel:
+        """Find size, departure and scatter; weights of runs and alpha of the directions follow."""
+        first = step * np.array([0.1, 0.5, 0.3, 0.3])
+        for turn in range(rounds):
+            if turn:
+                first = 0.4 * np.array([0.1, 0.5, 0.3, 0.3])
+            most = evaluations if turn == 0 else evaluations // 2
+            self.theta = _minimise(self.cost, self.theta, first, most)
+            self.update()
+        return self
+
+    def update(self, *, keep_expected: bool = False) -> None:
+        """Take alpha of the directions by the data, and weights by how far each run is from all others."""
+        solved = self._solve(self.theta)
+        if not keep_expected:
+            sums = self._sum_by_direction(solved.solved[:, :1].reshape(2, self.runs.size, 1))[:, 0]
+            departure = math.exp(2 * self.theta[0] + self.theta[1]) * (self.prior_rows @ sums)
+            self._set_expected(math.exp(self.theta[0]) * self.prior_mean + departure)
+        distance = self._distance_from_others(solved.solved[:, 0])
+        self.weight = np.clip((_T_DOF + 2) / (_T_DOF + distance), 0.02, 1.0)
+
+    def _distance_from_others(self, residual: FloatArray) -> FloatArray:
+        """Squared distance of each run from what all others say of it, in its own errors."""
+        count = self.directions.shape[1]
+        scatter = self._scatter(self.theta)
+        precision = np.asarray(np.linalg.inv(scatter), dtype=np.float64)
+        middle = np.linalg.solve(self._inner(self.theta, precision), self._covariance(self.theta))
+        places = np.stack([self.cell, count + self.cell])
+        of_run = middle[places[:, None], places[None]].transpose(2, 0, 1)
+        left_out = np.linalg.inv(precision - precision @ of_run @ precision)
+        off = np.einsum("nij,jn->in", left_out, residual.reshape(2, -1))
+        unweighted = self._scatter(self.theta, np.ones(self.runs.size))
+        covariance = left_out - scatter + unweighted
+        return np.asarray(np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off))
+
+    # --- causes
+
+    def _shares(self) -> Iterator[tuple[str, str, FloatArray]]:
+        """Groups of runs by the order and by the labels of the sheet: group, place, and share of each run."""
+        size = self.runs.size
+        rank = np.argsort(np.argsort(self.runs.order, kind="stable"), kind="stable")
+        yield TREND, "", rank / (size - 1) - 0.5
+        edge = max(_STEP_RUNS, int(_STEP_SHARE * size))
+        if size >= _MOST_STEPPED and size > 2 * edge:
+            steps = np.linspace(edge, size - edge, min(_MOST_STEPS, size - 2 * edge + 1))
+            for step in np.unique(steps.astype(int)):
+                yield FROM_RUN, str(step + 1), (rank >= step) - 0.5
+        for column, labels in self.runs.labels.items():
+            names, counts = np.unique(labels, return_counts=True)
+            # of two labels the second says what the first does
+            first = 1 if names.size == 2 else 0
+            for label, count in zip(names[first:], counts[first:], strict=True):
+                if _FEWEST_OF_LABEL <= count <= size - _FEWEST_OF_LABEL:
+                    yield column, str(label), (labels == label) - 0.5
+
+    def causes(self) -> list[Cause]:
+        """All candidates."""
+        alpha, side, runs = self.expected, self.runs.side, self.runs
+        turned = math.radians(1) * side * np.stack([alpha[1], -alpha[0]])
+        along_x = np.array([[0.0], [1.0]])
+        every = np.ones(runs.size)
+        candidates: list[Cause] = []
+
+        def add(group: str, place: str, kind: str, share: FloatArray, effect: FloatArray) -> None:
+            candidates.append(Cause(group, place, kind, share, effect.ravel()))
+
+        for group, place, share in self._shares():
+            add(group, place, "gain", share, share * alpha)
+            add(group, place, "turn", share, share * turned)
+            add(group, place, "gain-x", share, share * alpha * along_x)
+            if group != TREND:
+                add(group, place, "beta-offset", share, share * side * self.by_beta)
+        slanted = (np.abs(runs.gamma_deg) > 1) & (np.abs(np.abs(runs.gamma_deg) - 90) > 1)
+        tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
+        add(ALL, "", "turn", every, turned)
+        add(ALL, "", "crosstalk", every, np.stack([0 * alpha[0], side * alpha[0]]))
+        add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
+        add(ALL, "", "beta-offset", every, side * self.by_beta)
+        add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
+        sizes = np.abs(runs.beta_deg)
+        for angle in np.unique(np.round(np.abs(self.directions[0]))):
+            share = np.where(np.abs(sizes - angle) < 0.6, np.sign(runs.beta_deg), 0.0)
+            if 0 < angle < 89 and 2 <= np.abs(share).sum() <= runs.size - 4:
+                add(HOLDER, f"{angle:g}", "holder", share, share * self.by_beta)
+        return candidates
+
+    def put_right(self, cause: Cause, size: float) -> JointModel:
+        """Model of the runs as they would be without a cause."""
+        runs, share, side = self.runs, cause.share, self.runs.side
+        beta, gamma, alpha = runs.beta_deg, runs.gamma_deg, runs.alpha
+        transform = np.tile(np.eye(2), (runs.size, 1, 1))
+        log_jacobian = 0.0
+        if cause.kind in ("gain", "gain-x"):
+            gain = np.maximum(1 + size * share, 0.05)
+            transform[:, 1, 1] /= gain
+            log_jacobian = float(np.log(gain).sum())
+            if cause.kind == "gain":
+                transform[:, 0, 0] /= gain
+                log_jacobian *= 2
+        elif cause.kind == "turn":
+            angle = np.radians(size * share) * side
+            transform[:, 0, 0] = transform[:, 1, 1] = np.cos(angle)
+            transform[:, 1, 0] = np.sin(angle)
+            transform[:, 0, 1] = -np.sin(angle)
+        elif cause.kind == "crosstalk":
+            transform[:, 1, 0] = -size * side
+        elif cause.kind == "beta-scale":
+            beta = beta * (1 + size * share)
+        elif cause.kind == "gamma-offset":
+            gamma = gamma + size * share * side
+        else:
+            beta = beta + size * share * (side if cause.kind == "beta-offset" else 1.0)
+        model = object.__new__(JointModel)
+        model.__dict__.update(self.__dict__)
+        alpha = np.einsum("nij,jn->in", transform, alpha)
+        model.runs = replace(runs, beta_deg=beta, gamma_deg=gamma, alpha=alpha)
+        model.jacobian = self.jacobian + log_jacobian
+        model.transform = transform if self.transform is None else transform @ self.transform
+        if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
+            model._place(model.runs, beside=False)
+        return model
+
+    def scan(self) -> Scan:
+        """Score all candidates, and find the limit that the largest of sound scores hardly exceeds."""
+        from scipy import stats
+
+        causes = self.causes()
+        effects = np.column_stack([cause.effect for cause in causes])
+        solved = self._solve(self.theta, effects)
+        mean, solved_mean = solved.columns[:, 1], solved.solved[:, 1]
+        solved_effects = solved.solved[:, 2:]
+        # the size of the medium is free
+        share = (mean @ solved_effects) / (mean @ solved_mean)
+        information = effects.T @ (solved_effects - np.outer(solved_mean, share))
+        precision = np.maximum(np.diag(information), 1e-12)
+        scores = effects.T @ solved.solved[:, 0] - share * (mean @ solved.solved[:, 0])
+        size = scores / precision
+        wider = np.array([_WIDER.get(cause.kind, 1.0) for cause in causes])
+        se = wider / np.sqrt(precision)
+        tolerated, most = (
+            np.array([getattr(KINDS[cause.kind], name) for cause in causes])
+            for name in ("tolerated", "most")
+        )
+        families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
+        sensible = (se < 50 * tolerated) & ((effects**2).sum(axis=0) > 0)
+        limit = np.full(len(causes), _LIMIT_OF_ALL)
+        dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
+        for family in ("order", "labels"):
+            members = sensible & (families == family)
+            if members.any():
+                root = np.sqrt(precision[members])
+                correlation = information[np.ix_(members, members)] / np.outer(root, root)
+                normal_limit = _limit(correlation, FALSE_ALARMS / 2)
+                limit[families == family] = stats.t.isf(stats.norm.sf(normal_limit), dof)
+        grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
+        mixed_up = grouped & (se > _MIXED_UP * self._error_beside_known_shape(effects))
+        checked = sensible & ~mixed_up & (tolerated + (limit + _POWER) * se < most)
+        return Scan(causes, size, se, checked, mixed_up, limit)
+
+    def _error_beside_known_shape(self, effects: FloatArray) -> FloatArray:
+        """Standard errors that the causes would have if the shape were known exactly."""
+        theta = self.theta.copy()
+        theta[1] = math.log(1e-4)
+        solved = self._solve(theta, effects)
+        mean, solved_mean, solved_effects = (
+            solved.columns[:, 1],
+            solved.solved[:, 1],
+            solved.solved[:, 2:],
+        )
+        information = (effects * solved_effects).sum(axis=0)
+        information -= (mean @ solved_effects) ** 2 / (mean @ solved_mean)
+        return np.asarray(1 / np.sqrt(np.maximum(information, 1e-12)))
+
+    def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
+        """Best size of a cause, how many errors it is beyond what is tolerated, and the model without it.
+
+        Scatter is fitted anew with the cause and with the tolerated size, so a cause cannot win by making errors small.
+        """
+        tolerated = KINDS[cause.kind].tolerated
+        step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
+
+        def cost(values: FloatArray) -> float:
+            return model.put_right(cause, values[4]).cost(values[:4])
+
+        model = self
+        values = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
+        right = self.put_right(cause, values[4])
+        right.theta = values[:4]
+        right.update(keep_expected=True)
+        model = self._weighted(right.weight)
+        values = _minimise(cost, values, 0.4 * step, 70, 0.01)
+        best, size = cost(values), float(values[4])
+        edge = math.copysign(min(abs(size), tolerated), size)
+        beside = model.put_right(cause, edge)
+        theta = _minimise(beside.cost, self.theta, step[:4], 70)
+        times = math.sqrt(max(2 * (beside.cost(theta) - best), 0.0))
+        right = model.put_right(cause, size)
+        right.theta = values[:4]
+        return size, times, right
+
+    def _weighted(self, weight: FloatArray) -> JointModel:
+        model = object.__new__(JointModel)
+        model.__dict__.update(self.__dict__)
+        model.weight = weight
+        return model
+
+    def _error_of(self, cause: Cause) -> float:
+        """Standard error of a cause in a model from which it was removed."""
+        scan = self.scan()
+        for candidate, se in zip(scan.causes, scan.se, strict=True):
+            if candidate[:3] == cause[:3]:
+                return float(se)
+        return math.nan
+
+
+def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
+    """Find what runs share, the clearest first, and the scores before anything was put right."""
+    model.fit()
+    first = scan = model.scan()
+    told: list[Found] = []
+    while len(told) < _MOST_CAUSES:
+        tried = _try_candidates(model, scan)
+        if not tried:
+            break
+        trial = max(tried, key=lambda trial: trial.times - trial.limit)
+        if trial.times < trial.limit:
+            break
+        right = trial.model
+        right._place(right.runs)
+        right.update()
+        right.fit(2, 50, 0.4)
+        se = right._error_of(trial.cause)
+        kind = KINDS[trial.cause.kind]
+        if not kind.tolerated + (trial.limit + _POWER) * se < kind.most:
+            break
+        others = tuple(
+            other.cause
+            for other in tried
+            if other is not trial and other.times > max(other.limit, trial.times - _INSEPARABLE)
+        )
+        told.append(Found(trial.cause, trial.size, se, trial.times, others))
+        model, scan = right, right.scan()
+    return told, first
+
+
+class _Trial(NamedTuple):
+    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it."""
+
+    cause: Cause
+    size: float
+    times: float
+    limit: float
+    model: JointModel
+
+
+def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
+    """Decide the candidates with the largest scores, one of a kind and group."""
+    scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
+    beyond = np.maximum(np.abs(scan.size) - scan.tolerated, 0) / scan.se
+    of_all = np.array([cause.group == ALL for cause in scan.causes])
+    worth = np.where(of_all, beyond > _TRIED_OF_ALL, scores > scan.limit - _RANKED_FROM)
+    worth &= scan.checked & (beyond > 0)
+    tried: dict[tuple[str, str], _Trial] = {}
+    for place in np.argsort(-np.where(worth, scores, 0.0)):
+        cause = scan.causes[place]
+        if not worth[place] or len(tried) >= _MOST_TRIED:
+            break
+        if (cause.kind, cause.group) in tried:
+            continue
+        size, times, right = model._profile(cause, scan.size[place], scan.se[place])
+        times = times if abs(size) > KINDS[cause.kind].tolerated else 0.0
+        times /= _WIDER.get(cause.kind, 1.0)
+        trial = _Trial(cause, size, times, float(scan.limit[place]), right)
+        tried[cause.kind, cause.group] = trial
+    return list(tried.values())
+
+
+def _limit(correlation: FloatArray, rate: float) -> float:
+    """Quantile of the largest of standard normal scores of this correlation."""
+    values, vectors = np.linalg.eigh((correlation + correlation.T) / 2)
+    rows = (vectors * np.sqrt(np.maximum(values, 0)))[:, values > 1e-6]
+    rows /= np.sqrt((rows**2).sum(axis=1))[:, None]
+    normals = np.random.default_rng(1).standard_normal((8000, rows.shape[1]))
+    return float(np.quantile(np.abs(normals @ rows.T).max(axis=1), 1 - rate))
+
+
+def _minimise(
+    cost: Callable[[FloatArray], float],
+    start: FloatArray,
+    step: FloatArray,
+    most: int,
+    tolerance: float = 0.02,
+) -> FloatArray:
+    """Nelder-Mead with a given first simplex and so many evaluations at most."""
+    from scipy.optimize import minimize
+
+    simplex = np.vstack([start, start + np.diag(step)])
+    options = {"maxfev": most, "xatol": tolerance, "fatol": 0.05, "initial_simplex": simplex}
+    return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x)
+
+
+def _outer(vectors: FloatArray) -> FloatArray:
+    """Outer products of vectors of shape (2, n) with themselves, shape (n, 2, 2)."""
+    return np.asarray(np.einsum("in,jn->nij", vectors, vectors))
+
+
+def _wrapped(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The plate at beta + 180 degrees is the same plate."""
+    return (beta_deg + 90) % 180 - 90, gamma_deg
+
+
+@cache
+def _shapes(without: tuple[str, ...]) -> Shapes:
+    return published_shapes(without=without)
+
+
+def _prior_at(
+    without: tuple[str, ...], beta_deg: FloatArray, gamma_deg: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of a medium of size 1, with the freedom of `_freedom`."""
+    prior = _shapes(without).prior(np.radians(beta_deg), np.radians(gamma_deg))
+    return prior.mean, prior.covariance(_ROUGH_SHARE) + _freedom(prior.mean, gamma_deg)
+
+
+@lru_cache(maxsize=4)
+def _prior_beside(
+    without: tuple[str, ...], directions: bytes, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Prior mean at directions and 5 degrees beside in beta and gamma, shape (10 n,), and its covariance with the directions."""
+    beta, gamma = np.frombuffer(directions).reshape(2, count)
+    step = _DIFFERENCE_DEG
+    betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
+    gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
+    mean, covariance = _prior_at(without, *_wrapped(betas, gammas))
+    places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+    return mean, covariance[:, places]
+
+
+def _freedom(mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
+    """Covariance of what media differ in beyond the known shape, of which no fault may be made."""
+    gamma = np.concatenate([gamma_deg, gamma_deg])
+    is_x = np.arange(mean.size) >= gamma_deg.size
+    factors = (
+        (_FREE_X, mean * is_x),
+        (_FREE_PULLS, mean * (gamma < -1)),
+        (_FREE_LEVEL, mean * (np.abs(gamma) <= 1)),
+    )
+    freedom: FloatArray = sum(
+        (sd**2 * np.outer(rows, rows) for sd, rows in factors), np.zeros((mean.size, mean.size))
+    )
+    return freedom
+
+
+AXES = {
+    "as-given": ((1, 0), (0, 1)),
+    "x-reversed": ((1, 0), (0, -1)),
+    "z-reversed": ((-1, 0), (0, 1)),
+    "both-reversed": ((-1, 0), (0, -1)),
+    "exchanged": ((0, 1), (1, 0)),
+    "exchanged-z-reversed": ((0, -1), (1, 0)),
+    "exchanged-x-reversed": ((0, 1), (-1, 0)),
+    "exchanged-both-reversed": ((0, -1), (-1, 0)),
+}
+"""Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
+
+_AXES_CLEAR = 4.0
+"""Log of the Bayes factor from which other axes are named."""
+_AXES_SCATTER, _AXES_FLOOR = 0.07, 0.02
+"""Scatter of the median of a direction, relative to its alpha and to the largest alpha."""
+
+
+def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, float]:
+    """Log of the Bayes factor of each of `AXES` against the given ones, by the medians of the directions.
+
+    The marginal likelihood is a sum over sizes of the medium, lambda and w.
+    """
+    rounded = np.round(np.stack([*_wrapped(runs.beta_deg, runs.gamma_deg)]), 1)
+    directions, cell = np.unique(rounded, axis=1, return_inverse=True)
+    count = directions.shape[1]
+    cells = [np.flatnonzero(cell.ravel() == place) for place in range(count)]
+    alpha = np.stack([np.median(runs.alpha[:, of_cell], axis=1) for of_cell in cells], axis=1)
+    side = np.array([runs.side[of_cell[0]] for of_cell in cells])
+    level = np.hypot(*alpha)
+    error = np.hypot(_AXES_SCATTER * level, _AXES_FLOOR * level.max())
+    error = np.concatenate([error, error])
+    departure = 2.0 ** np.arange(-1, 6)[:, None, None]
+    half = _DEPARTURE_DOF / 2
+    log_departure = (half + 1) * np.log(departure[..., 0]) + half / departure[..., 0]
+    steps = np.exp(np.linspace(-1.0, 0.6, 9))
+    evidence = dict.fromkeys(AXES, -math.inf)
+    prior = _shapes(without).prior(*np.radians(directions))
+    for rough_share in (0.0, 0.5):
+        covariance = prior.covariance(rough_share) + _freedom(prior.mean, directions[1])
+        variances, vectors = np.linalg.eigh(covariance / np.outer(error, error))
+        variances = np.maximum(variances, 0)
+        mean = vectors.T @ (prior.mean / error)
+        for name, matrix in AXES.items():
+            given = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
+            values = np.concatenate([given[0], side * given[1]])
+            turned = vectors.T @ (values / error)
+            size = math.sqrt((values @ values) / (prior.mean @ prior.mean + np.trace(covariance)))
+            sizes = (size * steps)[None, :, None]
+            variance = 1 + sizes**2 * departure * variances
+            log_density = -0.5 * (np.log(variance) + (turned - sizes * mean) ** 2 / variance).sum(
+                axis=-1
+            )
+            log_density -= log_departure
+            evidence[name] = float(
+                np.logaddexp(evidence[name], np.logaddexp.reduce(log_density, axis=None))
+            )
+    given_axes = evidence["as-given"]
+    return {name: value - given_axes for name, value in evidence.items()}

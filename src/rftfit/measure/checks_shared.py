@@ -1,0 +1,94 @@
+"""What all runs of a medium together show: errors that many of them share, and whether the axes are as given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from rftfit.measure.flags import Remark, remark, say
+from rftfit.measure.verdicts import Check, Measured, flags_on
+
+_CLEAR = 4.0
+"""Log of the Bayes factor from which axes are told from one another."""
+
+
+def check_axes(measured: Measured) -> Check:
+    """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
+    axes = measured.tables["axes"]
+    evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
+    others = {name: value for name, value in evidence.items() if name != "as-given"}
+    if not others:
+        return Check.skip("axes", "axes-no-runs")
+    best = max(others, key=lambda name: others[name])
+    if others[best] > _CLEAR:
+        power = others[best] / math.log(10)
+        where = "the columns of the table" if measured.config.table else "transducer.axes"
+        other = remark(f"axes-{best}")
+        return Check.judge("axes", False, code="axes-others", axes=other, power=power, where=where)
+    open_axes = [remark(f"axes-{name}") for name in others if others[name] > -_CLEAR]
+    if open_axes:
+        return Check.skip("axes", "axes-open", axes=say(open_axes))
+    return Check.judge("axes", True, power=-others[best] / math.log(10))
+
+
+def check_shared(measured: Measured) -> Check:
+    """Whether runs share another gain, another turn of the mount, or other angles than stated."""
+    causes = measured.tables["causes"]
+    is_told = causes["verdict"] == "told"
+    if "symmetry" in measured.medium.accept:
+        # a turned mount is what the config accepts
+        is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
+    told = causes[is_told].to_dict("records")
+    if told:
+        words = [_describe_told(row, measured) for row in told]
+        flags: list[Remark] = []
+        for row, text in zip(told, words, strict=True):
+            if row["group"] != "all":
+                flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(text))
+        cures = [remark(f"cure-{row['kind']}") for row in told]
+        values = {"causes": say(words), "cures": say(dict.fromkeys(cures))}
+        return Check.judge("shared", False, flags, code="shared-told", **values)
+    least = [
+        _describe_least(kind, group, causes)
+        for kind, group in (("gain", "from-run"), ("turn", "all"))
+    ]
+    missing = sorted(
+        str(remark(f"kind-{kind}"))
+        for kind in dict.fromkeys(causes.loc[causes["verdict"] == "not checked", "kind"])
+    )
+    if None in least:
+        code = "shared-few" if (causes["reason"] == "no-runs").all() else "shared-open"
+        return Check.skip("shared", code, missing=", ".join(missing))
+    seen = " and ".join(map(str, least))
+    return Check.judge("shared", True, seen=seen)
+
+
+def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
+    """Least size of a cause that would have been told; None where it was not checked."""
+    rows = causes[(causes["kind"] == kind) & (causes["group"] == group)]
+    rows = rows[rows["verdict"] == "not seen"]
+    return None if rows.empty else remark(f"least-{kind}", least=float(rows["least_seen"].iloc[0]))
+
+
+def _describe_told(row: Mapping[Any, Any], measured: Measured) -> Remark:
+    """What runs share, how large it is and where."""
+    size: dict[str, Any] = {
+        name: float(row[f"size{end}"])
+        for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
+    }
+    if row["group"] == "from-run":
+        first = measured.sheet[row["run_ids"].split()[0]]
+        place = remark("where-from-run", row=first.row, run=first.run_id, count=row["n_runs"])
+    elif row["group"] in ("trend", "all", "holder"):
+        place = remark(f"where-{row['group']}", angle=row["place"])
+    else:
+        place = remark("where-label", column=row["group"], label=row["place"], count=row["n_runs"])
+    told = remark(f"told-{row['kind']}", where=str(place), **size)
+    others = [part.split() for part in str(row["inseparable"]).split("; ") if part]
+    if not others:
+        return told
+    kinds = dict.fromkeys(str(remark(f"kind-{other[0]}")) for other in others)
+    return remark("told-or", told=str(told), others=", ".join(kinds))

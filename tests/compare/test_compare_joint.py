@@ -1,0 +1,223 @@
+"""What many runs share, on campaigns that the model did not make."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from seeds import seeds
+
+from rftfit.campaign.sheet import Run
+from rftfit.compare.causes import compare_all_runs
+from rftfit.compare.joint import AXES, JointModel, RunSlopes, axes_evidence, find_causes
+from rftfit.compare.peers import compare_runs, may_switch
+from rftfit.measure.alpha import column
+from rftfit.model.profiles import TableProfile
+from rftfit.model.rft3d import alpha_3drft
+
+DIRECTIONS = [(b, g) for b in (-60, -30, 0, 30, 60) for g in (30, 60, 90, -45)]
+
+
+def table_medium(name):
+    """Alpha of a published medium, which the model then leaves out."""
+    profile = TableProfile.published(name)
+    return lambda beta, gamma: np.stack(profile.alpha(beta, gamma))
+
+
+def frictional_medium(friction):
+    """Alpha of 3D-RFT."""
+    return lambda beta, gamma: 0.4 * np.stack(alpha_3drft(beta, gamma, friction))
+
+
+def campaign(alpha, seed, repeats=3, directions=DIRECTIONS):
+    """Angles and slopes of runs in random order: beds of 5 %, patches of 3 %, angles of 0.3 and 0.2 deg."""
+    random = np.random.default_rng(seed)
+    beta, gamma = random.permutation(np.array(directions * repeats, dtype=float)).T
+    count = beta.size
+    off_beta, off_gamma = random.normal(0, 0.3, count), random.normal(0, 0.2, count)
+    true = alpha(np.radians(beta + off_beta), np.radians(gamma + off_gamma))
+    true = true * random.normal(1, 0.05, count)
+    true = true + random.normal(0, 0.03, (2, count)) * np.hypot(*true)
+    return beta, gamma, true
+
+
+def model_of(beta, gamma, alpha, without, labels=None):
+    """Joint model of such runs."""
+    se = np.full(alpha.shape, 0.002 * np.abs(alpha).max())
+    order = np.arange(beta.size)
+    runs = RunSlopes(beta, gamma, alpha, se, gamma < 0, order, labels or {})
+    return JointModel(runs, without=without)
+
+
+SOUND = [("poppy_LP", table_medium("poppy_LP"), 3), ("", frictional_medium(0.5), 3)]
+SOUND += [("glass3mm_CP", table_medium("glass3mm_CP"), 1)]
+
+
+@pytest.mark.parametrize("seed", range(seeds(20, 1)))
+@pytest.mark.parametrize(("name", "alpha", "repeats"), SOUND)
+def test_nothing_is_told_of_a_sound_campaign(name, alpha, repeats, seed):
+    told, scan = find_causes(model_of(*campaign(alpha, seed, repeats), (name,) if name else ()))
+    assert not told
+    assert scan.checked.any()
+    assert np.isfinite(scan.least_seen[scan.checked]).all()
+
+
+def turned(alpha, gamma, degrees):
+    """Forces of a mount that is turned; alpha_x of pulls is stored with the other sign."""
+    side = np.where(gamma < 0, -1, 1)
+    angle = math.radians(degrees) * side
+    return np.stack(
+        [
+            alpha[0] * np.cos(angle) + alpha[1] * np.sin(angle),
+            alpha[1] * np.cos(angle) - alpha[0] * np.sin(angle),
+        ]
+    )
+
+
+def late(values, factor_or_turned):
+    """The second half of the runs as they are with a fault."""
+    count = values.shape[1]
+    return np.where(np.arange(count) >= count // 2, factor_or_turned, values)
+
+
+def gain_step(alpha, _):
+    return late(alpha, 1.4 * alpha)
+
+
+def turn_step(alpha, gamma):
+    return late(alpha, turned(alpha, gamma, 6))
+
+
+def settling_bed(alpha, _):
+    count = alpha.shape[1]
+    return alpha * (1 + 0.5 * np.arange(count) / count)
+
+
+def crosstalk(alpha, gamma):
+    side = np.where(gamma < 0, -1, 1)
+    return np.stack([alpha[0], alpha[1] + 0.1 * side * alpha[0]])
+
+
+@pytest.mark.parametrize(
+    ("fault", "kinds", "groups", "size"),
+    [
+        (gain_step, {"gain"}, {"from-run"}, 0.4),
+        # a step in the middle is hardly told from a trend
+        (turn_step, {"turn"}, {"from-run", "trend"}, 6),
+        (settling_bed, {"gain"}, {"trend", "from-run"}, None),
+        # crosstalk and a turned mount differ in weak forces alone
+        (crosstalk, {"crosstalk", "turn"}, {"all"}, None),
+    ],
+)
+def test_a_shared_fault_is_told_by_its_cause(fault, kinds, groups, size):
+    beta, gamma, alpha = campaign(table_medium("poppy_CP"), 5)
+    told, _ = find_causes(model_of(beta, gamma, fault(alpha, gamma), ("poppy_CP",)))
+    cause = told[0].cause
+    assert cause.kind in kinds
+    assert cause.group in groups
+    if size and cause.group == "from-run":
+        estimate = told[0].size
+        if cause.kind == "gain":
+            estimate = (1 + estimate / 2) / (1 - estimate / 2) - 1
+        assert estimate == pytest.approx(size, rel=0.25)
+    assert told[0].times > 2
+
+
+def test_a_label_of_the_run_sheet_is_told_by_its_name():
+    beta, gamma, alpha = campaign(table_medium("glass0.3mm_LP"), 8)
+    days = np.where(np.random.default_rng(2).random(beta.size) < 0.4, "wet", "dry")
+    alpha = alpha * np.where(days == "wet", 1.3, 1)
+    model = model_of(beta, gamma, alpha, ("glass0.3mm_LP",), {"session": days})
+    told, _ = find_causes(model)
+    assert (told[0].cause.kind, told[0].cause.group) == ("gain", "session")
+    assert told[0].cause.place in days
+
+
+@pytest.mark.parametrize("grid", [(-30, 0, 30), (-60, -30, 0, 30)])
+@pytest.mark.parametrize(("name", "alpha"), [medium[:2] for medium in SOUND])
+def test_axes_of_a_small_downward_grid(name, alpha, grid):
+    """A reversed or exchanged axis is found in one run a direction."""
+    directions = [(beta, gamma) for beta in grid for gamma in (30, 60, 90)]
+    beta, gamma, measured = campaign(alpha, 3, 1, directions)
+    without = (name,) if name else ()
+    for axes, matrix in AXES.items():
+        runs = model_of(beta, gamma, np.linalg.inv(matrix) @ measured, without).runs
+        evidence = axes_evidence(runs, without)
+        assert max(evidence, key=lambda other: evidence[other]) == axes
+        assert axes == "as-given" or evidence[axes] > 4
+
+
+def fits_of(beta, gamma, alpha):
+    """Table of fits and run sheet of such runs."""
+    table = pd.DataFrame({"beta_deg": beta, "gamma_deg": gamma})
+    table[[column(c) for c in "zx"]] = alpha.T
+    errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.002)
+    names = [f"r{number}" for number in range(beta.size)]
+    table = table.assign(**errors, run_id=names, mirrored=gamma < 0, depth_from_cm=math.nan)
+    empty = dict.fromkeys(
+        ("force_log", "motion_log", "tare_run", "reason", "note", "medium", "direction"), ""
+    )
+    sheet = {
+        name: Run(
+            run_id=name,
+            kind="plate",
+            intruder="plate",
+            beta_deg=b,
+            gamma_deg=g,
+            depth_cm=math.nan,
+            tare_shared=False,
+            surface_z_mm=None,
+            excluded=False,
+            row=row,
+            **empty,
+        )
+        for row, (name, b, g) in enumerate(zip(names, beta, gamma, strict=True), start=2)
+    }
+    return table, sheet
+
+
+def test_the_table_of_causes_has_sizes_as_people_state_them():
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1)
+    fits, sheet = fits_of(beta, gamma, late(alpha, 1.4 * alpha))
+    causes, axes = compare_all_runs(fits, "sand", sheet, 0.3)
+    row = causes[causes["verdict"] == "told"].iloc[0]
+    assert (row["kind"], row["group"]) == ("gain", "from-run")
+    assert row["size_lo"] < row["size"] < row["size_hi"]
+    assert row["size"] == pytest.approx(0.4, abs=0.12)
+    # the runs after the step, in the order of the sheet
+    assert row["run_ids"].split() == [f"r{n}" for n in range(int(row["place"]) - 1, beta.size)]
+    unseen = causes[causes["verdict"] == "not seen"]
+    assert (unseen["least_seen"] > 0).all()
+    assert axes.set_index("axes").loc["x-reversed", "log_bayes_factor"] < -4
+    # the order of the table does not matter, that of the sheet does
+    again, _ = compare_all_runs(fits.iloc[::-1].reset_index(drop=True), "sand", sheet, 0.3)
+    pd.testing.assert_frame_equal(causes, again)
+
+
+def test_few_runs_are_not_checked():
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[:5])
+    causes, _ = compare_all_runs(*_named(fits_of(beta, gamma, alpha)), 0.3)
+    assert set(causes["verdict"]) == {"not checked"}
+    assert set(causes["reason"]) == {"no-runs"}
+    empty = fits_of(beta, gamma, alpha)[0].iloc[:0]
+    causes, axes = compare_all_runs(empty, "sand", {}, 0.3)
+    assert set(causes["verdict"]) == {"not checked"}
+    assert axes.empty
+
+
+def _named(made):
+    return made[0], "sand", made[1]
+
+
+def test_where_an_error_of_an_angle_turns_the_flow_repeats_are_compared_by_size():
+    """3D-RFT has two values of one size where a plate moves along itself or along its normal."""
+    directions = [(-30, 30), (0, 0), (45, 45), (30, 60), (0, 90), (15, 90)]
+    beta, gamma, alpha = campaign(frictional_medium(0.6), 4, 5, directions)
+    fits, _ = fits_of(beta, gamma, alpha)
+    switches = may_switch(fits)
+    assert {*zip(beta[~switches], gamma[~switches], strict=True)} == {(0, 90), (15, 90)}
+    assert not compare_runs(fits, "sand")["apart"].any()
+    wrong = int(np.flatnonzero((beta == 0) & (gamma == 0))[0])
+    fits.loc[wrong, [column(c) for c in "zx"]] *= 3
+    peers = compare_runs(fits, "sand")
+    assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{wrong}"]
