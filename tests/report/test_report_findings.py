@@ -134,7 +134,7 @@ def test_softest_and_hardest_medium(results, said):
     ordered = sorted(found, key=lambda title: found[title][0])
     text = said["believed"][0]
     start, text = text.split(". ", 1)
-    assert start == "Measured well: yes, none of the 2 checks that its runs allow finds a fault"
+    assert start == "Measured well: yes; 2 checks passed"
     wanted = [end for title in (ordered[0], ordered[-1]) for end in found[title] if end == end]  # noqa: PLR0124
     assert numbers(text) == pytest.approx(wanted, abs=0.0005)
 
@@ -206,7 +206,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     page = make_page(Results(results.campaign))
     first, second = sentences(page)[:2]
     assert first[0].startswith(
-        f"Measured well: in part; poppy seeds, loose is doubtful (in 2 of 3 runs {remark('no-tare')}); "
+        f"Measured well: in part; no checks passed; poppy seeds, loose is doubtful (in 2 of 3 runs {remark('no-tare')}); "
         "poppy seeds, close is unusable (the medium seems to give energy to the plates)"
     )
     # what is unusable is in no sentence on what was found

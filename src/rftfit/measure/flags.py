@@ -230,6 +230,11 @@ class Flags:
             if flag.code == code
         }
 
+    def runs_beside_others(self, code: str) -> list[str]:
+        """Runs that a check gave a flag."""
+        of_checks = self._of_checks.items()
+        return [run_id for run_id, flags in of_checks if any(flag.code == code for flag in flags)]
+
     def shared(self, fits: pd.DataFrame) -> tuple[Remark, ...]:
         """Flags that come from how a medium was measured, to be said once; `fits`: its plate runs."""
         rows = zip(map(str, fits["run_id"]), fits["reason"], strict=True)

@@ -13,7 +13,7 @@ from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.figures.traces import alpha_of
 from rftfit.measure.alpha import cell_at
-from rftfit.measure.verdicts import PASSED
+from rftfit.measure.verdicts import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
 from rftfit.page.outcome import NOTHING, SOUND, verdict_of
@@ -47,13 +47,11 @@ def _measured(results: Results) -> Iterable[Finding]:
     alike: dict[tuple[str, str], list[str]] = {}
     for name, verdict in verdicts.items():
         alike.setdefault(verdict, []).append(titles[name])
-    sound = len(alike.pop((SOUND, ""), ()))
-    made = results.checks.loc[results.checks["verdict"] == PASSED, "check"].nunique()
-    parts = [f"Measured well: {'no' if not sound else 'in part' if alike else 'yes'}"]
-    if not alike:
-        which = {0: "no check could be made", 1: "the one check that its runs allow finds no fault"}
-        several = f"none of the {made} checks that its runs allow finds a fault"
-        parts = [f"{parts[0]}, {which.get(made, several)}"]
+    words = {word for word, _ in alike}
+    alike.pop((SOUND, ""), None)
+    good = "yes" if words == {SOUND} else "in part" if SOUND in words else "no"
+    parts = [f"Measured well: {NOT_CHECKED if words == {NOT_CHECKED} else good}"]
+    parts.append(_count_checks(results))
     for (word, why), names in alike.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
         parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
@@ -70,6 +68,17 @@ def _measured(results: Results) -> Iterable[Finding]:
     ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
     size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
     yield Finding(f"{'; '.join(parts)}.{size}", "believed")
+
+
+def _count_checks(results: Results) -> str:
+    """Number of checks that passed wherever they were made, and of those that no medium allows, by name."""
+    verdicts = results.checks.groupby("check", sort=False)["verdict"].agg(set)
+    passed = sum(made <= {PASSED, NOT_CHECKED} and PASSED in made for made in verdicts)
+    lacking = [
+        str(check).replace("_", " ") for check, made in verdicts.items() if made == {NOT_CHECKED}
+    ]
+    text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
+    return f"{text}, {len(lacking)} not possible here: {', '.join(lacking)}" if lacking else text
 
 
 def _legs(results: Results) -> Iterable[Finding]:

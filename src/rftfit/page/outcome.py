@@ -17,6 +17,7 @@ from rftfit.measure.verdicts import (
     CHECKS,
     DOUBTFUL,
     FAILED,
+    NEEDED,
     NOT_CHECKED,
     PASSED,
     UNUSABLE,
@@ -132,8 +133,8 @@ def unlike_known(results: Results, medium: str) -> str:
 
 def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     """Verdict on a medium in one word, and why."""
-    table = results.checks
-    rows = table[(table["medium"] == medium) & table["verdict"].isin([FAILED, ACCEPTED])]
+    table = results.checks[results.checks["medium"] == medium]
+    rows = table[table["verdict"].isin([FAILED, ACCEPTED])]
     for word in (UNUSABLE, DOUBTFUL):
         if (rows["effect"] == word).any():
             return word, faults_of(rows)
@@ -147,6 +148,13 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
         return DOUBTFUL, f"in {bare} of {len(used)} runs " * (bare < len(used)) + str(
             remark("no-tare")
         )
+    giving = len(results[medium].flags.runs_beside_others("gives-back"))
+    if giving:
+        return DOUBTFUL, f"in {giving} of {len(used)} runs {CHECKS['work'].fault}"
+    unchecked = table[table["verdict"] == NOT_CHECKED].set_index("check")["found"]
+    for check in NEEDED:
+        if check in unchecked:
+            return NOT_CHECKED, str(unchecked[check])
     return SOUND, ""
 
 

@@ -17,7 +17,7 @@ from rftfit.figures.style import degrees, number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import power_of
 from rftfit.measure.flags import codes_of
-from rftfit.measure.verdicts import DOUBTFUL
+from rftfit.measure.verdicts import DOUBTFUL, NOT_CHECKED
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, share, texts
@@ -63,7 +63,7 @@ def summary(results: Results, outcome: Outcome) -> Table:
         count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
         link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
-        look = {SOUND: "same", DOUBTFUL: "doubtful"}.get(word, "differs")
+        look = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
         return Cell(word, (why, flags), f"verdict {look}", link)
 
     def on_legs(row: Row) -> Cell:
