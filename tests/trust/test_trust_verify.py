@@ -218,11 +218,19 @@ def test_a_change_is_noticed(checked, what):
         assert "logs changed since the results were made: ingest yuma" in told
 
 
-def test_order_and_line_ends_of_the_sheet_do_not_count(checked):
+def test_line_ends_of_the_sheet_and_the_order_of_its_tares_do_not_count(checked):
+    """The order of plate runs does: a drift over a campaign is looked for by it."""
     sheet = checked.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
-    sheet.write_bytes(("\r\n".join([header, *reversed(rows)]) + "\r\n").encode())
+    plates = [row for row in rows if row.split(",")[1] == "plate"]
+    others = [row for row in rows if row not in plates]
+    sheet.write_bytes(("\r\n".join([header, *plates, *reversed(others)]) + "\r\n").encode())
     assert checked.rftfit("verify").returncode == 0
+    sheet.write_text("\n".join([header, *reversed(plates), *others]) + "\n", encoding="utf-8")
+    said = checked.rftfit("verify")
+    assert said.returncode == 5
+    assert "checks" in said.stdout
+    sheet.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
 
 
 def test_edits_and_damage_are_made_again(checked):

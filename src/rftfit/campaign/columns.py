@@ -135,4 +135,11 @@ COLUMNS = (
         low=1,
         high=10000,
     ),
+    _optional("session", "text", "label of the runs made under the same conditions, as of one day"),
+    _optional("operator", "text", "who made the run"),
+    _optional("plate", "text", "label of the plate itself, where there are several of one size"),
+    _optional("rod", "text", "label of the rod or mount itself"),
 )
+
+LABELS = ("session", "operator", "plate", "rod")
+"""Columns whose labels runs share, and with them perhaps an error."""

@@ -50,6 +50,7 @@ class Run:
     `surface_z_mm`: Arm z of the free surface; None means the configuration's.
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
     `stroke`: Which stroke along the path, from 1; None: the only one.
+    `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
     `row`: As a spreadsheet numbers it; the header is row 1.
     """
 
@@ -72,6 +73,10 @@ class Run:
     row: int
     zero_log: str = ""
     stroke: int | None = None
+    session: str = ""
+    operator: str = ""
+    plate: str = ""
+    rod: str = ""
 
     @property
     def motion_gamma_deg(self) -> float:

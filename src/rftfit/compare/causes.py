@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from rftfit.campaign.columns import LABELS
 from rftfit.campaign.sheet import Run
 from rftfit.compare.joint import (
     ALL,
@@ -47,7 +48,6 @@ CAUSE_COLUMNS = [
     "inseparable",
 ]
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
-_LABELS = ("intruder",)
 _NORMAL_95 = 1.959963984540054
 
 
@@ -85,7 +85,7 @@ def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes
     run_ids = good["run_id"].astype(str).tolist()
     labels = {
         name: np.array([str(getattr(sheet[run_id], name)) for run_id in run_ids])
-        for name in _LABELS
+        for name in ("intruder", *LABELS)
     }
     errors = [column(c, "_se") for c in "zx"]
     runs = RunSlopes(

@@ -374,7 +374,7 @@ class JointModel:
             # of two labels the second says what the first does
             first = 1 if names.size == 2 else 0
             for label, count in zip(names[first:], counts[first:], strict=True):
-                if _FEWEST_OF_LABEL <= count <= size - _FEWEST_OF_LABEL:
+                if label and _FEWEST_OF_LABEL <= count <= size - _FEWEST_OF_LABEL:
                     yield column, str(label), (labels == label) - 0.5
 
     def causes(self) -> list[Cause]:

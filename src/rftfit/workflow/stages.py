@@ -28,6 +28,7 @@ class Stage:
     `room`: The highest room of the package whose code it uses (`rftfit.store.digests.ROOMS`).
     `settings`: Sections of the configuration; `ALL` for all.
     `rows`: Whether it reads the run sheet: the rows of its medium where it has one.
+    `order`: Whether it reads the order of the plate runs of its medium.
     `logs`: `OWN` or `EVERY` where it reads logs.
     `robot`: Whether it reads the robot's files.
     `on_demand`: Whether ``rftfit sweep`` makes it, and not ``rftfit run``.
@@ -37,6 +38,7 @@ class Stage:
     room: str
     settings: tuple[str, ...] = ()
     rows: bool = False
+    order: bool = False
     logs: str = ""
     robot: bool = False
     on_demand: bool = False
@@ -88,6 +90,7 @@ STAGES = {
         f"{_MEASURE}:checks",
         "compare",
         rows=True,
+        order=True,
         settings=(
             "force_log",
             "transducer",

@@ -116,6 +116,8 @@ class States:
             state["settings"] = digest_of({name: self.config[name] for name in sections})
         if stage.rows:
             state["rows"] = self._rows(medium)
+        if stage.order:
+            state["order"] = digest_of(order_of(self.campaign, medium))
         if stage.logs:
             logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
             state["logs"] = digest_of(sorted(logs.items()))
@@ -245,6 +247,12 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
     digests = campaign.digests
     return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
+
+
+def order_of(campaign: Campaign, medium: str) -> list[str]:
+    """Plate runs of a medium in the order of the run sheet, which stands for the order in which they were made."""
+    plates = (run for run in campaign.runs_of(medium) if run.kind == "plate")
+    return [run.run_id for run in sorted(plates, key=lambda run: run.row)]
 
 
 def cells(run: Run) -> dict[str, str]:
