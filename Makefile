@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved strokes mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved shared strokes mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -134,6 +134,9 @@ disturbed: env ## intervals hold under the disturbances of a real lab, 5 min (AR
 
 intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and a half
 	@$(BIN)/python benchmarks/intervals.py $(or $(ARGS),2000)
+
+shared: env ## what many runs share: false alarms, power and coverage of the joint model, 6 min
+	@$(BIN)/python studies/shared_causes.py $(ARGS)
 
 curved: env ## intervals of the force at stated depths hold where stress is curved, 10 min
 	@$(BIN)/python studies/curved.py $(ARGS)

@@ -1086,7 +1086,7 @@ def test_copies_are_listed_with_what_they_are_copies_of():
         ("drift", False, set(CHECKS) - {"channels", "rods", "drift", "same_logs"}),
         ("work", False, {"axes", "symmetry", "up_down", "repeats", "shared"}),
         ("axes", False, {"shared"}),
-        ("symmetry", False, {"repeats", "shared"}),
+        ("symmetry", False, {"repeats"}),
         ("surface", False, {"linearity", "repeats"}),
         ("same_logs", False, set()),
         # what is accepted holds nothing back

@@ -17,6 +17,7 @@ from rftfit.compare.joint import (
     FROM_RUN,
     HOLDER,
     KINDS,
+    Cause,
     Found,
     JointModel,
     RunSlopes,
@@ -49,6 +50,8 @@ CAUSE_COLUMNS = [
 ]
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
 _NORMAL_95 = 1.959963984540054
+_WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
+"""Errors of causes that are told scatter so many times as much as stated, since place and kind are chosen by the data too."""
 
 
 def compare_all_runs(
@@ -101,9 +104,9 @@ def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes
 
 
 def _told_row(found: Found, run_ids: list[str]) -> dict[str, Any]:
-    cause, half = found.cause, _NORMAL_95 * found.se
+    cause = found.cause
+    size, size_lo, size_hi = describe_change(found)
     shared_by = [run_id for run_id, share in zip(run_ids, cause.share, strict=True) if share > 0]
-    ends = [_as_change(cause, found.size + sign * half) for sign in (-1, 1)]
     others = [f"{other.kind} {other.group} {other.place}".strip() for other in found.inseparable]
     return {
         "kind": cause.kind,
@@ -112,15 +115,23 @@ def _told_row(found: Found, run_ids: list[str]) -> dict[str, Any]:
         "verdict": TOLD,
         "n_runs": len(shared_by),
         "run_ids": " ".join(shared_by),
-        "size": _as_change(cause, found.size),
-        "size_lo": ends[0],
-        "size_hi": ends[1],
+        "size": size,
+        "size_lo": size_lo,
+        "size_hi": size_hi,
         "unit": KINDS[cause.kind].unit,
         "times_error": found.times,
         "least_seen": math.nan,
         "reason": "",
         "inseparable": "; ".join(others),
     }
+
+
+def describe_change(found: Found) -> tuple[float, float, float]:
+    """Size of a cause as people state it, and its 95 % interval."""
+    wider = _WIDER_GAIN if found.cause.kind == "gain" else _WIDER_OTHER
+    half = _NORMAL_95 * wider * found.se
+    low, high = (_as_change(found.cause, found.size + sign * half) for sign in (-1, 1))
+    return _as_change(found.cause, found.size), low, high
 
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
@@ -168,7 +179,7 @@ def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
     return numbers | texts | verdict | {"unit": KINDS[kind].unit}
 
 
-def _as_change(cause: Any, size: float) -> float:
+def _as_change(cause: Cause, size: float) -> float:
     """A gain of runs as the ratio to the other runs less 1; of a trend, of the last run to the first."""
     if cause.kind not in ("gain", "gain-x"):
         return float(size)

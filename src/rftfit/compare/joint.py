@@ -59,7 +59,7 @@ KINDS = {
 
 _WIDER = {"beta-scale": 1.25, "gamma-offset": 1.4, "holder": 1.5}
 """Errors of causes that only the known shape can tell are so many times as large as the model says (sound campaigns)."""
-_LIMIT_OF_ALL = 3.0
+_LIMIT_OF_ALL = 3.2
 """Limit of causes of all runs: in 400 sound campaigns none is beyond it."""
 _TRIED_OF_ALL = 1.0
 """Score beyond the tolerated size from which a cause of all runs is decided by the exact transformation."""
@@ -71,6 +71,8 @@ _RANKED_FROM = 1.2
 """So far below the limit a score may be to be decided by the exact transformation."""
 _INSEPARABLE = 1.5
 """Causes whose distances beyond what is tolerated differ by fewer errors cannot be told from one another."""
+_NOMINAL_RATE = 0.03
+"""Rate at which the largest score of a family is beyond its limit; the exact transformation then decides."""
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", TREND: "order"}
 """Causes that share a limit; all others are labels of the run sheet."""
 _MOST_CAUSES, _MOST_TRIED = 3, 4
@@ -474,7 +476,7 @@ class JointModel:
             if members.any():
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
-                normal_limit = _limit(correlation, FALSE_ALARMS / 2)
+                normal_limit = _limit(correlation, _NOMINAL_RATE)
                 limit[families == family] = stats.t.isf(stats.norm.sf(normal_limit), dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _MIXED_UP * self._error_beside_known_shape(effects))

@@ -92,10 +92,7 @@ CHECKS: dict[str, Rule] = {
         (*_ALPHA, "symmetry", "surface"),
     ),
     "shared": Rule(
-        DOUBTFUL,
-        "no gain, turn or angle is off in many runs",
-        "{found}",
-        (*_ALPHA, "axes", "symmetry"),
+        DOUBTFUL, "no gain, turn or angle is off in many runs", "{found}", (*_ALPHA, "axes")
     ),
     "same_logs": Rule(UNUSABLE, "no log or run is there twice", "a log or run is there twice"),
     "size": Rule(

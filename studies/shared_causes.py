@@ -1,0 +1,396 @@
+"""What the joint model of all runs tells: false alarms, power and coverage, on slopes that it did not make.
+
+    make shared                                200 sound campaigns, all faults, axes
+    make shared ARGS="--sound 400 --seed 7"    more of them, others
+    make shared ARGS="--faults gain-1.2 --directions 40 --repeats 1"
+    make shared ARGS="--files 10"              the faults through logs and run sheet, 10 seeds in each of three media
+
+Media: the published tables (left out of the known shapes), the same warped, 3D-RFT of small and of large friction, and
+nine Fourier terms that are 15 % off the generic ones. Each run has a bed of its own, a patch of 3 %, angles, a surface and noise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing import Pool
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
+
+import numpy as np
+import pandas as pd
+from disturbances import sizes_of
+from mistakes import CHANNELS, change, enacted, judged, plates
+
+from rftfit.compare.causes import describe_change
+from rftfit.compare.joint import FALSE_ALARMS, JointModel, RunSlopes, axes_evidence, find_causes
+from rftfit.compare.peers import compare_runs
+from rftfit.measure.alpha import column
+from rftfit.model.profiles import TableProfile
+from rftfit.model.rft3d import alpha_3drft
+from rftfit.reference import MEDIA
+
+KINDS = ("published", "warped", "frictional", "3D-RFT", "nine terms")
+GENERIC = (0.206, 0.169, 0.212, 0.358, 0.055, -0.124, 0.253, 0.007, 0.088)
+Medium = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Runs of one medium; `without`: the published medium that the known shapes leave out."""
+
+    kind: str
+    beta: np.ndarray
+    gamma: np.ndarray
+    alpha: np.ndarray
+    se: np.ndarray
+    without: tuple[str, ...]
+
+    @property
+    def side(self) -> np.ndarray:
+        """-1 for pulls, of which alpha_x is stored with the other sign."""
+        return np.where(self.gamma < 0, -1.0, 1.0)
+
+    def slopes(self, alpha: np.ndarray | None = None, **labels: np.ndarray) -> RunSlopes:
+        """As the model takes them."""
+        alpha = self.alpha if alpha is None else alpha
+        order = np.arange(self.beta.size)
+        return RunSlopes(self.beta, self.gamma, alpha, self.se, self.gamma < 0, order, labels)
+
+
+def make_medium(kind: str, random: np.random.Generator) -> tuple[Medium, tuple[str, ...], float]:
+    """Draw a medium: alpha of directions in degrees, whom to leave out, and alpha_z(0, 90 deg)."""
+    size = float(10 ** random.uniform(-1.2, 0.3))
+    name = str(random.choice(MEDIA))
+    without = (name,) if kind in ("published", "warped") else ()
+    profile = TableProfile.published(name)
+    friction = random.uniform(0.6, 1.2) if kind == "frictional" else random.uniform(0.1, 0.9)
+    terms = np.array(GENERIC) * random.normal(1, 0.15, 9)
+    warp, pulls, along_x = random.normal(0, (0.10, 0.15, 0.15))
+    level, fourth = random.normal(0, 0.08, 2)
+
+    def shape(beta_deg: np.ndarray, gamma_deg: np.ndarray) -> np.ndarray:
+        beta, gamma = np.radians(beta_deg), np.radians(gamma_deg)
+        if kind in ("frictional", "3D-RFT"):
+            return np.stack(alpha_3drft(beta, gamma, friction))
+        if kind == "nine terms":
+            a00, a10, b11, b01, bm11, c11, c01, cm11, d10 = terms
+            z = a00 + a10 * np.cos(2 * beta) + b11 * np.sin(2 * beta + gamma)
+            z = z + b01 * np.sin(gamma) + bm11 * np.sin(gamma - 2 * beta)
+            x = c11 * np.cos(2 * beta + gamma) + c01 * np.cos(gamma)
+            x = x + cm11 * np.cos(gamma - 2 * beta) + d10 * np.sin(2 * beta)
+            return np.stack([z, x])
+        z, x = profile.alpha(beta, gamma)
+        if kind == "published":
+            return np.stack([z, x])
+        common = 1 + warp * np.cos(2 * beta) + level * np.cos(gamma) ** 2
+        common = (common + fourth * np.cos(4 * beta) / 2) * np.where(gamma < 0, 1 + pulls, 1.0)
+        return np.stack([z * common, x * common * (1 + along_x)])
+
+    top = float(shape(np.zeros(1), np.full(1, 90.0))[0, 0])
+    return lambda beta, gamma: size * shape(beta, gamma) / top, without, size
+
+
+def draw_design(
+    random: np.random.Generator, directions: int, repeats: int, is_sorted: bool, on_grid: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions of all runs in their order, degrees; the level plate straight down is one of them."""
+    if on_grid:
+        pool = [(b, g) for b in range(-90, 90, 15) for g in range(-90, 91, 15)]
+        chosen = random.choice(len(pool), min(directions, len(pool)), replace=False)
+        beta, gamma = np.array(pool, dtype=float)[chosen].T
+    else:
+        beta = np.round(random.uniform(-90, 90, directions))
+        down = random.random(directions) < 0.7
+        gamma = np.round(
+            np.where(down, random.uniform(0, 90, directions), random.uniform(-90, 0, directions))
+        )
+    beta[0], gamma[0] = 0, 90
+    if is_sorted:
+        order = np.lexsort((gamma, beta))
+        return np.repeat(beta[order], repeats), np.repeat(gamma[order], repeats)
+    order = random.permutation(np.tile(np.arange(beta.size), repeats))
+    return beta[order], gamma[order]
+
+
+def make_campaign(
+    kind: str,
+    random: np.random.Generator,
+    directions: int | None = None,
+    repeats: int | None = None,
+    beds: float | None = None,
+    grid: list[tuple[float, float]] | None = None,
+) -> Campaign:
+    """Draw a sound campaign."""
+    alpha, without, size = make_medium(kind, random)
+    is_any = directions is None
+    directions = directions or int(random.integers(12, 77))
+    repeats = repeats or int(random.choice([1, 3]))
+    is_sorted = bool(is_any and random.random() < 0.5)
+    on_grid = bool(not is_any or random.random() < 0.5)
+    beta, gamma = draw_design(random, directions, repeats, is_sorted, on_grid)
+    if grid is not None:
+        beta, gamma = np.array(grid * repeats, dtype=float).T
+    count = beta.size
+    bed = beds or random.uniform(0.03, 0.08)
+    off_beta, off_gamma = random.normal(0, 0.3, count), random.normal(0, 0.2, count)
+    slopes = alpha(beta + off_beta, gamma + off_gamma) * random.normal(1, bed, count)
+    slopes += random.normal(0, 0.03, (2, count)) * np.hypot(*slopes)
+    se = 0.003 * size * random.uniform(0.5, 1.5, (2, count))
+    slopes += random.standard_normal((2, count)) * se
+    # the surface of each run and of all: 0.5 mm over some 5 cm
+    slopes = slopes * random.normal(1, 0.012, count) * random.normal(1, 0.012)
+    return Campaign(kind, beta, gamma, slopes, se, without)
+
+
+def turn(campaign: Campaign, degrees: float) -> np.ndarray:
+    """Forces by a mount that is turned."""
+    angle = np.radians(degrees) * campaign.side
+    z, x = campaign.alpha
+    return np.stack([z * np.cos(angle) + x * np.sin(angle), x * np.cos(angle) - z * np.sin(angle)])
+
+
+def _late(campaign: Campaign, share: float, faulty: np.ndarray) -> np.ndarray:
+    done = np.arange(campaign.beta.size) / campaign.beta.size
+    return np.where(done >= share, faulty, campaign.alpha)
+
+
+FAULTS = {
+    "gain-1.1": (("gain",), 0.1),
+    "gain-1.2": (("gain",), 0.2),
+    "gain-1.4": (("gain",), 0.4),
+    "trend-0.4": (("gain",), 0.4),
+    "plate-0.75": (("gain",), -0.25),
+    "session-1.15": (("gain",), 0.15),
+    "session-1.3": (("gain",), 0.3),
+    "mount-5": (("turn",), 5.0),
+    "crosstalk-0.08": (("crosstalk", "turn"), 0.08),
+}
+"""Kinds of the cause by which each fault is told, and its size: of a gain the runs after over those before, less 1."""
+
+
+def put_fault(campaign: Campaign, fault: str, random: np.random.Generator) -> RunSlopes:
+    """The runs with a fault."""
+    size, alpha = FAULTS[fault][1], campaign.alpha
+    count = campaign.beta.size
+    name = fault.partition("-")[0]
+    if name == "session":
+        wet = random.random(count) < 0.35
+        return campaign.slopes(
+            alpha * np.where(wet, 1 + size, 1.0), session=np.where(wet, "wet", "dry")
+        )
+    if name == "trend":
+        return campaign.slopes(alpha * (1 + size * np.arange(count) / count))
+    if name == "mount":
+        return campaign.slopes(_late(campaign, 0.5, turn(campaign, size)))
+    if name == "crosstalk":
+        return campaign.slopes(np.stack([alpha[0], alpha[1] + size * campaign.side * alpha[0]]))
+    return campaign.slopes(_late(campaign, 0.7 if name == "plate" else 0.5, (1 + size) * alpha))
+
+
+def judge_sound(job: tuple[int, int]) -> dict[str, object]:
+    """Whether a sound campaign has a false alarm."""
+    seed, number = job
+    random = np.random.default_rng([seed, number])
+    campaign = make_campaign(KINDS[number % len(KINDS)], random)
+    started = time.process_time()
+    runs = campaign.slopes()
+    told, _ = find_causes(JointModel(runs, without=campaign.without))
+    evidence = axes_evidence(runs, campaign.without)
+    names = [f"r{run}" for run in range(runs.size)]
+    fits = pd.DataFrame({"run_id": names, "beta_deg": runs.beta_deg, "gamma_deg": runs.gamma_deg})
+    for place, component in enumerate("zx"):
+        fits[column(component)] = runs.alpha[place]
+        fits[column(component, "_se")] = runs.se[place]
+    apart = compare_runs(fits.assign(depth_from_cm=np.nan), "medium")["apart"]
+    return {
+        "kind": campaign.kind,
+        "runs": runs.size,
+        "seconds": time.process_time() - started,
+        "shared cause": bool(told),
+        "run apart": bool(apart.any()),
+        "axes": max(evidence.values()) > 4,
+        "what": " ".join(f"{cause.cause.kind}/{cause.cause.group}" for cause in told),
+    }
+
+
+def judge_fault(job: tuple[int, int, str, int, int]) -> dict[str, object]:
+    """Whether a fault is told, by its cause, and whether its size is inside the interval."""
+    seed, number, fault, directions, repeats = job
+    random = np.random.default_rng([seed, number, len(fault)])
+    kind = ("published", "warped", "3D-RFT")[number % 3]
+    campaign = make_campaign(kind, random, directions, repeats, 0.05)
+    model = JointModel(put_fault(campaign, fault, random), without=campaign.without)
+    told, scan = find_causes(model)
+    kinds, size = FAULTS[fault]
+    by_cause = [cause for cause in told if cause.cause.kind in kinds]
+    row: dict[str, object] = {"fault": fault, "told": bool(told), "by its cause": bool(by_cause)}
+    if by_cause and by_cause[0].cause.kind == kinds[0]:
+        low, high = describe_change(by_cause[0])[1:]
+        # of a label the other one may be named
+        if by_cause[0].cause.place == "dry":
+            low, high = 1 / (1 + high) - 1, 1 / (1 + low) - 1
+        row["inside"] = low <= size <= high
+    gains = [
+        least
+        for cause, least in zip(scan.causes, scan.least_seen, strict=True)
+        if (cause.kind, cause.group) == ("gain", "from-run")
+    ]
+    return row | {"least gain": float(np.median(gains)) if gains else np.nan}
+
+
+def judge_axes(job: tuple[int, int, str]) -> dict[str, object]:
+    """Which axes are told of a small downward grid."""
+    seed, number, name = job
+    random = np.random.default_rng([seed, number, len(name)])
+    campaign = make_campaign(KINDS[number % len(KINDS)], random, 12, 1, grid=GRIDS[name])
+    row: dict[str, object] = {"grid": name}
+    z, x = campaign.alpha
+    faulty = {"as-given": (z, x), "x-reversed": (z, -x), "z-reversed": (-z, x), "exchanged": (x, z)}
+    for axes, alpha in faulty.items():
+        evidence = axes_evidence(campaign.slopes(np.stack(alpha)), campaign.without)
+        best = max(evidence, key=lambda other: evidence[other])
+        is_told = best != "as-given" and evidence[best] > 4
+        row[axes] = (best == axes and is_told) if axes != "as-given" else is_told
+    return row
+
+
+SOUND = "sound"
+ORDINARY = ("surface=0.5", "surface-session=0.5", "spread-percent=5", "patches=3", "pink=0.05")
+FILE_MEDIA = ("poppy_LP", "glass0.3mm_CP", "glass3mm_CP")
+FILE_DIRECTIONS = [
+    (b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (-45.0, 30.0, 60.0, 90.0)
+]
+
+
+def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
+    """Whether a fault in the logs of plates is told, 20 directions three times, rows in random order."""
+    seed, number, fault, medium = job
+    random = np.random.default_rng([seed, number])
+    made = enacted(medium, 1000 * seed + number, None, FILE_DIRECTIONS, 3, sizes_of([*ORDINARY]))
+    made.rows = [made.rows[place] for place in random.permutation(len(made.rows))]
+    rows, name = plates(made), fault.partition("-")[0]
+    size = 0.0 if fault == SOUND else FAULTS[fault][1]
+    wet = random.random(len(rows)) < 0.35
+    for place, row in enumerate(rows):
+        done, is_wet = place / len(rows), bool(wet[place])
+        factor, turn_deg, into_x = 1.0, 0.0, 0.0
+        if name == "session":
+            row["session"] = "wet" if is_wet else "dry"
+            factor = 1 + size * is_wet
+        elif name == "trend":
+            factor = 1 + size * done
+        elif name == "mount":
+            turn_deg = size * (done >= 0.5)
+        elif name == "crosstalk":
+            into_x = size
+        elif name in ("gain", "plate"):
+            factor = 1 + size * (done >= (0.7 if name == "plate" else 0.5))
+
+        def spoil(
+            log: np.ndarray,
+            factor: float = factor,
+            degrees: float = turn_deg,
+            share: float = into_x,
+        ) -> None:
+            x, z = (log[CHANNELS[axis]].copy() for axis in "xz")
+            zero_x, zero_z = x[:100].mean(), z[:100].mean()
+            x, z = factor * (x - zero_x), factor * (z - zero_z)
+            angle = np.radians(degrees)
+            turned_x = np.cos(angle) * x - np.sin(angle) * z + share * z
+            log[CHANNELS["x"]] = zero_x + turned_x
+            log[CHANNELS["z"]] = zero_z + np.sin(angle) * x + np.cos(angle) * z
+
+        if (factor, turn_deg, into_x) != (1.0, 0.0, 0.0):
+            change(made, row["force_log"], spoil)
+    if name == "session":
+        for row in made.rows:
+            row.setdefault("session", "")
+    checks = judged(made).checks.set_index("check")
+    kinds = () if fault == SOUND else FAULTS[fault][0]
+    words = str(checks.loc["shared", "found"])
+    names = {"gain": "force changes", "turn": "turned", "crosstalk": "channel along x seems"}
+    return {
+        "fault": fault,
+        "medium": medium,
+        "told": checks.loc["shared", "verdict"] == "failed",
+        "by its cause": any(names[kind] in words for kind in kinds),
+        "another check": " ".join(
+            check for check in checks.index[checks["verdict"] == "failed"] if check != "shared"
+        ),
+        "words": words,
+    }
+
+
+GRIDS: dict[str, list[tuple[float, float]]] = {
+    "3 x 3": [(b, g) for b in (-30, 0, 30) for g in (30, 60, 90)],
+    "4 x 3": [(b, g) for b in (-60, -30, 0, 30) for g in (30, 60, 90)],
+    "5 x 2": [(b, g) for b in (-60, -30, 0, 30, 60) for g in (45, 90)],
+}
+
+
+def main() -> int:
+    """Make and judge campaigns, and print tables; 1 where sound campaigns have too many false alarms."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--sound", type=int, default=200, help="sound campaigns")
+    parser.add_argument("--each", type=int, default=30, help="campaigns of each fault and grid")
+    parser.add_argument("--faults", nargs="*", default=[*FAULTS], choices=[*FAULTS])
+    parser.add_argument("--directions", type=int, default=20)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--files", type=int, default=0, help="seeds of each fault through files")
+    chosen = parser.parse_args()
+    if chosen.files:
+        jobs_of_files = [
+            (chosen.seed, number, fault, medium)
+            for number in range(chosen.files)
+            for fault in (SOUND, *chosen.faults)
+            for medium in FILE_MEDIA
+        ]
+        with Pool() as pool:
+            files = pd.DataFrame(pool.map(judge_files, jobs_of_files, chunksize=1))
+        told = files.groupby("fault", sort=False)[["told", "by its cause"]].sum()
+        print(f"through files, of {chosen.files} seeds in each of {len(FILE_MEDIA)} media:")
+        print(told.to_string())
+        for row in files[~files["told"]].to_dict("records"):
+            print(row["fault"], row["medium"], "not told:", row["another check"], row["words"])
+        return 0
+    with Pool() as pool:
+        sound = pd.DataFrame(
+            pool.map(judge_sound, [(chosen.seed, number) for number in range(chosen.sound)])
+        )
+        design = (chosen.directions, chosen.repeats)
+        jobs = [
+            (chosen.seed, number, fault, *design)
+            for fault in chosen.faults
+            for number in range(chosen.each)
+        ]
+        faults = pd.DataFrame(pool.map(judge_fault, jobs))
+        grids = [(chosen.seed, number, name) for name in GRIDS for number in range(chosen.each)]
+        axes = pd.DataFrame(pool.map(judge_axes, grids))
+    alarms = sound[["shared cause", "run apart", "axes"]].sum() if len(sound) else pd.Series()
+    print(f"{len(sound)} sound campaigns, stated rate {FALSE_ALARMS:.0%}:", alarms.to_dict())
+    if len(sound):
+        print(sound.groupby("kind")[["shared cause", "run apart", "axes"]].sum().to_string())
+        print(f"seconds: median {sound['seconds'].median():.2f}, most {sound['seconds'].max():.2f}")
+        for what in sound.loc[sound["shared cause"], "what"]:
+            print("  false alarm:", what)
+    if len(faults):
+        columns = [name for name in ("told", "by its cause", "inside") if name in faults]
+        print(f"faults, {design[0]} directions x {design[1]}, of {chosen.each}:")
+        shares = faults.groupby("fault", sort=False)[columns].agg(lambda told: told.dropna().sum())
+        counts = faults.groupby("fault", sort=False)["inside"].count()
+        print(shares.assign(sized=counts).to_string())
+        print(f"least gain from one run on, median {faults['least gain'].median():.2f}")
+    print(f"axes told, of {chosen.each}:")
+    print(axes.groupby("grid", sort=False).sum().to_string())
+    most = {"shared cause": 0.01, "run apart": 0.02, "axes": 0.0}
+    return int(any(alarms[name] > share * len(sound) for name, share in most.items() if len(sound)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
