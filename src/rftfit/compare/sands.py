@@ -54,8 +54,10 @@ STEP_CM = 0.05
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     """Bend of a curve through zero: how far a parabola leaves the line at the end, relative to it.
 
-    Positive where the curve steepens.
+    Positive where the curve steepens; NaN where one depth shows none.
     """
+    if depth.size < 2 or not np.ptp(depth) > 0:
+        return float("nan")
     design = np.stack([depth, depth**2], axis=1)
     (slope, curve), *_ = np.linalg.lstsq(design, stress, rcond=None)
     end = float(depth.max())

@@ -161,6 +161,8 @@ def search_lags(
     force = force[: count * every].reshape(count, every).mean(axis=1)
     total = float(((force - force.mean()) ** 2).sum())
     share = np.ones(lag.size)
+    if not total > 0:
+        return LagProfile(lag, share)
     for place, offset in enumerate(lag):
         there = np.interp(time + offset, motion_time, depth)
         contact = contact_depth(there, force)

@@ -222,6 +222,9 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
         # one depth cannot show that stress is proportional to depth
         reasons.append(remark("too-few-depths", found=n_depths, wanted=depths))
         used = []
+    elif good and horizontal and not any(run["depth_to_cm"] for run in good):
+        reasons.append(remark("zero-depths"))
+        used = []
     from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
     top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
     if used and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
@@ -230,8 +233,10 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
     share = np.full(len(used), 1 / max(len(used), 1))
     if horizontal:
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
-        share = depth**2 / max(float(depth @ depth), 1e-9)
-        if used and at_cm:
+        if not at_cm:
+            share = depth**2 / max(float(depth @ depth), 1e-9)
+        # one depth tells no power, but the mean that is looked for
+        elif n_depths > 1 and used:
             alpha = np.array([[run[column(c)] for run in used] for c in COMPONENTS])
             larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
             share = depth * power_fit(depth, larger * depth, at_cm).gain

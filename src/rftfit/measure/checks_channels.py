@@ -139,12 +139,11 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     turn = math.radians(config.transducer.turn_deg)
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
     strong = np.abs(known) >= _CLEAR
-    with np.errstate(invalid="ignore", divide="ignore"):
-        sizes = [
-            float(np.nanmedian(np.abs(mount[c] / known[c])[strong[c]])) if strong[c].any() else 0.0
-            for c in (0, 1)
-        ]
-    size = np.nanmax(sizes)
+    told = strong & np.isfinite(mount)
+    size = max(
+        float(np.median(np.abs(mount[c, told[c]] / known[c, told[c]]))) if told[c].any() else 0.0
+        for c in (0, 1)
+    )
     causes = []
     for place, axis in enumerate("zx"):
         name = measured_channel(config, axis)
@@ -192,6 +191,8 @@ def _other_gain(
     if not here.any() or not there.any():
         return None
     share = np.abs(force / np.where(strong, known, 1.0))
-    times, more = (float(np.median(of[here]) / np.median(of[there])) for of in (noise, share))
+    force_there = float(np.median(share[there]))
+    times = float(np.median(noise[here]) / np.median(noise[there]))
+    more = float(np.median(share[here])) / force_there if force_there > 0 else 0.0
     alike = more > 0 and abs(math.log(more / times)) < 0.5 * abs(math.log(times))
     return (times, other) if alike and abs(math.log(times)) > math.log(_GAIN) else None

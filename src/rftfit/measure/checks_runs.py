@@ -104,8 +104,8 @@ def check_steadiness(measured: Measured) -> Check:
         force = curve[["force_z_N", "force_x_N"]].to_numpy(float).T
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)
-        if path.size >= _FEWEST_SAMPLES:
-            off = path - path.mean()
+        off = path - path.mean() if path.size else path
+        if path.size >= _FEWEST_SAMPLES and off.any() and force.mean():
             changes.append(off @ force / (off @ off) * np.ptp(path) / force.mean())
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):

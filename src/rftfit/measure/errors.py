@@ -168,7 +168,7 @@ def _not_negative(
         active = np.flatnonzero(kept)
         part = terms[active]
         square = part * weight @ part.T
-        if not active.size or np.linalg.cond(square / square.max()) > _SINGULAR:
+        if not square.max(initial=0.0) > 0 or np.linalg.cond(square / square.max()) > _SINGULAR:
             continue
         inverse = np.linalg.inv(square)
         size, covariance = np.zeros(count), np.zeros((count, count))

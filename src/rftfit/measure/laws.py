@@ -13,6 +13,8 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import Slope, combine_dof, free_intercept, weighted_sum_variance
 
 _STEPS, _SMALL, _LEAST_P, _MOST_P = 8, 1e-6, 0.2, 3.0
+_ONE_DEPTH = 1e-10
+"""Share of the logarithm of depth, in squares, that rounding leaves where all depths are one."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +56,21 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
 
 
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
-    """Fit stress = alpha at (depth / at)^p by Gauss and Newton; where no power fits, by its tangent at p = 1."""
+    """Fit stress = alpha at (depth / at)^p by Gauss and Newton; where no power fits, by its tangent at p = 1.
+
+    One depth tells no power: alpha, gain and exponent are NaN.
+    """
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
     shape, bent, _ = rows = np.stack([log, log, stress])
     for left in range(_STEPS, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
-        size, alone = with_shape / square, of_log - across**2 / square
+        alone = of_log - across**2 / square if square > 0 else 0.0
+        if not alone > _ONE_DEPTH * of_log:
+            nothing = np.full(depth.size, math.nan)
+            return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
+        size = with_shape / square
         more = (with_log - size * across) / alone
         # a component that is not felt has no exponent
         step = more / size if size else 0.0

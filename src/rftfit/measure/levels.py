@@ -58,6 +58,7 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, part if first else ~part
 
 
+_RANK = 1e-9
 _MOST_ENDS = 300
 """A stretch begins or ends at so many places at most."""
 
@@ -72,7 +73,9 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     if not fits.any():
         return other
     first, last = first[fits], last[fits]
-    basis, _ = np.linalg.qr(common / sigma[:, None])
+    basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
+    # what they have in common twice, or not at all, takes no freedom
+    basis = basis[:, sizes > _RANK * sizes.max(initial=0.0)]
     rest = start / sigma
     rest = rest - basis @ (basis.T @ rest)
     sums = np.zeros((count + 1, 2 + basis.shape[1]))

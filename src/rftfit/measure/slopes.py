@@ -37,7 +37,7 @@ def weighted_sum_variance(
 
     The residuals may be autocorrelated, at equal steps: an autoregression whitens them, and the level of
     the white rest is read off its slow modes. `fitted` (p, n): what was fitted, linearly independent; by
-    default the weight alone.
+    default the weight alone. NaN where too few weights differ from 0 to tell.
     """
     n = weight.size
     if n < FEWEST:
@@ -50,8 +50,11 @@ def weighted_sum_variance(
     for lag in range(1, order + 1):
         white -= memory[:, lag - 1, None] * residual[:, order - lag : n - lag]
     inner = weight[order:]
-    count = min(COSINES, inner.size // 4)
-    level = _level(white, inner, weight[None, :] if fitted is None else fitted, count)
+    fitted = weight[None, :] if fitted is None else fitted
+    count = min(COSINES, inner.size // 4, int(np.count_nonzero(inner)) - len(fitted))
+    if count < 1:
+        return np.full(len(residual), np.nan), 1.0
+    level = _level(white, inner, fitted, count)
     growth, gain = _variance_ratios(weight, memory)
     effective = n / growth
     # one parameter was fitted, at the cost of one of the effectively independent samples
@@ -154,6 +157,8 @@ def startup_bias(
 _NEAR = 0.1
 """Of the largest depth: below it noise outweighs the bed's own unevenness."""
 _LEVEL = 0.005
+_NO_BEND = 1e-12
+"""Share of depth squared that rounding leaves of its part orthogonal to depth."""
 
 
 @dataclass(frozen=True)
@@ -313,12 +318,11 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
 
 def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Intercept and slope of each line with a free intercept; NaN along a level path."""
-    centred = depth - depth.mean()
-    spread = float(centred @ centred)
     if level_path(depth):
         nothing = np.full(len(stress), np.nan)
         return nothing, nothing
-    slope = stress @ centred / spread
+    centred = depth - depth.mean()
+    slope = stress @ centred / float(centred @ centred)
     return stress.mean(axis=1) - slope * depth.mean(), slope
 
 
@@ -355,7 +359,7 @@ def _offset(
 
 def level_path(depth: FloatArray) -> bool:
     """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
-    return float(depth.std()) < _LEVEL * float(np.abs(depth).max())
+    return float(depth.std()) <= _LEVEL * float(np.abs(depth).max())
 
 
 def _curvature(
@@ -376,7 +380,8 @@ def _curvature(
 
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
-    if level_path(depth):
+    # depths of 0 and one other have no curvature either
+    if level_path(depth) or power <= _NO_BEND * float(depth**2 @ depth**2):
         nothing = np.full(alpha.size, np.nan)
         return nothing, nothing, np.zeros(alpha.size), residual, nothing
     size = residual @ bend / power

@@ -215,7 +215,9 @@ def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
     air = found.depth < depth
     if np.count_nonzero(air) < _MIN_AIR:
         raise Refused("not-in-air")
-    in_air = float(np.polyfit(found.depth[air], found.force[air], 1)[0])
+    above = found.depth[air] - found.depth[air].mean()
+    # at one depth, as at rest, the force shows no growth
+    in_air = float(above @ found.force[air]) / float(above @ above) if np.ptp(above) > 0 else 0.0
     if in_air > _LARGEST_AIR * growth:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 

@@ -276,6 +276,8 @@ def plan(
         raise ValueError(f"{target.name} has no number in this medium")
     quantile = float(student_quantile(confidence, GIVEN_DOF))
     noise = usual_error(known.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
+    # without an error of its own a push that is repeated would leave no inverse
+    noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
     choices = _choices(known, rig)
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
@@ -285,7 +287,7 @@ def plan(
             across = covariance[size:, places]
             seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
             less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
-            gains.append(-np.log(max(1 - less / before, 1e-12)) / runs)
+            gains.append(-np.log(max(1 - less / max(before, _NONE), 1e-12)) / runs)
         places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
         seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
         covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
@@ -293,6 +295,9 @@ def plan(
         steps.append(Step(directions, runs, quantile * np.sqrt(left)))
     return Plan(target.name, target.parts, tuple(steps), confidence)
 
+
+_EXACT, _NONE = 1e-10, 1e-30
+"""Least variance of a push, relative to the largest of the map; a variance that is none."""
 
 _PARTS = 16
 """Of the error of alpha, largest first, along which a target that is not linear is tried."""

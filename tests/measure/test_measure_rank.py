@@ -1,0 +1,142 @@
+"""Fits whose data do not determine them: NaN or nothing, and neither an exception nor a warning, which is an error here."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import rftfit
+from rftfit.compare.sands import bend_of
+from rftfit.measure.alignment import search_lags
+from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.checks_channels import _other_gain
+from rftfit.measure.checks_runs import check_steadiness
+from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
+from rftfit.measure.laws import other_laws, power_fit
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.levels import shifted_runs
+from rftfit.measure.slopes import (
+    fit_few,
+    fit_slope,
+    free_intercept,
+    stress_onset,
+    weighted_sum_variance,
+)
+from rftfit.measure.surface import find_surface
+
+FLAT = np.ones((1, 60))
+ZERO = np.zeros((1, 1)), np.ones((1, 1))
+AT_ZERO_AND_ONE = np.where(np.arange(60) < 59, 0.0, 5.0)
+
+
+def alpha_at_one_depth(depth_cm, at_cm):
+    """Alpha_z of a cell of three level runs at one depth, and why there is none."""
+    place = {"beta_deg": 30.0, "gamma_deg": 0.0, "depth_from_cm": depth_cm, "depth_to_cm": depth_cm}
+    numbers = {column(c, end): 0.1 for c in "zx" for end in ("", "_se")}
+    runs = pd.DataFrame(
+        [{"run_id": name, **place, **numbers, "alpha_z_dof": 9, "alpha_x_dof": 9} for name in "abc"]
+    )
+    (row,) = alpha_table(runs, "m", 0.95, 1, at_cm=at_cm).to_dict("records")
+    return [row[column("z")], row["reason_code"]]
+
+
+def steadiness(path, force):
+    """Verdict on three level runs of 40 samples."""
+    names = np.repeat([*"abc"], 40)
+    tared = pd.DataFrame({"run_id": names, "path_cm": path, "force_z_N": force, "force_x_N": force})
+    fits = pd.DataFrame({"run_id": [*"abc"], "direction": "horizontal", "n_points": 40})
+    windows = pd.DataFrame({"run_id": names, "why": int(RowStatus.GOOD)})
+    tables = {"fits": fits, "tared": tared, "windows": windows}
+    measured: Any = SimpleNamespace(tables=tables)
+    return check_steadiness(measured).verdict
+
+
+def spread(alpha):
+    group = np.full(3, alpha), np.zeros(3)
+    return spread_of_beds([[group] * 4] * 2)[0]
+
+
+def plan_with_exact_pushes(target):
+    rig = rftfit.Rig(error_percent=0, least_percent=0, directions=((0.0, 90.0),))
+    plan = rftfit.plan(target, rig=rig, count=3)
+    return len(plan.steps), bool(np.isfinite(plan.steps[-1].typical))
+
+
+def surface_after_a_rest():
+    """Depth of the surface below an intruder that rests at one depth in air, mm."""
+    depth = np.r_[np.full(120, -0.01), np.linspace(0.01, 4, 400)]
+    force = 10 * np.maximum(depth, 0) + 0.01 * np.sin(np.arange(depth.size))
+    return round(10 * find_surface(depth, force, 0.5, 0.05).depth_cm)
+
+
+def gain_without_force():
+    noise = np.repeat([1.0, 5.0], 8)
+    return _other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
+
+
+def unexplained_by_a_constant_force():
+    time = np.arange(99.0)
+    return search_lags(time, np.ones(99), time, time, [0.0]).unexplained.min()
+
+
+NO_BED = (0.0, REPEATS)
+
+
+@pytest.mark.parametrize(
+    ("fitted", "expected"),
+    [
+        # one depth, which may be the one that is looked for
+        (lambda: power_fit(np.full(60, 5.0), FLAT[0], 5.0).exponent, math.nan),
+        (lambda: power_fit(np.full(60, 2.0), FLAT[0], 5.0).alpha, math.nan),
+        (lambda: power_fit(np.zeros(60), FLAT[0], 5.0).alpha, math.nan),
+        (lambda: power_fit(np.full(1, 2.0), FLAT[0, :1], 2.0).gain, [math.nan]),
+        (lambda: other_laws(np.zeros(60), FLAT, 5.0) is None, True),
+        (lambda: free_intercept(np.zeros(60), FLAT)[1], [math.nan]),
+        (lambda: stress_onset(np.zeros(60), FLAT), [math.nan]),
+        (lambda: fit_few(np.full(3, 2.0), FLAT[:, :3]).free_slope, [math.nan]),
+        (lambda: fit_slope(np.full(60, 5.0), FLAT, *ZERO).nonlinear_p, [math.nan]),
+        (lambda: fit_slope(AT_ZERO_AND_ONE, FLAT, *ZERO).alpha, [0.2]),
+        (lambda: fit_slope(AT_ZERO_AND_ONE, FLAT, *ZERO).nonlinear_p, [math.nan]),
+        (lambda: weighted_sum_variance(FLAT, np.zeros(60))[0], [math.nan]),
+        (lambda: bend_of(np.full(9, 2.0), np.ones(9)), math.nan),
+        (lambda: bend_of(np.full(1, 2.0), np.ones(1)), math.nan),
+        (lambda: alpha_at_one_depth(2.0, None), [0.1, ""]),
+        (lambda: alpha_at_one_depth(2.0, 2.0), [0.1, ""]),
+        (lambda: alpha_at_one_depth(2.0, 5.0), [math.nan, "outside-window"]),
+        (lambda: alpha_at_one_depth(0.0, None), [math.nan, "zero-depths"]),
+        (surface_after_a_rest, 0),
+        # one direction
+        (lambda: gradient(np.zeros(2), np.zeros(2), np.arange(2.0)), np.zeros((2, 2))),
+        (lambda: plan_with_exact_pushes("map"), (4, True)),
+        (lambda: plan_with_exact_pushes("zeta"), (4, True)),
+        # identical values, or none
+        (lambda: (spread(0.0).part(0.2).sd, spread(0.0).source), NO_BED),
+        (lambda: (spread(0.3).part(0.2).sd, spread(0.3).source), NO_BED),
+        (lambda: steadiness(5.0, -1.0), "not checked"),
+        (lambda: steadiness(np.tile(np.linspace(2, 8, 40), 3), 0.0), "not checked"),
+        (gain_without_force, None),
+        (unexplained_by_a_constant_force, 1.0),
+    ],
+)
+def test_what_data_do_not_determine(fitted, expected):
+    found = fitted()
+    if isinstance(expected, (float, list, np.ndarray)) and not isinstance(found, list):
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
+    elif isinstance(found, list):
+        assert found[1] == expected[1]
+        np.testing.assert_allclose(found[0], expected[0])
+    else:
+        assert found == expected
+
+
+@pytest.mark.parametrize("known", [0.0, 1.0])
+def test_a_column_that_says_nothing_new_takes_no_freedom(known):
+    """Starts of runs on one path: a lag, which would move all alike, hides no run."""
+    random = np.random.default_rng(1)
+    common = np.column_stack([np.ones(12), np.full(12, known)])
+    for start in random.normal(0, 0.05, (30, 12)):
+        alone = shifted_runs(common[:, :1], start, np.full(12, 0.05))
+        assert (shifted_runs(common, start, np.full(12, 0.05)) == alone).all()
