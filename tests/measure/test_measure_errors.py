@@ -33,6 +33,9 @@ from rftfit.measure.errors import (
 )
 from rftfit.measure.slopes import fit_slope
 from rftfit.model.draws import alpha_draws, errors_behind
+from rftfit.model.profiles import TableProfile
+from rftfit.model.rft3d import rft3d_profile
+from rftfit.model.shapes import published_shapes
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 NONE = Errors(
@@ -109,8 +112,59 @@ def test_gradient_of_a_plane():
     # where neighbours lie on all sides within the turn of a plate, which is 180 degrees
     inner = np.abs(beta) < 30
     np.testing.assert_allclose(found[inner], np.tile([0.01, -0.002], (inner.sum(), 1)), atol=1e-9)
-    lone = gradient(np.array([0.0, 80.0]), np.array([90.0, -90.0]), np.array([0.3, 0.1]))
-    assert (lone == 0).all()
+    apart = np.array([0.0, 80.0]), np.array([90.0, -90.0]), np.array([0.3, 0.1])
+    assert (gradient(*apart) == 0).all()
+    elsewhere = np.array([[0.001, 0.002], [-0.003, 0.004]])
+    np.testing.assert_allclose(gradient(*apart, elsewhere), elsewhere)
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 0.5])
+def test_what_lies_across_a_line_of_neighbours_is_known_from_elsewhere(off_deg):
+    """Cells on one line of gamma, as planned or as the arm reached them: the slope with beta is not theirs."""
+    gamma = np.array([0.0, 20.0, 40.0])
+    beta = np.array([30.0, 30 + off_deg, 30.0])
+    found = gradient(beta, gamma, 0.3 + 0.01 * gamma, np.full((3, 2), 0.005))
+    np.testing.assert_allclose(found, [[0.005, 0.01]] * 3, atol=2e-4)
+    np.testing.assert_allclose(gradient(beta, gamma, 0.3 + 0.01 * gamma)[:, 0], 0, atol=4e-4)
+
+
+def test_an_angle_has_an_error_where_no_cell_is_near():
+    """The slope of the known shape, as large as the medium is beside it; where cells are near, their own."""
+    runs = fits()
+    far = runs[runs["run_id"].isin(["2_0_0", "3_9_0"])]
+    stated = NONE.model_copy(update={"angle_deg": 0.5})
+    mean = np.array([[0.5, -0.5], [0.1, 0.2]])
+    slopes = np.array([[[0.01, 0.0], [0.003, 0.004]], [[0.002, 0.0], [0.0, 0.001]]])
+    table = alpha_table(far, "m", 0.95, 3, stated, shape=lambda *_: (mean, slopes))
+    size = table[[column(c) for c in "zx"]].abs().to_numpy().sum() / np.abs(mean).sum()
+    for c, expected in zip("zx", 0.5 * size * np.hypot(*np.moveaxis(slopes, -1, 0)), strict=True):
+        np.testing.assert_allclose(table[column(c, "_angle")], expected)
+    assert (alpha_table(far, "m", 0.95, 3, stated)[column("z", "_angle")] == 0).all()
+    lost = far.assign(**{column(c): math.nan for c in "zx"})
+    assert alpha_table(lost, "m", 0.95, 3, stated, shape=None)[column("z")].isna().all()
+
+
+def test_an_angle_without_neighbours_is_covered():
+    """Plates turned by 2 degrees in media that are not the mean shape, in directions far from one another."""
+    random = np.random.default_rng(3)
+    stated = NONE.model_copy(update={"angle_deg": 2})
+    beta, gamma = np.array([[-60.0, 0.0, 40.0, 0.0, 60.0], [20.0, 70.0, 30.0, -60.0, -25.0]])
+    inside = []
+    for medium in ("poppy_LP", "glass0.3mm_CP", "glass3mm_CP", "rft"):
+        profile = rft3d_profile(0.9, 0.4, 5) if medium == "rft" else TableProfile.published(medium)
+        truth = np.stack(profile.alpha(np.radians(beta), np.radians(gamma)))
+        for _ in range(15):
+            turned = (np.radians(one + random.normal(0, 2, 5)) for one in (beta, gamma))
+            runs = pd.DataFrame({"run_id": [*"abcde"], "beta_deg": beta, "gamma_deg": gamma})
+            for c, values in zip("zx", profile.alpha(*turned), strict=True):
+                runs[column(c)], runs[column(c, "_se")], runs[f"alpha_{c}_dof"] = values, 0.001, 50
+            table = alpha_table(runs, "m", 0.95, 3, stated, shape=published_shapes().slopes)
+            order = [*zip(table["beta_deg"], table["gamma_deg"], strict=True)]
+            order = [order.index(place) for place in zip(beta, gamma, strict=True)]
+            for c, value in zip("zx", truth, strict=True):
+                ends = table[[column(c, "_lo"), column(c, "_hi")]].to_numpy()[order].T
+                inside.append((ends[0] <= value) & (value <= ends[1]))
+    assert np.mean(inside) > 0.88
 
 
 def test_the_surface_is_judged_by_the_offsets():

@@ -75,6 +75,24 @@ def test_covariance_has_the_symmetry_of_alpha():
     assert at_rest[0, 0] == pytest.approx((by.floor + by.share * z.mean()) ** 2 + between)
 
 
+def test_slopes_are_those_of_the_mean_shape():
+    """To either side by hand; on a top, where they cancel, their size; where a plate turns over, as everywhere."""
+    beta, gamma = (np.array(one) for one in ([12.0, 0.0, 90.0], [80.0, 90.0, 10.0]))
+    shapes = published_shapes()
+    mean, slopes = shapes.slopes(beta, gamma)
+
+    def alpha(*steps):
+        return shapes.moments(*np.radians([beta + steps[0], gamma + steps[1]]))[0].reshape(2, -1)
+
+    np.testing.assert_allclose(mean, alpha(0, 0))
+    for axis, step in enumerate(np.diag([5.0, 5.0])):
+        sides = np.stack([alpha(*step) - mean, mean - alpha(*-step)]) / 5
+        np.testing.assert_allclose(np.abs(slopes[..., axis]), np.sqrt((sides**2).mean(axis=0)))
+        clear = np.abs(sides.sum(axis=0)) > 1e-6
+        assert (np.sign(slopes[..., axis]) == np.sign(sides.sum(axis=0)))[clear].all()
+    assert abs(slopes[0, 1, 0]) > 0.02
+
+
 def _dense(mean, covariance, own, size):
     """Mean and variance at the nodes by the textbook formula, and the logarithm of the likelihood.
 

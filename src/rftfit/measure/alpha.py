@@ -20,12 +20,14 @@ from rftfit.measure.errors import (
     REPEATS,
     SOURCES,
     Part,
+    Slopes,
     Source,
     Spread,
     SurfaceError,
     bed_of_mean,
     gradient,
     half_width,
+    scaled_slopes,
     spread_of_beds,
 )
 from rftfit.measure.fits import COMPONENTS, Row
@@ -68,6 +70,7 @@ def alpha_table(
     surface: SurfaceError | None = None,
     at_cm: float | None = None,
     outliers: Mapping[str, tuple[float, float]] | None = None,
+    shape: Slopes | None = None,
 ) -> pd.DataFrame:
     """Combine the fits of one medium into its cells, one row each.
 
@@ -78,7 +81,8 @@ def alpha_table(
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
     from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `outliers`:
     alpha of outlying runs minus that of the others, z and x, N/cm^3: these runs are left out of the estimate
-    of how beds differ, and the interval of their cell reaches the others.
+    of how beds differ, and the interval of their cell reaches the others. `shape`: of which a medium's alpha has
+    the slopes where no cell is near; default: none, so that an angle has no error there.
 
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
@@ -102,7 +106,7 @@ def alpha_table(
         for here, (_, gamma) in zip(own, directions, strict=True)
     ]
     parts = _errors(
-        cells, directions, errors, surface or SurfaceError(), spread, confidence, outliers
+        cells, directions, errors, surface or SurfaceError(), spread, confidence, outliers, shape
     )
     rows = []
     for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
@@ -264,6 +268,7 @@ def _errors(
     spread: dict[str, Spread],
     confidence: float,
     outliers: Mapping[str, tuple[float, float]],
+    shape: Slopes | None,
 ) -> list[dict[str, float | str]]:
     """Alpha of each cell with its errors by name, and the interval that holds them all."""
     alpha = {
@@ -271,9 +276,10 @@ def _errors(
         for c in COMPONENTS
     }
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
+    elsewhere = scaled_slopes(shape, beta, gamma, np.stack([alpha[c] for c in COMPONENTS]))
     rise = {
-        c: np.hypot(*gradient(beta, gamma, alpha[c]).T) if errors.angle_deg else 0 * alpha[c]
-        for c in COMPONENTS
+        c: np.hypot(*gradient(beta, gamma, alpha[c], slopes).T)
+        for c, slopes in zip(COMPONENTS, elsewhere, strict=True)
     }
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, get_args
@@ -270,12 +270,35 @@ def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]
 NEAR_DEG = 45.0
 """Directions within this are neighbours."""
 
+_ACROSS = 0.01
+"""Neighbours that leave one line by less, in squares, tell nothing of what lies across it."""
 
-def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) -> FloatArray:
+Slopes = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""Beta and gamma, (n,), degrees, to a known shape of z and x, (2, n), and its change per degree, (2, n, 2)."""
+
+
+def scaled_slopes(
+    shape: Slopes | None, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
+) -> FloatArray:
+    """Slopes of a known shape, scaled to a medium's `alpha` (2, n), N/cm^3 per degree, (2, n, 2); 0 without one."""
+    known = np.isfinite(alpha)
+    if shape is None or not known.any():
+        return np.zeros((*alpha.shape, 2))
+    mean, slopes = shape(beta_deg, gamma_deg)
+    total = float(np.abs(mean[known]).sum())
+    return slopes * (float(np.abs(alpha[known]).sum()) / total if total > 0 else 0.0)
+
+
+def gradient(
+    beta_deg: FloatArray,
+    gamma_deg: FloatArray,
+    values: FloatArray,
+    elsewhere: FloatArray | float = 0.0,
+) -> FloatArray:
     """Change of a quantity with beta and gamma, per degree, from neighbours: shape (n, 2).
 
-    Least squares of the differences to all neighbours, nearer ones with more weight; 0 along an
-    angle in which there is none.
+    Least squares of the differences to all neighbours, nearer ones with more weight; along a way in
+    which there is none, that of `elsewhere`, (n, 2).
     """
     step = np.stack(
         [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
@@ -286,7 +309,10 @@ def gradient(beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray) ->
     rise = np.where(near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     wanted = np.einsum("nm,inm,nm->ni", weight, step, rise)
-    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(square), wanted))
+    inverse = np.linalg.pinv(square, rcond=_ACROSS, hermitian=True)
+    elsewhere = np.broadcast_to(elsewhere, wanted.shape)
+    rest = wanted - np.einsum("nij,nj->ni", square, elsewhere)
+    return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, rest))
 
 
 def shares(parts: Mapping[str, float | FloatArray]) -> str:

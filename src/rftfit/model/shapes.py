@@ -176,6 +176,21 @@ class Shapes:
         bilinear = np.stack(tables) / self._sizes[:, None]
         return np.asarray(bilinear + self.levels[:, None] * course)
 
+    def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean shape of the known media, (2, n), and its change with beta and gamma, per degree, (2, n, 2).
+
+        Of the slopes to either side the root mean square, with the sign of their sum: alpha has corners and tops.
+        """
+        steps = SLOPE_STEP_DEG * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        beta, gamma = (
+            np.radians(angles + steps[:, axis, None]).ravel()
+            for axis, angles in enumerate((beta_deg, gamma_deg))
+        )
+        mean = self.of_media(beta, gamma).mean(axis=0).reshape(2, len(steps), -1)
+        above, below = mean[:, 1::2] - mean[:, :1], mean[:, :1] - mean[:, 2::2]
+        size = np.hypot(above, below) / (np.sqrt(2) * SLOPE_STEP_DEG)
+        return mean[:, 0], np.moveaxis(np.copysign(size, above + below), 1, -1)
+
     def prior(self, beta: FloatArray, gamma: FloatArray) -> _Prior:
         """What is known of a further medium of size 1 before a push, at directions of shape (n,)."""
         known = self.of_media(beta, gamma)
@@ -232,6 +247,10 @@ class Shapes:
         """Mean, shape (2 n,), and covariance, shape (2 n, 2 n), of a medium of size 1, lambda 1 and w 0."""
         prior = self.prior(beta, gamma)
         return prior.mean, prior.covariance(0.0)
+
+
+SLOPE_STEP_DEG = 5.0
+"""Range over which a slope of the mean shape is taken."""
 
 
 class _Prior(NamedTuple):

@@ -20,6 +20,7 @@ from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.measure.verdicts import COLUMNS, marks_of
+from rftfit.model.shapes import published_shapes
 from rftfit.results import Results
 
 FLAGGING = ("ingest", "tare", "slopes")
@@ -72,7 +73,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
-        how = level, depths, errors, grid, surface, at_cm, off
+        how = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
         return alpha_table(counted_once(fits, copies)[0], medium, *how)
 
     angle_deg = config.errors.angle_deg
