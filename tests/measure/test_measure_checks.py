@@ -1,5 +1,6 @@
 """Checks on tables in memory: no false alarm on the published media, every wrong axis named."""
 
+import itertools
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -12,9 +13,11 @@ from other_labs import GRIDS
 
 from rftfit import reference
 from rftfit.campaign.config import ForceLog, Medium
+from rftfit.compare.peers import compare_runs
 from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure import checks
+from rftfit.measure.alpha import column
 from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work, other_axes
 from rftfit.measure.checks_channels import against_known, check_channels
 from rftfit.measure.checks_runs import (
@@ -30,6 +33,7 @@ from rftfit.measure.flags import Flags, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
 from rftfit.measure.verdicts import CHECKS, COLUMNS, Check, Measured, marks_of, rows_of, usable
+from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
@@ -526,9 +530,9 @@ def test_a_trend_needs_thirty_samples(samples, verdict):
 def test_whose_trend_counts():
     assert check_steadiness(measured(**level_runs(60, (0.2, 0.2)))).verdict == "not checked"
     tables = level_runs(60)
-    for column, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
+    for name, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
         one = tables["fits"].copy()
-        one.loc[0, column] = value
+        one.loc[0, name] = value
         assert check_steadiness(measured(**tables | {"fits": one})).verdict == "not checked"
 
 
@@ -837,16 +841,35 @@ def test_drift(trend, verdict, which, axis):
     assert [one.run_id for one in found.flags] == [f"r{n + 2}" for n in which]
 
 
-def channels_against(seen, explained=False, turn=0.0, columns=()):
+def noise_of(fits):
+    """Facts of runs that have all the same noise."""
+    noise = {f"F{n}_noise_N": 0.01 for n in (1, 2, 3)}
+    return pd.DataFrame({"run_id": fits["run_id"], "status": "refused", "F1_low_N": 0.0, **noise})
+
+
+def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=()):
+    """Causes that `against_known` finds in runs that are beside each other or have `peers`."""
+    config = SimpleNamespace(
+        transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
+        force_log=SimpleNamespace(columns=dict(columns)),
+        table=None,
+    )
+    facts = noise_of(fits) if facts is None else facts
+    peers = compare_runs(fits, "m") if peers is None else peers
+    one = measured(sheet_of("p" * len(fits)), config, runs=facts, fits=fits, peers=peers)
+    return against_known(one, set(), explained)
+
+
+def channels_against(seen, explained=False, turn=0.0, columns=(), directions=12):
     """Channels of twelve pushes of alpha 0.3 and 0.09 N/cm^3, but for what `seen` says of z and x and of noise."""
     sheet = sheet_of("p" * 12)
-    for run in sheet.values():
-        run.direction, run.beta_deg, run.gamma_deg, run.intruder = "intrusion", 30.0, 60.0, ""
     known = {"known_z_ratio": 1.0, "known_x_ratio": 0.3}
     peers = pd.DataFrame({"run_id": [*sheet], **known})
     fits = pd.DataFrame(
         {
             "run_id": [*sheet],
+            "beta_deg": np.repeat(np.linspace(5, 60, directions), 12 // directions),
+            "gamma_deg": 60.0,
             "mirrored": False,
             "alpha_z_N_per_cm3": 0.3,
             "alpha_x_N_per_cm3": 0.09,
@@ -854,24 +877,12 @@ def channels_against(seen, explained=False, turn=0.0, columns=()):
             "alpha_x_rod_N_per_cm3": math.nan,
         }
     )
-    facts = pd.DataFrame(
-        {
-            "run_id": [*sheet],
-            "status": "refused",
-            "F1_low_N": 0.0,
-            **{f"F{n}_noise_N": 0.01 for n in (1, 2, 3)},
-        }
-    )
+    facts = noise_of(fits)
     for name, factor in seen.items():
         table = facts if name in facts else fits
         table[name] *= np.array(factor)
-    config = SimpleNamespace(
-        transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
-        force_log=SimpleNamespace(columns=dict(columns)),
-        table=None,
-    )
-    one = measured(sheet, config, runs=facts, fits=fits, peers=peers)
-    return [flag for _, flags in against_known(one, set(), explained) for flag in flags]
+    causes = causes_of(fits, facts, peers, explained, turn, columns)
+    return [flag for _, flags in causes for flag in flags]
 
 
 X, Z = (f"alpha_{c}_N_per_cm3" for c in "xz")
@@ -902,6 +913,56 @@ def test_channels_against_what_every_medium_feels(seen, code, count):
     # what other axes or a drift of all runs explain is not told twice
     if code != "channel-gain":
         assert not channels_against(seen, explained=True)
+
+
+@pytest.mark.parametrize(
+    ("seen", "code", "count"),
+    [
+        # all runs of one direction, as three depths of a level run, are one witness
+        ({X: [0.0] * 3 + [1.0] * 9}, "", 0),
+        ({X: [-1.0] * 3 + [1.0] * 9}, "", 0),
+        ({X: [0.0] * 9 + [1.0] * 3}, "channel-silent", 9),
+        ({X: [-1.0] * 6 + [1.0] * 6}, "channel-reversed", 6),
+        # one of three repeats is not the direction's
+        ({X: [0.0, 1.0, 1.0] * 4}, "", 0),
+        ({X: [-1.0, 1.0, 1.0] * 4}, "", 0),
+        ({X: [0.0, 0.0, 1.0] * 4}, "channel-silent", 8),
+    ],
+)
+def test_a_direction_is_one_witness(seen, code, count):
+    found = channels_against(seen, directions=4)
+    assert [one.code for one in found] == [code] * count
+
+
+def level_and_slanted(friction, random):
+    """Runs of a medium of 3D-RFT, as they are compared with known media: level ones at three depths, pushes three times."""
+    profile = rft3d_profile(0.6, friction, 5)
+    rows = []
+    for beta, gamma in itertools.product((-60, -30, -10, 30, 60, 90), (-60, 0, 20, 60)):
+        alpha = [float(one) for one in profile.alpha(np.radians(beta), np.radians(gamma))]
+        for depth in (2.54, 5.08, 7.62):
+            values = np.array(alpha) * (1 + 0.05 * random.standard_normal())
+            values += 0.002 * random.standard_normal(2)
+            row: dict[str, Any] = dict(zip((Z, X), values, strict=True))
+            place = {"run_id": f"r{len(rows) + 2}", "beta_deg": beta, "gamma_deg": gamma}
+            row |= place | {"mirrored": gamma < 0, "depth_from_cm": depth if gamma == 0 else 1.0}
+            row |= {column(c, "_se"): 0.002 for c in "zx"}
+            rows.append(row | {column(c, "_rod"): 0.0 for c in "zx"})
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.4, 0.6, 0.8, 1.0])
+def test_friction_is_no_fault_of_a_channel(friction):
+    """A plate at -10 degrees dragged level feels no lift; a channel reversed in a third of the directions is named."""
+    random = np.random.default_rng(4)
+    fits = level_and_slanted(friction, random)
+    assert not causes_of(fits)
+    place = fits[["beta_deg", "gamma_deg"]].apply(tuple, axis=1)
+    third = place.isin(random.permutation(place.unique())[:8])
+    fits.loc[third, X] *= -1
+    (cause,) = causes_of(fits)
+    assert cause[0].code == "cause-reversed"
+    assert {flag.run_id for flag in cause[1]} <= {*fits.loc[third, "run_id"]}
 
 
 def test_a_channel_that_is_not_measured_hides_no_other():

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
+from rftfit.measure.alpha import SAME_DIRECTION_DEG
 from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.flags import Remark, remark, say
@@ -22,7 +25,9 @@ _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
 """Relative to alpha_z(0, 90): less counts as no force; the alpha of all published media exceeds the second in some directions;
 above the third no ordinary turn of the mount changes a sign."""
-_MOST, _GAIN, _FAINT = 0.8, 1.5, 0.1
+_SILENT_IN, _REVERSED, _MOST, _GAIN, _FAINT = 3, 2, 0.8, 1.5, 0.1
+"""Least number of silent and of reversed directions (alpha of a medium of 3D-RFT may be 0 in some, but has the sign of all
+published media where they are clear), largest share of reversed ones; factor of a gain; least share of silent directions."""
 
 Cause = tuple[Remark, list[Remark]]
 """What is wrong with a channel, and flags of the runs that show it."""
@@ -113,7 +118,11 @@ def _already_explained(measured: Measured) -> tuple[set[str], bool]:
 
 
 def against_known(measured: Measured, exchanged: set[str], explained: bool) -> list[Cause]:
-    """Runs in which a channel shows none, the opposite, or a part of the force that every known medium gives."""
+    """Runs in which a channel shows none, the opposite, or a part of the force that every known medium gives.
+
+    A medium may differ from all known ones in a direction, and then in all runs of it: no force and a turned
+    sign are counted by direction.
+    """
     config, tables, sheet = measured.config, measured.tables, measured.sheet
     known_z_x = ["known_z_ratio", "known_x_ratio"]
     table = tables["fits"].merge(tables["peers"][["run_id", *known_z_x]], on="run_id")
@@ -144,6 +153,7 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         float(np.median(np.abs(mount[c, told[c]] / known[c, told[c]]))) if told[c].any() else 0.0
         for c in (0, 1)
     )
+    direction = _directions(table)
     causes = []
     for place, axis in enumerate("zx"):
         name = measured_channel(config, axis)
@@ -153,14 +163,18 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         must = np.abs(known[place]) >= _MUST_FEEL
         silent = faint & must
         opposite = (np.sign(force[place]) != np.sign(known[place])) & ~faint & must
+        n_must, n_silent = _count(direction, must), _count(direction, silent)
+        n_strong = _count(direction, strong[place])
         reversed_ = opposite & strong[place]
-        fewest = min(max(_LOGS, math.ceil(_FAINT * must.sum())), must.sum())
+        n_reversed = _count(direction, reversed_)
+        several = reversed_.sum() >= _LOGS
+        fewest = min(max(_SILENT_IN, math.ceil(_FAINT * n_must)), n_must)
         values: dict[str, Any] = {"channel": name}
         noise = table[f"{name}_noise_N"].to_numpy(float)
-        if not explained and silent.sum() >= fewest > 0:
-            code, bad, count, size_of = "silent", faint, silent.sum(), must.sum()
-        elif not explained and _LOGS <= reversed_.sum() <= _MOST * strong[place].sum():
-            code, bad, count, size_of = "reversed", opposite, reversed_.sum(), strong[place].sum()
+        if not explained and n_silent >= fewest > 0:
+            code, bad, count, size_of = "silent", faint, n_silent, n_must
+        elif not explained and several and _REVERSED <= n_reversed <= _MOST * n_strong:
+            code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
         elif gain := _other_gain(noise, mount[place], known[place], strong[place]):
             values["times"], bad = gain
             code, count, size_of = "gain", bad.sum(), bad.size
@@ -178,6 +192,18 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         )
         causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
     return causes
+
+
+def _directions(table: pd.DataFrame) -> npt.NDArray[np.intp]:
+    """Number of the direction of each run, shape (n,): repeats, and depths of level runs, are of one."""
+    beta, gamma = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+    off = np.abs((beta - beta[:, None] + 90) % 180 - 90), np.abs(gamma - gamma[:, None])
+    return np.asarray((np.maximum(*off) <= SAME_DIRECTION_DEG).argmax(axis=1))
+
+
+def _count(direction: npt.NDArray[np.intp], shown: Mask) -> int:
+    """Number of directions in which most runs show something: each is one witness of what alpha is there."""
+    return int((np.bincount(direction, shown) > 0.5 * np.bincount(direction)).sum())
 
 
 def _other_gain(

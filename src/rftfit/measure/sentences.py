@@ -228,9 +228,9 @@ SENTENCES = {
     "the range of amplifier and logger",
     "cause-exchanged": "x and y look exchanged: {across}, across the motion, shows {ratio:.3g} times the force of {along}, "
     "along it: look at transducer.axes",
-    "cause-silent": "{whose} shows no force in {count} of {size} runs in which it must show one ({rows}): look at its cable "
+    "cause-silent": "{whose} shows no force in {count} of {size} directions in which it must show one ({rows}): look at its cable "
     "and its column",
-    "cause-reversed": "{whose} has the opposite sign in {count} of {size} runs with a clear sign ({rows}): look at its "
+    "cause-reversed": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}): look at its "
     "wires, and at beta_deg and the motion of these runs",
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
