@@ -1000,6 +1000,7 @@ def strokes(start_cm, late_s=0.0, count=8, **columns):
 def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
         arm=SimpleNamespace(speed_cm_per_s=1.0),
+        fit=SimpleNamespace(confidence=0.95),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )
     one = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
@@ -1024,6 +1025,28 @@ def test_where_stress_begins(start, late, verdict, names):
     assert (found.verdict, line.verdict, found.flags) == (verdict, "passed", ())
     words = {"surface": "urface is wrong", "late": "log is late", "early": "log is early"}
     assert {name for name, word in words.items() if word in found.sentence} == {*names.split()}
+
+
+@pytest.mark.parametrize(
+    ("starts", "words"),
+    [
+        ([], ""),
+        ([-0.07, 0.05], ", 0.1 mm above the surface in pulls"),
+        (
+            [-0.06, -0.02, 0.01],
+            ", 0.2 mm above the surface in pulls (1.6 mm above the surface to 1.2 mm below the surface)",
+        ),
+    ],
+)
+def test_where_stress_begins_in_pulls(starts, words):
+    """Their own median, though pushes at an angle begin as deep as a lag would make them."""
+    tables = strokes(0.0)
+    fits = tables["fits"]
+    pushes = fits[fits["gamma_deg"] > 0]
+    pushes = pushes.assign(start_cm=pushes["start_cm"] + 0.02 * (pushes["gamma_deg"] - 70) / 20)
+    pulls = fits[fits["gamma_deg"] < 0].iloc[: len(starts)].assign(start_cm=starts)
+    found, _ = surface({"fits": pd.concat([pushes, pulls], ignore_index=True)})
+    assert found.found.partition(" in pushes")[2] == words
 
 
 def test_what_is_stated_of_the_surface_is_allowed():

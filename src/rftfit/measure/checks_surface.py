@@ -17,6 +17,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
+from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdicts import FAILED, Check, Measured, flags_on, rows_of
 
 _SIGMAS = 3.0
@@ -86,9 +87,10 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     is_off |= abs(down) > SURE * down_se and not is_late
     most_mm, most_late_s = 10 * SURE * off_se, SURE * late_se / speed
     has_pulls = np.ptp(sine) > 1
+    confidence = measured.config.fit.confidence
     values: dict[str, Any] = {
         "push": _begin(down),
-        "pull": remark("in-pulls", pull=_begin(off - late)) if has_pulls else "",
+        "pull": _begin_of_pulls(starts.start[~pushes], confidence) if has_pulls else "",
         "most_mm": 10 * SURE * down_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
@@ -166,6 +168,19 @@ def _begin(depth_cm: float) -> Remark:
     """Depth at which stress begins, in words."""
     code = "starts-below" if depth_cm >= 0 else "starts-above"
     return remark(code, mm=10 * abs(depth_cm))
+
+
+def _begin_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
+    """Depth at which stress begins in pulls, in words: their median, and its interval of three or more.
+
+    What the fit says of them is drawn towards the pushes, and confounded with the order of the runs.
+    """
+    middle, se = median_of_runs(start_cm)
+    if math.isnan(middle):
+        return remark("in-pulls", pull=_begin(float(np.median(start_cm))), interval="")
+    half = float(student_quantile(confidence, start_cm.size - 1.0)) * se
+    ends = remark("interval-starts", low=_begin(middle - half), high=_begin(middle + half))
+    return remark("in-pulls", pull=_begin(middle), interval=ends)
 
 
 def _two_levels(

@@ -243,7 +243,8 @@ SENTENCES = {
     "interval-deg": " ({low:+.1f} to {high:+.1f})",
     "starts-below": "{mm:.1f} mm below the surface",
     "starts-above": "{mm:.1f} mm above the surface",
-    "in-pulls": ", {pull} in pulls straight up",
+    "in-pulls": ", {pull} in pulls{interval}",
+    "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
     "alpha-beside": "{run}: {alpha:.3g} beside {others:.3g}",
     **{
