@@ -937,7 +937,7 @@ def test_a_direction_is_one_witness(seen, code, count):
 def level_and_slanted(friction, random):
     """Runs of a medium of 3D-RFT, as they are compared with known media: level ones at three depths, pushes three times."""
     profile = rft3d_profile(0.6, friction, 5)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for beta, gamma in itertools.product((-60, -30, -10, 30, 60, 90), (-60, 0, 20, 60)):
         alpha = [float(one) for one in profile.alpha(np.radians(beta), np.radians(gamma))]
         for depth in (2.54, 5.08, 7.62):

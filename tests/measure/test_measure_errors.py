@@ -15,6 +15,8 @@ from rftfit.campaign.config import Errors, Table
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     ASSUMED,
+    ASSUMED_DOF,
+    FEW_REPEATS,
     OF_CELL,
     ONE_BED,
     PRIOR_CM,
@@ -357,23 +359,42 @@ def test_spread_of_beds_is_the_most_likely_one():
 
 def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
     five, six = ([[(np.linspace(0.2, 0.3, runs), np.full(runs, 0.001))]] * 2 for runs in (5, 6))
-    assert {one.source for one in spread_of_beds(five)} == {ASSUMED}
+    assert {one.source for one in spread_of_beds(five)} == {FEW_REPEATS}
+    assert {one.source for one in spread_of_beds([[], []])} == {ASSUMED}
     assert {one.source for one in spread_of_beds(six)} == {REPEATS}
     for one in spread_of_beds(five, (0.003, 0.1)):
         assert one.source == STATED
         assert one.part(0.4).sd == pytest.approx(math.hypot(0.003, 0.04))
     assert spread_of_beds(five, (0.0, 0.0))[0].part(0.4).sd == 0
-    assert spread_of_beds(five)[0].part(0.4).sd == pytest.approx(0.02)
+    assert spread_of_beds([[], []])[0].part(0.4).sd == pytest.approx(0.02)
 
 
-def test_repeats_that_scatter_less_than_is_assumed_leave_what_is_assumed():
-    assumed = spread_of_beds([[], []])[0]
+def test_few_repeats_moderate_what_is_assumed():
+    """By hand: one bed of z and x, its squares relative to 5 % of alpha and the noise, beside the assumed two."""
+    z, x = np.array([0.20, 0.24]), np.array([0.01, 0.02])
+    pair = [(z, np.full(2, 0.004))], [(x, np.full(2, 0.003))]
+    # x is weak: 5 % of a fifth of the largest alpha
+    squares = 0.0008 / ((0.05 * 0.22) ** 2 + 0.004**2) + 0.00005 / ((0.01 * 0.22) ** 2 + 0.003**2)
+    for single in spread_of_beds(pair):
+        part = single.part(0.3)
+        assert part.sd == pytest.approx(0.015 * math.sqrt((ASSUMED_DOF + squares / 2) / 3))
+        assert (part.dof, single.source) == (3, FEW_REPEATS)
+    # x was not measured: its want is no reason to leave z
+    (alone, _) = spread_of_beds([pair[0], []])
+    assert alone.part(0.3).sd > part.sd
+    # repeats that agree make it smaller, though not as small as they are
+    alike = spread_of_beds([[(np.full(2, 0.3), np.full(2, 0.001))] * 4] * 2)[0].part(0.3)
+    assert alike.sd == pytest.approx(0.015 * math.sqrt(2 / 6))
+    assert alike.dof == 6
+    noise, share = Part(0.001, 12), np.array([0.5, 0.5])
+    found = bed_of_mean(z, share, noise, single)
+    assert (found[0], found[1].dof, found[2]) == (noise, 3, FEW_REPEATS)
+    assert found[1].sd == pytest.approx(single.part(0.22).sd / math.sqrt(2))
+
+
+def test_repeats_of_a_bed_as_prepared_count_in_their_cell_alone():
     share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
-    alike = bed_of_mean(np.array([0.300, 0.301]), share, noise, assumed)
-    assert alike[0] == noise
-    assert alike[1].sd == pytest.approx(0.05 * 0.3005 / math.sqrt(2))
-    assert alike[2] == ASSUMED
-    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, assumed)
+    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, ONE_BED)
     assert (apart[0].sd, apart[1].dof, apart[2]) == (0, 1, OF_CELL)
     assert apart[1].sd == pytest.approx(0.1)
     none = bed_of_mean(np.array([0.3, 0.3]), share, noise, ONE_BED)

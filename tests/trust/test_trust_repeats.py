@@ -92,6 +92,43 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
     assert np.mean(inside) > 0.93
 
 
+BEDS = {
+    "normal": lambda random, shape: random.standard_normal(shape),
+    "heavy-tailed": lambda random, shape: random.standard_t(3, shape) / math.sqrt(3),
+}
+
+
+@pytest.mark.parametrize("beds", BEDS)
+@pytest.mark.parametrize("percent", [3, 5, 8])
+@pytest.mark.parametrize("cells", [1, 2, 4])
+def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
+    """Some cells of two runs, four of one, in beds that are not made as the estimator takes them."""
+    random = np.random.default_rng(5)
+    inside, halves = [], []
+    for _ in range(60):
+        truth = np.stack(
+            [random.uniform(0.1, 0.6, cells + 4), random.uniform(0.05, 0.3, cells + 4)]
+        )
+        bed = 1 + percent / 100 * BEDS[beds](random, (cells + 4, 2))
+        runs = truth[..., None] * (bed + 0.005 * random.standard_normal((2, cells + 4, 2)))
+        se = 0.005 * truth
+        counts = [2] * cells + [1] * 4
+        groups = [
+            [(alpha[:n], np.full(n, error)) for alpha, error, n in zip(*both, counts, strict=True)]
+            for both in zip(runs, se, strict=True)
+        ]
+        for part, spread, alphas in zip(groups, spread_of_beds(groups), truth, strict=True):
+            for (alpha, error), true in zip(part, alphas, strict=True):
+                share = np.full(alpha.size, 1 / alpha.size)
+                noise = Part(float(error[0]) / math.sqrt(alpha.size))
+                half = half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
+                inside.append(abs(alpha.mean() - true) <= half)
+                halves.append(half / true)
+    assert np.mean(inside) > 0.89
+    assert np.quantile(halves, 0.98) < 0.5
+    assert np.median(halves) < 0.2
+
+
 def test_what_repeats_show_goes_before_what_the_config_states():
     same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
     found = spread_of_beds([same], (0.005, 0.0))[0]
