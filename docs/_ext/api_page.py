@@ -6,7 +6,15 @@ import inspect
 import re
 
 GROUPS = {
-    "Campaigns and results": ("open", "Results", "Medium", "check", "run"),
+    "Campaigns and results": (
+        "open",
+        "Results",
+        "Medium",
+        "check",
+        "run",
+        "compare_media",
+        "Comparison",
+    ),
     "Media": (
         "published_medium",
         "Profile",

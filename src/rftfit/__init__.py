@@ -13,6 +13,7 @@ from rftfit.version import __version__ as __version__
 os.environ.setdefault("NUMBA_CACHE_DIR", "")
 
 __all__ = [
+    "Comparison",
     "DepthOnlyProfile",
     "FourierProfile",
     "Map",
@@ -33,6 +34,7 @@ __all__ = [
     "arc",
     "beyond_measured",
     "check",
+    "compare_media",
     "estimate_map",
     "fit_slope",
     "model_leg",
@@ -58,6 +60,8 @@ __all__ = [
 
 _FOUND_IN = {
     "api": ("check", "fit_slope", "read_log", "run", "simulate"),
+    "compare.contrast": ("Comparison",),
+    "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
     "model.mesh": ("Mesh", "Motion3D"),
     "model.motion": ("Motion", "path", "rotation"),
@@ -88,6 +92,8 @@ _INSIDE = {"open": "open_results", "published_reference": "published", "publishe
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rftfit.api import check, fit_slope, read_log, run, simulate
+    from rftfit.compare.contrast import Comparison
+    from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
     from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation

@@ -9,6 +9,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from rftfit.cli.check import check
+from rftfit.cli.compare import compare
 from rftfit.cli.diff import diff
 from rftfit.cli.example import example
 from rftfit.cli.exit_codes import MEANINGS
@@ -58,6 +59,7 @@ _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
     ),
     (verify, "verify results/coefficients.csv"),
     (diff, "diff results_before results"),
+    (compare, "compare poppy_LP poppy_CP --figure compared.pdf"),
     (example, "example cmu-sand"),
     (scale, "scale --alpha 0.9 --se 0.02 --output sand.csv"),
     (plan, "plan --leg c_leg --pushes field.csv --pairs"),

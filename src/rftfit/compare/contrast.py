@@ -1,0 +1,696 @@
+"""Whether alpha of two sets of runs differs in size or in shape, from single runs in common directions.
+
+A run is y = s T (1 + bed) + patches + own error, with T the alpha of its direction and s its set's size. The contrast of a
+direction is the mean of B over the ratio of sizes minus the mean of A. The ratio makes the weighted squares of all contrasts
+least, and what is left tells a difference of shape. Weights come from the scatter of repeats, in proportion to alpha with a
+floor, so that weak directions do not dominate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
+from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
+
+LEVEL, POWER = 0.05, 0.80
+"""Level of the two tests, and the probability with which the least differences stated are detected."""
+
+PRIOR_DOF = 4.0
+PRIOR_ALONG, PRIOR_ACROSS = 0.06, 0.04
+"""Scatter of single runs before any repeat is seen, relative to alpha, worth `PRIOR_DOF` repeats: beds poured
+by hand differ by 5 % as a whole, and by 3 to 4 % from patch to patch."""
+
+_FLOORS = (0.1, 0.05, 0.2, 0.4)
+"""Weak directions scatter as if alpha were larger by this share of the largest alpha; the most likely one is taken."""
+
+_SCATTERS = np.exp(np.linspace(math.log(0.002), math.log(1.5), 400))
+"""Relative scatters whose likelihood is compared."""
+
+_WIDEST = math.log(1000.0)
+"""Sizes may differ by this logarithm; farther apart one medium has no force."""
+
+_SAME_WINDOW = 0.1
+"""Deepest samples may differ by this share before a note says so."""
+
+
+@dataclass(frozen=True)
+class RunSet:
+    """Plate runs of one medium, and the errors that all of them share.
+
+    `runs`: as ``results/fits/<medium>.csv``. `surface_cm`: standard deviation of the free surface, common to all
+    runs. `turn_deg`: of the mount. `rod_percent`: of the bed that rods were pushed into. `campaign`, `medium`: runs of the
+    same campaign share the mount and the tares; those of the same medium of it the bed of the rods, too.
+    """
+
+    name: str
+    runs: pd.DataFrame
+    surface_cm: float = 0.0
+    turn_deg: float = 0.0
+    rod_percent: float = 0.0
+    campaign: str = ""
+    medium: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far alpha of B differs from alpha of A: made by `compare_media`.
+
+    Parameters
+    ----------
+    a, b : str
+        Names of the two media.
+    ratio, ratio_lo, ratio_hi : float
+        Size of B over size of A with its interval.
+    size_p : float
+        p value of "same size".
+    shape_percent, shape_lo_percent, shape_hi_percent : float
+        Root mean square difference of alpha after the ratio is taken out, in percent of the root mean square of
+        alpha; NaN where no direction is common.
+    shape_p : float
+        p value of "same shape".
+    least_ratio, least_shape_percent : float
+        Differences that this design detects with a probability of 80 % (on the level 0.05).
+    directions : pandas.DataFrame
+        The common directions, those that differ most first.
+    runs_a, runs_b : int
+        Runs in the common directions.
+    repeats : float
+        Degrees of freedom of the repeats behind the scatter; 0: it is assumed.
+    scatter_along, scatter_across : float
+        Scatter of single runs along and across the force, relative to alpha.
+    explained_by : float
+        Scatter along the force that would explain the whole difference of shape.
+    notes : tuple of str
+        What a reader of the numbers must know.
+    confidence : float
+        Level of the intervals.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> found = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
+    >>> found.ratio, found.size_p, found.shape_p  # doctest: +SKIP
+    """
+
+    a: str
+    b: str
+    ratio: float
+    ratio_lo: float
+    ratio_hi: float
+    size_p: float
+    shape_percent: float = math.nan
+    shape_lo_percent: float = math.nan
+    shape_hi_percent: float = math.nan
+    shape_p: float = math.nan
+    least_ratio: float = math.nan
+    least_shape_percent: float = math.nan
+    directions: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)
+    runs_a: int = 0
+    runs_b: int = 0
+    repeats: float = 0.0
+    scatter_along: float = math.nan
+    scatter_across: float = math.nan
+    explained_by: float = math.nan
+    notes: tuple[str, ...] = ()
+    confidence: float = 0.95
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one plain sentence."""
+        size, shape = self.size_p < LEVEL, self.shape_p < LEVEL
+        if math.isnan(self.shape_p):
+            answer = _SIZE_ALONE[size]
+        elif not self.repeats:
+            answer = _WITHOUT_REPEATS[size, shape]
+        else:
+            answer = _ANSWERS[size, shape]
+        return answer.format(
+            a=self.a,
+            b=self.b,
+            ratio=f"{self.ratio:.3g}",
+            interval=f"{self.ratio_lo:.3g} to {self.ratio_hi:.3g}",
+            shape=f"{self.shape_percent:.2g} %",
+            shapes=f"{self.shape_lo_percent:.2g} to {self.shape_hi_percent:.2g} %",
+            least=f"{self.least_ratio:.3g}",
+            least_shape=f"{self.least_shape_percent:.2g} %",
+            scatter=f"{100 * self.explained_by:.2g} %",
+        )
+
+
+_ANSWERS = {
+    (
+        False,
+        False,
+    ): "No difference between {a} and {b} is seen: ratio of sizes {ratio} ({interval}). A ratio of {least} or a "
+    "difference of shape of {least_shape} would be detected in 8 of 10 such comparisons.",
+    (
+        True,
+        False,
+    ): "{b} is {ratio} times as strong as {a} ({interval}). No difference of shape is seen; one of {least_shape} "
+    "would be detected in 8 of 10 such comparisons.",
+    (
+        False,
+        True,
+    ): "{b} is on average as strong as {a} (ratio {ratio}, {interval}), but has another shape: alpha differs by "
+    "{shape} rms ({shapes}).",
+    (
+        True,
+        True,
+    ): "{b} is {ratio} times as strong as {a} ({interval}) and has another shape: alpha differs by {shape} rms "
+    "({shapes}) after the ratio is taken out.",
+}
+_ONLY_IF = ", if single runs of one direction scatter by less than {scatter}"
+_WITHOUT_REPEATS = {
+    (False, False): _ANSWERS[False, False],
+    (True, False): _ANSWERS[True, False],
+    (False, True): _ANSWERS[False, True].removesuffix(".") + _ONLY_IF + ".",
+    (True, True): _ANSWERS[True, True].removesuffix(".") + _ONLY_IF + ".",
+}
+_SIZE_ALONE = {
+    False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without a common direction "
+    "their shapes cannot be compared.",
+    True: "{b} is {ratio} times as strong as {a} by their maps ({interval}); without a common direction their shapes "
+    "cannot be compared.",
+}
+
+
+class NoCommonDirection(InputError):
+    """No direction has runs on both sides."""
+
+
+def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparison:
+    """Compare two media by their runs in common directions.
+
+    Raises `NoCommonDirection`, or `InputError` if the forces are opposite.
+    """
+    means_a, means_b, angles = _pair(a, b)
+    scatter = _fit_scatter((means_a, means_b))
+    contrast = _Contrast(means_a, means_b, scatter)
+    ratio = contrast.find_ratio()
+    size = contrast.test_size(ratio)
+    shape = contrast.test_shape(ratio)
+    half = _student(1 - (1 - confidence) / 2, size.dof) * size.se
+    low, high, middle = (
+        shape.rms(chance) for chance in (1 - (1 - confidence) / 2, (1 - confidence) / 2, 0.5)
+    )
+    seen = (_student(1 - LEVEL / 2, size.dof) + _student(POWER, size.dof)) * size.se
+    return Comparison(
+        a=a.name,
+        b=b.name,
+        ratio=ratio,
+        ratio_lo=ratio * math.exp(-half),
+        ratio_hi=ratio * math.exp(half),
+        size_p=_student_p(math.log(ratio) / size.se, size.dof),
+        shape_percent=100 * middle,
+        shape_lo_percent=100 * low,
+        shape_hi_percent=100 * high,
+        shape_p=_f_p(shape.squares / shape.k, shape.k, shape.dof),
+        least_ratio=math.exp(seen),
+        least_shape_percent=100 * shape.least_rms(),
+        directions=contrast.table(ratio, angles, confidence),
+        runs_a=int(means_a.n.sum()),
+        runs_b=int(means_b.n.sum()),
+        repeats=scatter.repeats,
+        scatter_along=scatter.along,
+        scatter_across=scatter.across,
+        explained_by=scatter.along * math.sqrt(max(shape.squares / shape.k, 1.0)),
+        notes=tuple(_notes(a, b, means_a, means_b, scatter)),
+        confidence=confidence,
+    )
+
+
+def _notes(a: RunSet, b: RunSet, of_a: _Means, of_b: _Means, scatter: _Scatter) -> Iterator[str]:
+    """Yield what limits the comparison."""
+    if not scatter.repeats:
+        yield (
+            f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
+            f"the force and {100 * PRIOR_ACROSS:g} % across"
+        )
+    elif scatter.repeats < 2 * PRIOR_DOF:
+        yield f"only {scatter.repeats:g} degrees of freedom show the scatter of single runs"
+    by_side = [side.along / side.level(scatter.floor) for side in (of_a, of_b)]
+    dof = [float((side.n - 1).sum()) for side in (of_a, of_b)]
+    if min(dof) >= PRIOR_DOF:
+        shown = [float(s.sum()) / n for s, n in zip(by_side, dof, strict=True)]
+        p = 2 * min(
+            _f_p(shown[1] / shown[0], dof[1], dof[0]), _f_p(shown[0] / shown[1], dof[0], dof[1])
+        )
+        if p < LEVEL / 5:
+            yield (
+                f"runs of {a.name} scatter by {100 * math.sqrt(shown[0]):.2g} %, those of {b.name} by "
+                f"{100 * math.sqrt(shown[1]):.2g} %; the tests take both alike"
+            )
+    deepest = [_number(side.runs, "depth_to_cm").max() for side in (a, b)]
+    if all(math.isfinite(depth) and depth > 0 for depth in deepest):
+        apart = abs(math.log(deepest[1] / deepest[0]))
+        if apart > _SAME_WINDOW:
+            yield (
+                f"fitted to {deepest[0]:.3g} cm in {a.name} and to {deepest[1]:.3g} cm in {b.name}: where stress is no "
+                "line, this alone makes them differ"
+            )
+
+
+# --- Directions
+
+
+@dataclass(frozen=True)
+class _Means:
+    """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
+
+    `own`: variance of the mean that the runs' logs show. `own_run`: of a single run, mean of both components. `along`,
+    `across`: squares of the runs about their mean, summed. `across_known`: whether x was measured.
+    `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
+    """
+
+    mean: FloatArray
+    n: FloatArray
+    own: FloatArray
+    own_run: FloatArray
+    along: FloatArray
+    across: FloatArray
+    across_known: npt.NDArray[np.bool_]
+    largest: float
+    common: Mapping[tuple[str, ...], FloatArray]
+
+    @property
+    def unit(self) -> FloatArray:
+        """Direction of the force, shape (n, 2)."""
+        return np.asarray(self.mean / np.maximum(np.hypot(*self.mean.T), 1e-30)[:, None])
+
+    def level(self, floor: float) -> FloatArray:
+        """Square of alpha that the scatter is in proportion to, shape (n,)."""
+        return np.asarray((self.mean**2).sum(axis=1) + (floor * self.largest) ** 2)
+
+
+def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
+    """Means of both media in their common directions, and these: beta, gamma, depth of level runs; shape (3, n)."""
+    usable = [side.runs[np.isfinite(_number(side.runs, column("z")))] for side in (a, b)]
+    angles = [
+        np.stack([_number(runs, f"{name}_deg") for name in ("beta", "gamma")]) for runs in usable
+    ]
+    depths = [_number(runs, "depth_from_cm") for runs in usable]
+    both, depth = np.concatenate(angles, axis=1), np.concatenate(depths)
+    near = np.abs((both[0] - both[0][:, None] + 90) % 180 - 90) <= SAME_DIRECTION_DEG
+    near &= np.abs(both[1] - both[1][:, None]) <= SAME_DIRECTION_DEG
+    level = (both[1] == 0) & np.isfinite(depth)
+    near &= ~level[:, None] | (np.abs(depth - depth[:, None]) <= SAME_DEPTH_CM)
+    number = near.argmax(axis=1)
+    split = len(usable[0])
+    common = np.intersect1d(number[:split], number[split:])
+    if not common.size:
+        raise NoCommonDirection(
+            f"{a.name} and {b.name} have no common direction: {_describe_directions(angles[0])} and "
+            f"{_describe_directions(angles[1])} (beta, gamma in degrees, within {SAME_DIRECTION_DEG:g})"
+        )
+    # x counts where all runs of a direction have it, on both sides
+    x = np.concatenate([_number(runs, column("x")) for runs in usable])
+    x_known = np.array([np.isfinite(x[number == cell]).all() for cell in common])
+    parts = number[:split], number[split:]
+    means = [
+        _mean_of(side, runs, part, common, x_known)
+        for side, runs, part in zip((a, b), usable, parts, strict=True)
+    ]
+    place = np.array([int((number == cell).argmax()) for cell in common])
+    at = np.where(level[place], depth[place], math.nan)
+    return means[0], means[1], np.vstack([both[:, place], at])
+
+
+def _describe_directions(angles: FloatArray) -> str:
+    """List the first directions of a medium."""
+    each = sorted({(round(float(beta), 1), round(float(gamma), 1)) for beta, gamma in angles.T})
+    listed = ", ".join(f"({beta:g}, {gamma:g})" for beta, gamma in each[:4])
+    return listed + (f" and {len(each) - 4} more" if len(each) > 4 else "") or "none"
+
+
+def _number(runs: pd.DataFrame, name: str) -> FloatArray:
+    """Column of the runs; NaN where it is absent."""
+    return pd.to_numeric(runs.get(name, pd.Series(math.nan, runs.index))).to_numpy(float)
+
+
+def _error(runs: pd.DataFrame, quantity: str) -> FloatArray:
+    """An error of alpha of the runs, z and x, shape (runs, 2); 0 where it is not stated."""
+    parts = [_number(runs, column(c, f"_{quantity}")) for c in "zx"]
+    return np.nan_to_num(np.stack(parts, axis=1))
+
+
+def _mean_of(
+    side: RunSet,
+    runs: pd.DataFrame,
+    number: npt.NDArray[np.intp],
+    common: npt.NDArray[np.intp],
+    x_known: npt.NDArray[np.bool_],
+) -> _Means:
+    share = (number == common[:, None]).astype(float)
+    n = share.sum(axis=1)
+    share /= n[:, None]
+    alpha = np.nan_to_num(np.stack([_number(runs, column(c)) for c in "zx"], axis=1))
+    mean = share @ alpha
+    mean[:, 1] *= x_known
+    startup, tare, curvature = (_error(runs, name) for name in ("startup", "tare", "curvature"))
+    # the curvature is alike in runs over the same depths; the tare is shared and counted below
+    own = np.maximum(_error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2, 0.0)
+    unit = mean / np.maximum(np.hypot(*mean.T), 1e-30)[:, None]
+    across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    off = alpha[None] - mean[:, None]
+    inside = share > 0
+    squares = [
+        np.where(inside, np.einsum("crk,ck->cr", off, way) ** 2, 0.0).sum(axis=1)
+        for way in (unit, across)
+    ]
+    turned = np.where(np.nan_to_num(_number(runs, "mirrored")) != 0, -1.0, 1.0)[:, None]
+    effects: dict[tuple[str, ...], FloatArray] = {
+        (side.name, side.campaign, "surface"): share
+        @ (alpha * np.nan_to_num(_number(runs, "lever_per_cm"))[:, None] * side.surface_cm),
+        (side.campaign or side.name, "turn"): share
+        @ (np.stack([-alpha[:, 1], alpha[:, 0]], axis=1) * turned * math.radians(side.turn_deg)),
+        (side.campaign or side.name, side.medium, "rod"): share
+        @ (_error(runs, "rod") * side.rod_percent / 100),
+    }
+    tares = runs.get("tare_run", pd.Series("", runs.index)).fillna("").astype(str).to_numpy()
+    signed = tare * np.where([False, True], turned, 1.0)
+    for name in dict.fromkeys(tares):
+        of_tare = share @ (signed * (tares == name)[:, None])
+        for place, c in enumerate("zx"):
+            effects[side.campaign or side.name, "tare", name, c] = of_tare * (np.arange(2) == place)
+    return _Means(
+        mean=mean,
+        n=n,
+        own=(share**2) @ own + share @ startup**2,
+        own_run=share @ own.mean(axis=1),
+        along=squares[0],
+        across=squares[1] * x_known,
+        across_known=x_known,
+        largest=float(np.hypot(*mean.T).max()),
+        common={name: moved for name, moved in effects.items() if moved.any()},
+    )
+
+
+# --- Scatter of single runs
+
+
+@dataclass(frozen=True)
+class _Scatter:
+    """Scatter of single runs, relative to alpha; `repeats`: degrees of freedom that show it, beside the prior."""
+
+    along: float
+    across: float
+    floor: float
+    repeats: float
+
+    @property
+    def dof(self) -> float:
+        """Degrees of freedom of each of the two variances."""
+        return self.repeats + PRIOR_DOF
+
+
+def _fit_scatter(sides: tuple[_Means, _Means]) -> _Scatter:
+    """Most likely scatter of single runs about the mean of their direction, with the prior."""
+    dof = np.concatenate([side.n - 1 for side in sides])
+    own = np.concatenate([side.own_run for side in sides])
+    known = np.concatenate([side.across_known for side in sides])
+    best = (-math.inf, math.nan, math.nan, math.nan)
+    for floor in _FLOORS:
+        level = np.concatenate([side.level(floor) for side in sides])
+        total, sizes = 0.0, []
+        for name, usual, counted in (
+            ("along", PRIOR_ALONG, dof),
+            ("across", PRIOR_ACROSS, dof * known),
+        ):
+            squares = np.concatenate([getattr(side, name) for side in sides])
+            variance = _SCATTERS[:, None] ** 2 * level + own
+            likelihood = -0.5 * (counted * np.log(variance) + squares / variance).sum(axis=1)
+            likelihood -= PRIOR_DOF * (np.log(_SCATTERS) + 0.5 * (usual / _SCATTERS) ** 2)
+            total += float(likelihood.max())
+            sizes.append(float(_SCATTERS[likelihood.argmax()]))
+        if total > best[0]:
+            best = (total, sizes[0], sizes[1], floor)
+    return _Scatter(best[1], best[2], best[3], float(dof.sum()))
+
+
+# --- Both media together
+
+
+@dataclass(frozen=True)
+class _SizeTest:
+    """Standard error of the logarithm of the ratio, and its degrees of freedom."""
+
+    se: float
+    dof: float
+
+
+@dataclass(frozen=True)
+class _ShapeTest:
+    """Weighted squares of the contrast and their number `k`; degrees of freedom of the scatter.
+
+    The weights tell best whether the shapes differ. By how much is a plain mean square, relative to that of alpha: `plain`;
+    by chance it is `unit` times chi squared with `plain_k` degrees of freedom, about.
+    """
+
+    squares: float
+    k: float
+    dof: float
+    plain: float
+    plain_k: float
+    unit: float
+
+    def rms(self, chance: float) -> float:
+        """Root mean square difference at which so large a mean square, or a smaller one, has this chance."""
+        from scipy.special import fdtri
+
+        squares = self.plain / self.unit
+        if chance < 0.5:
+            # contrasts that are small by luck do not bound the difference better than usual ones
+            squares = max(squares, self.plain_k * float(fdtri(self.plain_k, self.dof, 0.5)))
+        size = _invert(
+            lambda size: _noncentral_f(squares, self.plain_k, self.dof, size), chance, squares
+        )
+        return math.sqrt(size * self.unit)
+
+    def least_rms(self) -> float:
+        """Least difference that is detected with the probability `POWER`."""
+        from scipy.special import fdtri
+
+        limit = float(fdtri(self.k, self.dof, 1 - LEVEL)) * self.k
+        least = _invert(lambda size: _noncentral_f(limit, self.k, self.dof, size), 1 - POWER)
+        return math.sqrt(least * self.unit * self.plain_k / self.k)
+
+
+class _Contrast:
+    """Alpha of B over the ratio of sizes minus alpha of A, with its covariance."""
+
+    def __init__(self, a: _Means, b: _Means, scatter: _Scatter) -> None:
+        self.a, self.b, self.scatter = a, b, scatter
+        self.known = np.concatenate([np.ones(a.n.size, dtype=bool), a.across_known])
+        self._blocks = [self._block(side) for side in (a, b)]
+
+    def _block(self, side: _Means) -> FloatArray:
+        """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
+        unit = side.unit
+        across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+        spread = self.scatter.along**2 * np.einsum("ci,cj->cij", unit, unit)
+        spread += self.scatter.across**2 * np.einsum("ci,cj->cij", across, across)
+        spread *= (side.level(self.scatter.floor) / side.n)[:, None, None]
+        return np.asarray(spread + side.own[:, :, None] * np.eye(2))
+
+    def _flat(self, values: FloatArray) -> FloatArray:
+        """Components that both media have: those of z, then those of x; from shape (n, 2)."""
+        return np.asarray(values.T.ravel()[self.known])
+
+    def difference(self, ratio: float) -> FloatArray:
+        """Contrast, shape (k + 1,)."""
+        return self._flat(self.b.mean / ratio - self.a.mean)
+
+    def _of_runs(self, ratio: float) -> FloatArray:
+        """Covariance of the contrast by what runs do not share."""
+        blocks = self._blocks[0] + self._blocks[1] / ratio**2
+        n = len(blocks)
+        whole = np.zeros((2, n, 2, n))
+        each = np.arange(n)
+        whole[:, each, :, each] = blocks
+        return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.known, self.known)])
+
+    def _common(self, ratio: float) -> FloatArray:
+        """Changes of the contrast by shared errors, shape (k + 1, errors)."""
+        nothing = np.zeros_like(self.a.mean)
+        names = dict.fromkeys([*self.a.common, *self.b.common])
+        moved = [
+            self._flat(self.b.common.get(name, nothing) / ratio - self.a.common.get(name, nothing))
+            for name in names
+        ]
+        return np.stack(moved, axis=1) if moved else np.zeros((int(self.known.sum()), 0))
+
+    def covariance(self, ratio: float) -> FloatArray:
+        """Covariance of the contrast by all errors."""
+        common = self._common(ratio)
+        return np.asarray(self._of_runs(ratio) + common @ common.T)
+
+    def squares(self, ratio: float) -> float:
+        """Weighted squares of the contrast: chi squared where the shapes are the same."""
+        off = self.difference(ratio)
+        return float(off @ np.linalg.solve(self.covariance(ratio), off))
+
+    def find_ratio(self) -> float:
+        """Ratio of sizes with the least weighted squares; A against B gives its inverse."""
+        from scipy.optimize import minimize_scalar
+
+        product = float((self.a.mean * self.b.mean).sum())
+        if not product > 0:
+            raise InputError(
+                "the forces of A and B are opposite in their common directions: look at the axes of both"
+            )
+        lengths = [math.sqrt(float((side.mean**2).sum())) for side in (self.a, self.b)]
+        first = math.log(lengths[1] / lengths[0])
+        if abs(first) > _WIDEST:
+            raise InputError("one of A and B has no force in the common directions")
+        found = minimize_scalar(
+            lambda size: self.squares(math.exp(size)),
+            bounds=(first - 1, first + 1),
+            method="bounded",
+            options={"xatol": 1e-6},
+        )
+        return math.exp(float(found.x))
+
+    def mean(self, ratio: float) -> FloatArray:
+        """Alpha that both have, in the size of A, shape (n, 2)."""
+        weight = (self.a.n / (self.a.n + self.b.n))[:, None]
+        return np.asarray(weight * self.a.mean + (1 - weight) * self.b.mean / ratio)
+
+    def test_size(self, ratio: float) -> _SizeTest:
+        """Error of the ratio: runs by their repeats and by the contrast itself, and the shared errors."""
+        towards = self._flat(self.mean(ratio))
+        weight = np.linalg.solve(self.covariance(ratio), towards)
+        weight /= weight @ towards
+        of_runs = float(weight @ self._of_runs(ratio) @ weight)
+        shared = float(((weight @ self._common(ratio)) ** 2).sum())
+        # what is left along the force shows the scatter as well, and a difference of shape widens the interval
+        unit = self.mean(ratio)
+        unit = unit / np.maximum(np.hypot(*unit.T), 1e-30)[:, None]
+        blocks = self._blocks[0] + self._blocks[1] / ratio**2
+        off = ((self.b.mean / ratio - self.a.mean) * unit).sum(axis=1)
+        squares = float((off**2 / np.einsum("ci,cij,cj->c", unit, blocks, unit)).sum())
+        dof = self.scatter.dof + off.size - 1
+        of_runs *= (self.scatter.dof + squares) / dof
+        variance = of_runs + shared
+        return _SizeTest(math.sqrt(variance), dof * (variance / of_runs) ** 2)
+
+    def test_shape(self, ratio: float) -> _ShapeTest:
+        """Squares of the contrast, which are larger than by chance where the shapes differ."""
+        k = max(float(self.known.sum()) - 1, 1.0)
+        mean = self._flat(self.mean(ratio))
+        alpha = float(mean @ mean)
+        without_size = np.eye(mean.size) - np.outer(mean, mean) / alpha
+        off = without_size @ self.difference(ratio)
+        covariance = without_size @ self.covariance(ratio) @ without_size / alpha
+        trace, of_square = float(np.trace(covariance)), float((covariance**2).sum())
+        return _ShapeTest(
+            squares=self.squares(ratio),
+            k=k,
+            dof=self.scatter.dof,
+            plain=float(off @ off) / alpha,
+            plain_k=trace**2 / of_square,
+            unit=of_square / trace,
+        )
+
+    def table(self, ratio: float, angles: FloatArray, confidence: float) -> pd.DataFrame:
+        """Each direction with both alphas, the difference, and the ratio of B to A along the force.
+
+        Intervals of alpha and of the ratio are of one direction; those of the differences hold all together. `p`: of no
+        difference in this direction, times the number of directions.
+        """
+        dof, n = self.scatter.dof, self.a.n.size
+        alone = _student(1 - (1 - confidence) / 2, dof)
+        together = _student(1 - (1 - confidence) / 2 / self.known.sum(), dof)
+        covariance = np.zeros((2 * n, 2 * n))
+        covariance[np.ix_(self.known, self.known)] = self.covariance(ratio)
+        covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
+        off = self.b.mean / ratio - self.a.mean
+        columns: dict[str, object] = {
+            "beta_deg": angles[0],
+            "gamma_deg": angles[1],
+            "depth_cm": angles[2],
+            "runs_a": self.a.n.astype(int),
+            "runs_b": self.b.n.astype(int),
+        }
+        sides = zip("ab", (self.a, self.b), self._blocks, strict=True)
+        x_missing = np.where(self.a.across_known, 0.0, math.nan)
+        for name, side, block in sides:
+            for place, c in enumerate("zx"):
+                value = side.mean[:, place] + place * x_missing
+                half = alone * np.sqrt(block[:, place, place])
+                columns |= {
+                    f"alpha_{c}_{name}_N_per_cm3": value,
+                    f"alpha_{c}_{name}_lo_N_per_cm3": value - half,
+                    f"alpha_{c}_{name}_hi_N_per_cm3": value + half,
+                }
+        for place, c in enumerate("zx"):
+            value = off[:, place] + place * x_missing
+            half = together * np.sqrt(covariance[:, place, place])
+            columns |= {
+                f"difference_{c}_N_per_cm3": value,
+                f"difference_{c}_lo_N_per_cm3": value - half,
+                f"difference_{c}_hi_N_per_cm3": value + half,
+            }
+        mean = self.mean(ratio)
+        length = np.maximum(np.hypot(*mean.T), 1e-30)
+        unit = mean / length[:, None]
+        by_direction = ratio * (1 + (off * unit).sum(axis=1) / length)
+        half = alone * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
+        clear = half < ratio
+        for end, value in (("", by_direction), ("_lo", by_direction - half)):
+            columns[f"ratio{end}"] = np.where(clear, value, math.nan)
+        columns["ratio_hi"] = np.where(clear, by_direction + half, math.nan)
+        squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
+        count = 1.0 + self.a.across_known
+        chances = [_f_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
+        columns["p"] = np.minimum(np.array(chances) * n, 1.0)
+        order = np.argsort(-squares / count, kind="stable")
+        return pd.DataFrame(columns).iloc[order].reset_index(drop=True)
+
+
+# --- Distributions; scipy.special, as scipy.stats takes ten times as long to import
+
+
+def _student(chance: float, dof: float) -> float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(dof, chance))
+
+
+def _student_p(times: float, dof: float) -> float:
+    from scipy.special import stdtr
+
+    return float(2 * stdtr(dof, -abs(times)))
+
+
+def _f_p(ratio: float, k: float, dof: float) -> float:
+    from scipy.special import fdtrc
+
+    return float(fdtrc(k, dof, ratio))
+
+
+def _noncentral_f(squares: float, k: float, dof: float, noncentrality: float) -> float:
+    """Probability of weighted squares up to this (Patnaik, Biometrika 36, 202, 1949)."""
+    from scipy.special import fdtr
+
+    freedom = (k + noncentrality) ** 2 / (k + 2 * noncentrality)
+    return float(fdtr(freedom, dof, squares / (k + noncentrality)))
+
+
+def _invert(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:
+    """Where a falling function of a number that is not below 0 has a value; 0 where it is below it already."""
+    from scipy.optimize import brentq
+
+    if falling(0.0) <= chance:
+        return 0.0
+    high = max(first, 1.0)
+    while falling(high) > chance:
+        high *= 2
+    return float(brentq(lambda size: falling(size) - chance, 0.0, high, xtol=1e-9 * high))

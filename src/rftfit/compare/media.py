@@ -1,0 +1,207 @@
+"""Two media, sessions or campaigns beside each other: which runs are meant, and whether they differ."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from rftfit import reference
+from rftfit.campaign.problems import choose
+from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
+from rftfit.errors import InputError
+from rftfit.measure.errors import errors_of
+from rftfit.measure.flags import say
+from rftfit.model.profiles import TableProfile
+from rftfit.model.shapes import Map
+from rftfit.results import Medium, Results, config_of, open_results
+
+
+def compare_media(
+    a: str | Path | Medium, b: str | Path | Medium, confidence: float = 0.95
+) -> Comparison:
+    """Tell whether two media, two sessions or two folders of results differ, in size and in shape.
+
+    Single runs in common directions are compared; without a common direction the sizes of the two maps.
+
+    Parameters
+    ----------
+    a, b : str, Path or Medium
+        A medium of the campaign in the current folder, ``FOLDER:MEDIUM`` of another one, ``FOLDER`` if it has one
+        medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet.
+    confidence : float, optional
+        Level of the intervals.
+
+    Returns
+    -------
+    Comparison
+        Ratio of sizes B/A and difference of shape with intervals and p values, the least differences that would have
+        been detected, and the directions.
+
+    Raises
+    ------
+    InputError
+        If there is no such medium, both are the same runs, or their forces are opposite.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> found = rftfit.compare_media("poppy_LP@monday", "poppy_LP@friday")  # doctest: +SKIP
+    >>> print(found.sentence)  # doctest: +SKIP
+    """
+    opened: dict[Path, Results] = {}
+    sides = [_find_side(given, opened) for given in (a, b)]
+    first, second = sides
+    if first.campaign == second.campaign:
+        shared = set(first.fits["run_id"]) & set(second.fits["run_id"])
+        if shared:
+            raise InputError(f"A and B share {len(shared)} runs; allowed: two sets of runs")
+    if first.name == second.name:
+        sides = [
+            replace(side, name=f"{Path(side.campaign).name}:{side.name}")
+            for side in (first, second)
+        ]
+    try:
+        found = compare_run_sets(sides[0].make_run_set(), sides[1].make_run_set(), confidence)
+    except NoCommonDirection as error:
+        if any(side.label for side in sides):
+            raise
+        found = _compare_maps(sides[0], sides[1], confidence, str(error))
+    marks = [
+        f"{side.name} is {say(marks)}"
+        for side in sides
+        if (marks := side.medium.results.marks.get(side.medium.name, []))
+    ]
+    return replace(found, notes=(*marks, *found.notes))
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A medium, or its runs of one session; `label`: of the session, empty for all runs."""
+
+    name: str
+    medium: Medium
+    label: str = ""
+
+    @property
+    def campaign(self) -> str:
+        """Folder of the campaign."""
+        return str(self.medium.results.root.resolve())
+
+    @property
+    def fits(self) -> pd.DataFrame:
+        """Fits of the runs that are compared."""
+        fits = self.medium.fits
+        if not self.label:
+            return fits
+        runs = self.medium.results.campaign.runs_of(self.medium.name)
+        labels = pd.Series({run.run_id: run.session for run in runs}, dtype=object)
+        return with_label(fits, labels, self.label)
+
+    def make_run_set(self) -> RunSet:
+        """Runs with the errors that all of them share."""
+        # the surface of all runs of a medium is better known than that of a session
+        errors, surface = errors_of(self.medium.fits, self.medium.results.config)
+        return RunSet(
+            self.name,
+            self.fits,
+            surface.session,
+            errors.turn_deg,
+            errors.tare_percent,
+            self.campaign,
+            self.medium.name,
+        )
+
+
+def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.DataFrame:
+    """Runs with a label; `labels`: by run_id."""
+    of_runs = fits["run_id"].map(labels).fillna("")
+    choose("session", label, sorted({*of_runs} - {""}), "labels of the run sheet")
+    return fits[of_runs == label]
+
+
+def _find_side(given: str | Path | Medium, opened: dict[Path, Results]) -> _Side:
+    """Find the medium, and the session, that a word means."""
+    if isinstance(given, Medium):
+        return _Side(given.name, given)
+    text = str(given)
+    place, at, label = text, "", ""
+    if not Path(text).is_dir() and "@" in text:
+        place, at, label = text.rpartition("@")
+    if at and not label:
+        raise InputError(f"found '{text}'; allowed: a label of the run sheet after '@'")
+    return _Side(text, _find_medium(place, opened), label)
+
+
+def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
+    current = _open_current(opened)
+    if current is not None and place in current.media:
+        return current[place]
+    folder, _, name = place.rpartition(":")
+    if folder and Path(folder).is_dir():
+        other = _open(Path(folder), opened)
+        return other[choose("medium", name, other.media, f"in {folder}")]
+    if Path(place).is_dir():
+        other = _open(Path(place), opened)
+        if len(other.media) == 1:
+            return other[other.media[0]]
+        listed = ", ".join(f"{place}:{medium}" for medium in other.media) or "no medium there"
+        raise InputError(f"{place}: {len(other.media)} media; allowed: {listed}")
+    if current is None:
+        raise InputError(
+            f"found '{place}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, or FOLDER of a campaign "
+            "with one medium"
+        )
+    return current[choose("medium", place, current.media, "or FOLDER:MEDIUM of another campaign")]
+
+
+def _open(folder: Path, opened: dict[Path, Results]) -> Results:
+    """Open a campaign once."""
+    config = config_of(folder).resolve()
+    if config not in opened:
+        opened[config] = open_results(folder)
+    return opened[config]
+
+
+def _open_current(opened: dict[Path, Results]) -> Results | None:
+    """Open the campaign of the current folder, if there is one."""
+    try:
+        config_of(".")
+    except InputError:
+        return None
+    return _open(Path(), opened)
+
+
+def _compare_maps(a: _Side, b: _Side, confidence: float, why: str) -> Comparison:
+    """Compare the sizes of two maps, where no direction is common."""
+    from scipy.special import ndtr, ndtri
+
+    sizes = [_size_of_map(side.medium.map()) for side in (a, b)]
+    # the draws of both begin with the same random numbers, so they are not subtracted one by one
+    error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
+    middle = float(sizes[1].mean() - sizes[0].mean())
+    half = float(ndtri(0.5 + confidence / 2)) * error
+    return Comparison(
+        a=a.name,
+        b=b.name,
+        ratio=math.exp(middle),
+        ratio_lo=math.exp(middle - half),
+        ratio_hi=math.exp(middle + half),
+        size_p=float(2 * ndtr(-abs(middle) / error)),
+        least_ratio=math.exp(float(ndtri(0.975) + ndtri(0.8)) * error),
+        notes=(f"{why}; the sizes are those of the maps",),
+        confidence=confidence,
+    )
+
+
+def _size_of_map(estimated: Map) -> np.ndarray:
+    """Logarithm of the root mean square of alpha over the published directions, by draw."""
+    beta, gamma = np.meshgrid(np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG))
+    draws = TableProfile(
+        estimated.draws[:, 0], estimated.draws[:, 1], estimated.beta, estimated.gamma
+    )
+    alpha = np.stack(draws.alpha(beta.ravel(), gamma.ravel()))
+    return np.asarray(0.5 * np.log((alpha**2).mean(axis=(0, -1))))

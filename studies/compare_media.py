@@ -1,0 +1,178 @@
+"""How often `rftfit compare` tells two sessions, two sizes and two shapes apart.
+
+``python studies/compare_media.py [PAIRS]`` prints it for several designs. The runs do not come from the program's own models:
+alpha of a published table, beds looser or denser by 5 % as a whole, patches of 3 % in each component, a free surface
+that is off by 0.5 mm from run to run and by 0.5 mm in a session, and noise.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from rftfit import reference
+from rftfit.compare.contrast import Comparison, RunSet, compare_run_sets
+
+if TYPE_CHECKING:
+    from rftfit.conventions import FloatArray
+
+SURFACE_CM, NOISE = 0.05, 0.003
+"""Error of the free surface, of a run and of a session; noise of alpha, relative to its largest."""
+
+DEPTHS_CM = (3.0, 7.0)
+"""Depths that runs reach, by direction: the deeper, the less the surface matters."""
+
+SIZE, SHAPE = 0.08, 0.10
+"""Differences of size and of shape (rms) that the study makes."""
+
+DESIGNS = ((20, 3), (20, 1), (8, 3), (8, 1))
+"""Directions and repeats on each side."""
+
+
+@dataclass(frozen=True)
+class Beds:
+    """Scatter of single runs: of a bed as a whole, and of its patches."""
+
+    bed: float = 0.05
+    patches: float = 0.03
+
+
+def published(medium: str) -> FloatArray:
+    """Angles and alpha of a published table: beta, gamma, z, x; shape (4, 78), each plate once."""
+    z, x = reference.alpha_grid(medium)
+    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
+    table = np.stack([beta, gamma, z, x])[:, 1:]
+    return table.reshape(4, -1)
+
+
+def runs_of(
+    truth: FloatArray, depth: FloatArray, repeats: int, rng: np.random.Generator, beds: Beds
+) -> pd.DataFrame:
+    """Fits of a session: each direction of `truth` (beta, gamma, z, x) pushed several times."""
+    session = rng.normal(0, SURFACE_CM)
+    beta, gamma, z, x = np.repeat(truth, repeats, axis=1)
+    lever = np.repeat(np.where(truth[1] == 0, 1.0, 1.5) / depth, repeats)
+    n = beta.size
+    bed = 1 + rng.normal(0, beds.bed, n)
+    surface = 1 + lever * (session + rng.normal(0, SURFACE_CM, n))
+    noise = NOISE * float(np.hypot(truth[2], truth[3]).max())
+    length = np.hypot(z, x)
+    columns = {
+        "run_id": [f"r{place}" for place in range(n)],
+        "beta_deg": beta,
+        "gamma_deg": gamma,
+        "lever_per_cm": lever,
+    }
+    for name, alpha in (("z", z), ("x", x)):
+        patches = rng.normal(0, beds.patches, n) * length
+        columns[f"alpha_{name}_N_per_cm3"] = (alpha + patches) * bed * surface + rng.normal(
+            0, noise, n
+        )
+        columns[f"alpha_{name}_se_N_per_cm3"] = noise
+    return pd.DataFrame(columns)
+
+
+def other_shape(truth: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
+    """The same directions, with alpha of the same size and another shape: `size` is the rms of the difference."""
+    alpha = truth[2:]
+    # half of them as another medium differs, half by chance in each direction
+    change = rng.standard_normal(alpha.shape) * np.hypot(*alpha)
+    if rng.random() < 0.5:
+        grid = published(str(rng.choice(reference.MEDIA)))
+        places = [
+            int(np.hypot(grid[0] - beta, grid[1] - gamma).argmin()) for beta, gamma in truth[:2].T
+        ]
+        change = grid[2:, places]
+    change = change - alpha * (change * alpha).sum() / (alpha**2).sum()
+    length = float(np.sqrt((change**2).sum()))
+    if length < 1e-9:  # it was the same medium
+        return other_shape(truth, size, rng)
+    return np.vstack([truth[:2], alpha + change * size * np.sqrt((alpha**2).sum()) / length])
+
+
+def compare_pair(
+    seed: int,
+    design: tuple[int, int],
+    ratio: float = 1.0,
+    shape: float = 0.0,
+    beds: Beds | None = None,
+) -> Comparison:
+    """Compare two sessions of one published medium; B is `ratio` times as strong and of another `shape`."""
+    rng = np.random.default_rng(seed)
+    count, repeats = design
+    whole = published(str(rng.choice(reference.MEDIA)))
+    truth = whole[:, rng.permutation(whole.shape[1])[:count]]
+    depth = rng.uniform(*DEPTHS_CM, count)
+    other = other_shape(truth, shape, rng) if shape else truth.copy()
+    other = np.vstack([other[:2], ratio * other[2:]])
+    first, second = (
+        RunSet(name, runs_of(alpha, depth, repeats, rng, beds or Beds()), SURFACE_CM)
+        for name, alpha in (("A", truth), ("B", other))
+    )
+    return compare_run_sets(first, second)
+
+
+def grade(pairs: int, design: tuple[int, int], beds: Beds | None = None) -> dict[str, float]:
+    """Shares, in percent, of pairs by what the comparison says of them."""
+    same = [compare_pair(seed, design, beds=beds) for seed in range(pairs)]
+    larger = [compare_pair(seed, design, 1 + SIZE, beds=beds) for seed in range(pairs)]
+    formed = [compare_pair(seed, design, 1.0, SHAPE, beds=beds) for seed in range(pairs)]
+    covered = [(one.ratio_lo <= 1 <= one.ratio_hi) for one in same]
+    covered_larger = [(one.ratio_lo <= 1 + SIZE <= one.ratio_hi) for one in larger]
+    holds = [one.shape_lo_percent <= 100 * SHAPE <= one.shape_hi_percent for one in formed]
+    return {
+        "size, false": percent(one.size_p < 0.05 for one in same),
+        "shape, false": percent(one.shape_p < 0.05 for one in same),
+        "ratio covered": percent([*covered, *covered_larger]),
+        "8 % of size": percent(one.size_p < 0.05 for one in larger),
+        "10 % of shape": percent(one.shape_p < 0.05 for one in formed),
+        "shape covered": percent(holds),
+        "least ratio": float(np.median([one.least_ratio for one in same])),
+        "least shape": float(np.median([one.least_shape_percent for one in same])),
+    }
+
+
+def percent(true: object) -> float:
+    """Share of what is true."""
+    return 100 * float(np.mean(list(true)))  # type: ignore[call-overload]
+
+
+def compare_published(repeats: int = 3, seed: int = 0) -> pd.DataFrame:
+    """Compare each pair of published media, 20 directions each."""
+    rng = np.random.default_rng(seed)
+    places = rng.permutation(published(reference.MEDIA[0]).shape[1])[:20]
+    depth = rng.uniform(*DEPTHS_CM, places.size)
+    sets = {
+        medium: RunSet(
+            medium, runs_of(published(medium)[:, places], depth, repeats, rng, Beds()), SURFACE_CM
+        )
+        for medium in reference.MEDIA
+    }
+    rows = []
+    for a, b in combinations(sets, 2):
+        found = compare_run_sets(sets[a], sets[b])
+        rows.append((a, b, found.ratio, found.size_p, found.shape_percent, found.shape_p))
+    return pd.DataFrame(rows, columns=["a", "b", "ratio", "size_p", "shape_percent", "shape_p"])
+
+
+def main() -> None:
+    """Print shares for each design, for other beds, and the pairs of published media."""
+    pairs = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    rows = {f"{count} x {repeats}": grade(pairs, (count, repeats)) for count, repeats in DESIGNS}
+    for beds in (Beds(0.03, 0.02), Beds(0.08, 0.05)):
+        name = f"20 x 3, beds {100 * beds.bed:g} %, patches {100 * beds.patches:g} %"
+        rows[name] = grade(pairs, (20, 3), beds)
+        rows[name.replace("x 3", "x 1")] = grade(pairs, (20, 1), beds)
+    print(f"{pairs} pairs of sessions of one published medium; shares in percent")
+    print(pd.DataFrame(rows).T.round(2).to_string())
+    print("\nPairs of published media, 20 directions x 3 repeats")
+    print(compare_published().to_string(index=False, float_format="{:.3g}".format))
+
+
+if __name__ == "__main__":
+    main()
