@@ -198,9 +198,7 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
     half = _student(1 - (1 - confidence) / 2, size.dof) * size.se
-    low, high, middle = (
-        shape.rms(chance) for chance in (1 - (1 - confidence) / 2, (1 - confidence) / 2, 0.5)
-    )
+    low, high = shape.interval(confidence)
     seen = (_student(1 - LEVEL / 2, size.dof) + _student(POWER, size.dof)) * size.se
     return Comparison(
         a=a.name,
@@ -209,7 +207,7 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         ratio_lo=ratio * math.exp(-half),
         ratio_hi=ratio * math.exp(half),
         size_p=_student_p(math.log(ratio) / size.se, size.dof),
-        shape_percent=100 * middle,
+        shape_percent=100 * max(shape.rms(0.5), low),
         shape_lo_percent=100 * low,
         shape_hi_percent=100 * high,
         shape_p=_f_p(shape.squares / shape.k, shape.k, shape.dof),
@@ -451,7 +449,8 @@ class _ShapeTest:
     """Weighted squares of the contrast and their number `k`; degrees of freedom of the scatter.
 
     The weights tell best whether the shapes differ. By how much is a plain mean square, relative to that of alpha: `plain`;
-    by chance it is `unit` times chi squared with `plain_k` degrees of freedom, about.
+    by chance it is `unit` times chi squared with `plain_k` degrees of freedom, about. `least_unit`: the least mean square for
+    a unit of weighted squares.
     """
 
     squares: float
@@ -460,6 +459,18 @@ class _ShapeTest:
     plain: float
     plain_k: float
     unit: float
+    least_unit: float
+
+    def interval(self, confidence: float) -> tuple[float, float]:
+        """Interval of the root mean square difference; above 0 just where the weighted squares show a difference."""
+        outside = (1 - confidence) / 2
+        low, high = self.rms(1 - outside), self.rms(outside)
+        shown = _invert(
+            lambda size: _noncentral_f(self.squares, self.k, self.dof, size),
+            confidence,
+            self.squares,
+        )
+        return max(low, math.sqrt(shown * self.least_unit)) if shown else 0.0, high
 
     def rms(self, chance: float) -> float:
         """Root mean square difference at which so large a mean square, or a smaller one, has this chance."""
@@ -597,6 +608,7 @@ class _Contrast:
             plain=float(off @ off) / alpha,
             plain_k=trace**2 / of_square,
             unit=of_square / trace,
+            least_unit=float(np.linalg.eigvalsh(self.covariance(ratio))[0]) / alpha,
         )
 
     def table(self, ratio: float, angles: FloatArray, confidence: float) -> pd.DataFrame:

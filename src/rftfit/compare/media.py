@@ -119,7 +119,8 @@ class _Side:
 def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.DataFrame:
     """Runs with a label; `labels`: by run_id."""
     of_runs = fits["run_id"].map(labels).fillna("")
-    choose("session", label, sorted({*of_runs} - {""}), "labels of the run sheet")
+    stated = sorted({*of_runs} - {""})
+    choose("session", label, stated, "labels of these runs in the column session of the run sheet")
     return fits[of_runs == label]
 
 

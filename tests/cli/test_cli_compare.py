@@ -1,0 +1,109 @@
+"""`rftfit compare`: which runs a word means, and what is printed."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from compare_media import Beds, published, runs_of
+from light_campaign import LABORATORY, make_campaign
+
+from rftfit import reference
+from rftfit.outputs.dictionary import describe
+from rftfit.store import write_csv
+
+MEDIA = ("poppy_LP", "poppy_CP")
+
+
+def write_fits(root, medium, seed, places):
+    """Write fits of a medium in some directions, two runs each, of which the second is labelled friday in the sheet."""
+    truth = published(medium)[:, places]
+    rng = np.random.default_rng(seed)
+    runs = runs_of(truth, np.full(len(places), 6.0), 2, rng, Beds())
+    runs["run_id"] = [f"{medium}_{place}" for place in range(len(runs))]
+    output = describe(f"results/fits/{medium}.csv")
+    assert output is not None
+    kinds = {name: one.kind for one in output.columns for name in one.names}
+    empty = {name: np.nan if kinds[name] == "number" else "" for name in kinds}
+    empty |= {"n_points": 5, "mirrored": False, "medium": medium}
+    table = pd.DataFrame(empty, index=runs.index).assign(**runs)
+    write_csv(table, root / "results" / "fits" / f"{medium}.csv")
+    with (root / "config" / "runs.csv").open("a", encoding="utf-8") as sheet:
+        for place, run in enumerate(runs.to_dict("records")):
+            way = "intrusion" if run["gamma_deg"] > 0 else "extraction"
+            sheet.write(
+                f"{run['run_id']},plate,{medium},plate,{way},{run['beta_deg']},{abs(run['gamma_deg'])},,"
+                f"{run['run_id']}_f.csv,{run['run_id']}_m.csv,,{'friday' if place % 2 else 'monday'}\n"
+            )
+
+
+def make(root, media, places=range(0, 70, 7)):
+    """A campaign with fits; its run sheet has sessions."""
+    alpha = {medium: reference.alpha_grid(medium) for medium in media}
+    make_campaign(root, dict.fromkeys(media, LABORATORY), alpha)
+    sheet = root / "config" / "runs.csv"
+    head = sheet.read_text(encoding="utf-8").splitlines()[0]
+    sheet.write_text(f"{head},session\n", encoding="utf-8")
+    slanted = [place for place in places if published(media[0])[1, place] != 0]
+    for seed, medium in enumerate(media):
+        write_fits(root, medium, seed, slanted)
+    return root
+
+
+@pytest.fixture
+def labs(here):
+    """Two campaigns; the second has one medium."""
+    make(here / "one lab", MEDIA)
+    make(here / "other", MEDIA[:1])
+    return here
+
+
+def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
+    monkeypatch.chdir(labs / "one lab")
+    said = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg").out
+    assert said.startswith("poppy_CP is 1.")
+    assert "times as strong as poppy_LP" in said
+    assert "ratio of sizes, B/A" in said
+    assert "difference of shape, rms" in said
+    assert "common directions, " in said
+    assert b"drawn by rftfit compare" in (labs / "one lab" / "c.svg").read_bytes()
+    # its own figure is written anew, another file is not
+    rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg")
+    (labs / "one lab" / "mine.svg").write_text("<svg/>", encoding="utf-8")
+    refused = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "mine.svg", code=2)
+    assert "left as it is" in refused.err
+
+
+@pytest.mark.usefixtures("labs")
+def test_folders_and_sessions(rftfit):
+    found = json.loads(rftfit("compare", "one lab:poppy_LP", "other", "--json").out)
+    assert found["a"] == "one lab:poppy_LP"
+    assert found["ratio_lo"] < found["ratio"] < found["ratio_hi"]
+    assert len(found["directions"]) > 5
+    assert found["sentence"]
+    days = json.loads(rftfit("compare", "other@monday", "other@friday", "--json").out)
+    assert days["runs_a"] == days["runs_b"] == len(days["directions"])
+    assert days["repeats"] == 0
+
+
+def test_words_that_mean_nothing(rftfit, labs, monkeypatch):
+    def refused(*words):
+        return rftfit("compare", *words, code=2).err
+
+    assert "allowed: one lab:poppy_LP, one lab:poppy_CP" in refused("one lab", "other")
+    assert "found 'sand', but the current folder is no campaign" in refused("sand", "other")
+    assert "found 'sand'; allowed: poppy_LP (in other)" in refused("other:sand", "other")
+    assert "A and B share" in refused("other", "other:poppy_LP")
+    assert "found 'sunday'; allowed: friday, monday" in refused("other@sunday", "other@monday")
+    assert "after '@'" in refused("other@", "other@monday")
+    monkeypatch.chdir(labs / "other")
+    assert "found 'sand'; allowed: poppy_LP (or FOLDER:MEDIUM" in refused("sand", "poppy_LP")
+
+
+def test_maps_where_no_direction_is_common(rftfit, labs):
+    make(labs / "third", MEDIA[:1], range(3, 70, 7))
+    said = rftfit("compare", "other", "third", "--figure", "c.svg").out
+    assert "No difference of size between other and third by their maps" in said
+    assert "Note: other and third have no common direction" in said
+    assert (labs / "c.svg").is_file()
+    assert "no common direction" in rftfit("compare", "other@monday", "third", code=2).err

@@ -1,0 +1,182 @@
+"""Two sets of runs: size and shape, what both share, and what cannot be told."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from compare_media import Beds, compare_pair, compare_published, grade, published, runs_of
+from seeds import seeds
+
+from rftfit.compare.contrast import NoCommonDirection, RunSet, compare_run_sets
+from rftfit.compare.media import with_label
+from rftfit.errors import InputError
+
+
+def sides(ratio=1.0, count=12, repeats=3, seed=0, **facts):
+    """Two sets of runs of loose poppy seeds, of which B is stronger."""
+    rng = np.random.default_rng(seed)
+    table = published("poppy_LP")
+    slanted = table[:, table[1] != 0]
+    truth = slanted[:, rng.permutation(slanted.shape[1])[:count]]
+    depth = np.full(count, 6.0)
+    larger = np.vstack([truth[:2], ratio * truth[2:]])
+    first, second = (runs_of(alpha, depth, repeats, rng, Beds()) for alpha in (truth, larger))
+    return RunSet("A", first, **facts), RunSet("B", second, **facts)
+
+
+def test_shares_of_the_study():
+    pairs = seeds(100, 6)
+    found = grade(pairs, (20, 3))
+    # a binomial share of so few pairs; of 100 at most 10
+    most = 10 if pairs == 100 else 38
+    assert found["size, false"] <= most
+    assert found["shape, false"] <= most
+    assert 100 - most <= found["ratio covered"] <= 100
+    assert found["8 % of size"] >= 70
+    assert found["10 % of shape"] >= 70
+    assert found["shape covered"] >= 100 - most
+
+
+def test_published_media_differ_in_shape():
+    assert (compare_published()["shape_p"] < 1e-10).all()
+
+
+def test_b_against_a_is_the_inverse():
+    a, b = sides(1.3)
+    there, back = compare_run_sets(a, b), compare_run_sets(b, a)
+    assert there.ratio * back.ratio == pytest.approx(1, abs=1e-4)
+    assert there.ratio_lo * back.ratio_hi == pytest.approx(1, abs=2e-3)
+    assert there.shape_p == pytest.approx(back.shape_p, rel=0.02)
+    assert there.ratio == pytest.approx(1.3, rel=0.06)
+
+
+def test_units_and_order_of_runs_do_not_matter():
+    a, b = sides(1.1)
+    alpha = [name for name in a.runs if name.startswith("alpha")]
+    shuffled = [
+        replace(
+            side,
+            runs=side.runs.sample(frac=1, random_state=1).assign(
+                **{name: 1000 * side.runs[name] for name in alpha}
+            ),
+        )
+        for side in (a, b)
+    ]
+    found, same = compare_run_sets(a, b), compare_run_sets(shuffled[0], shuffled[1])
+    for name in ("ratio", "ratio_lo", "size_p", "shape_percent", "shape_p", "least_ratio"):
+        assert getattr(same, name) == pytest.approx(getattr(found, name), rel=1e-4)
+
+
+def test_the_surface_of_a_session_widens_the_ratio_and_not_the_shape():
+    a, b = sides()
+    wide = [replace(side, surface_cm=0.3) for side in (a, b)]
+    found, with_surface = compare_run_sets(a, b), compare_run_sets(wide[0], wide[1])
+    # 3 mm of 6 cm are 7.5 % of a slanted run, on each side
+    half = math.log(with_surface.ratio_hi / with_surface.ratio_lo) / 2
+    assert half == pytest.approx(1.96 * math.sqrt(2) * 0.075, rel=0.15)
+    assert math.log(found.ratio_hi / found.ratio_lo) / 2 < half / 3
+    assert with_surface.shape_p == pytest.approx(found.shape_p, abs=0.1)
+    assert with_surface.least_shape_percent == pytest.approx(found.least_shape_percent, rel=0.3)
+
+
+def test_a_turn_of_the_mount_cancels_within_one_campaign():
+    a, b = sides(turn_deg=10.0)
+    apart = compare_run_sets(a, b)
+    together = compare_run_sets(replace(a, campaign="lab"), replace(b, campaign="lab"))
+    exact = compare_run_sets(replace(a, turn_deg=0), replace(b, turn_deg=0))
+    assert together.shape_p == pytest.approx(exact.shape_p, rel=0.2)
+    # a mount that was turned by 12 degrees is a difference of shape, unless it may be turned by 10
+    angle = math.radians(12)
+    z, x = (b.runs[f"alpha_{c}_N_per_cm3"] for c in "zx")
+    turned = b.runs.assign(
+        alpha_z_N_per_cm3=z * math.cos(angle) - x * math.sin(angle),
+        alpha_x_N_per_cm3=x * math.cos(angle) + z * math.sin(angle),
+    )
+    assert compare_run_sets(a, replace(b, runs=turned)).shape_p > 0.01
+    assert (
+        compare_run_sets(replace(a, turn_deg=0), replace(b, runs=turned, turn_deg=0)).shape_p < 1e-4
+    )
+    assert apart.shape_p > 0.05
+
+
+def test_the_direction_that_differs_comes_first():
+    a, b = sides(count=8)
+    place = b.runs.iloc[6]
+    changed = (b.runs["beta_deg"] == place["beta_deg"]) & (
+        b.runs["gamma_deg"] == place["gamma_deg"]
+    )
+    size = np.hypot(a.runs["alpha_z_N_per_cm3"], a.runs["alpha_x_N_per_cm3"]).max()
+    runs = b.runs.assign(alpha_z_N_per_cm3=b.runs["alpha_z_N_per_cm3"] + 0.5 * size * changed)
+    found = compare_run_sets(a, replace(b, runs=runs))
+    first = found.directions.iloc[0]
+    assert (first["beta_deg"], first["gamma_deg"]) == (place["beta_deg"], place["gamma_deg"])
+    assert first["p"] < 0.01
+    assert first["difference_z_lo_N_per_cm3"] > 0
+    assert found.shape_lo_percent > 0
+    assert "another shape" in found.sentence
+
+
+def test_without_repeats_a_scatter_is_assumed_and_said():
+    found = compare_pair(3, (20, 1))
+    assert found.repeats == 0
+    assert "no direction was pushed twice" in found.notes[0]
+    assert found.least_shape_percent > 20
+    different = compare_pair(3, (20, 1), 1.0, 0.6)
+    assert different.shape_p < 0.01
+    assert "if single runs of one direction scatter by less than" in different.sentence
+
+
+def test_the_interval_of_shape_begins_above_0_where_p_is_small():
+    for seed in range(20):
+        found = compare_pair(seed, (8, 3), 1.0, 0.05)
+        assert (found.shape_lo_percent > 0) == (found.shape_p < 0.05)
+        assert found.shape_lo_percent <= found.shape_percent < found.shape_hi_percent
+
+
+def test_runs_without_alpha_x_and_level_runs_at_other_depths():
+    a, b = sides(1.2)
+    bare = [replace(side, runs=side.runs.assign(alpha_x_N_per_cm3=math.nan)) for side in (a, b)]
+    found = compare_run_sets(bare[0], bare[1])
+    assert found.ratio == pytest.approx(1.2, rel=0.08)
+    assert found.directions["difference_x_N_per_cm3"].isna().all()
+    level = pd.DataFrame(
+        {
+            "beta_deg": 0.0,
+            "gamma_deg": 0.0,
+            "alpha_z_N_per_cm3": 0.2,
+            "alpha_x_N_per_cm3": 0.1,
+            "depth_from_cm": [2.0, 4.0],
+        }
+    )
+    other = level.assign(depth_from_cm=[2.04, 5.0])
+    met = compare_run_sets(RunSet("A", level), RunSet("B", other))
+    assert met.directions["depth_cm"].tolist() == [2.0]
+
+
+def test_what_cannot_be_compared_is_refused():
+    a, b = sides()
+    elsewhere = b.runs.assign(beta_deg=b.runs["beta_deg"] + 3)
+    with pytest.raises(NoCommonDirection, match="no common direction"):
+        compare_run_sets(a, replace(b, runs=elsewhere))
+    columns = [f"alpha_{c}_N_per_cm3" for c in "zx"]
+    with pytest.raises(InputError, match="opposite"):
+        compare_run_sets(a, replace(b, runs=b.runs.assign(**{c: -b.runs[c] for c in columns})))
+
+
+def test_unequal_scatter_is_noted():
+    a, b = sides(repeats=5)
+    factor = 1 + np.random.default_rng(1).normal(0, 0.25, len(b.runs))
+    columns = [f"alpha_{c}_N_per_cm3" for c in "zx"]
+    rough = b.runs.assign(**{c: b.runs[c] * factor for c in columns})
+    assert not any("scatter by" in note for note in compare_run_sets(a, b).notes)
+    assert any("scatter by" in note for note in compare_run_sets(a, replace(b, runs=rough)).notes)
+
+
+def test_a_label_chooses_runs():
+    fits = pd.DataFrame({"run_id": ["a", "b", "c"]})
+    labels = pd.Series({"a": "monday", "b": "friday", "d": "monday"})
+    assert with_label(fits, labels, "monday")["run_id"].tolist() == ["a"]
+    with pytest.raises(InputError, match="found 'sunday'; allowed: friday, monday"):
+        with_label(fits, labels, "sunday")
