@@ -121,7 +121,11 @@ def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(some, made, tmp
     shuffled = np.random.default_rng(4).permutation(len(some.runs))
     config = some.write(order=lambda rows: [rows[i] for i in shuffled])
     through_files(some, tmp_path / "out", config)
-    assert digests(tmp_path / "out") == digests(made.out)
+    shuffled_files, files = digests(tmp_path / "out"), digests(made.out)
+    # an error that grows over a campaign is looked for in the order of its plate runs
+    ordered = {f"{folder}/checks/poppy_LP.json" for folder in ("state", "records")}
+    assert all(shuffled_files.pop(name) != files.pop(name) for name in ordered)
+    assert shuffled_files == files
 
 
 @pytest.mark.parametrize("dress", ["crlf", "bom", "cr", "comments", "quiet"])
