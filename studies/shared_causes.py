@@ -370,6 +370,8 @@ def main() -> int:
             for number in range(chosen.each)
         ]
         faults = pd.DataFrame(pool.map(judge_fault, jobs))
+        if "inside" in faults:
+            faults["inside"] = faults["inside"].astype(float)
         grids = [(chosen.seed, number, name) for name in GRIDS for number in range(chosen.each)]
         axes = pd.DataFrame(pool.map(judge_axes, grids))
     alarms = sound[["shared cause", "run apart", "axes"]].sum() if len(sound) else pd.Series()
@@ -382,7 +384,7 @@ def main() -> int:
     if len(faults):
         columns = [name for name in ("told", "by its cause", "inside") if name in faults]
         print(f"faults, {design[0]} directions x {design[1]}, of {chosen.each}:")
-        shares = faults.groupby("fault", sort=False)[columns].agg(lambda told: told.dropna().sum())
+        shares = faults.groupby("fault", sort=False)[columns].sum(min_count=0)
         counts = faults.groupby("fault", sort=False)["inside"].count()
         print(shares.assign(sized=counts).to_string())
         print(f"least gain from one run on, median {faults['least gain'].median():.2f}")

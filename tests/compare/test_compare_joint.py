@@ -1,6 +1,7 @@
 """What many runs share, on campaigns that the model did not make."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -154,7 +155,7 @@ def fits_of(beta, gamma, alpha):
     errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.002)
     names = [f"r{number}" for number in range(beta.size)]
     table = table.assign(**errors, run_id=names, mirrored=gamma < 0, depth_from_cm=math.nan)
-    empty = dict.fromkeys(
+    empty: dict[str, Any] = dict.fromkeys(
         ("force_log", "motion_log", "tare_run", "reason", "note", "medium", "direction"), ""
     )
     sheet = {
@@ -188,7 +189,7 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     assert row["run_ids"].split() == [f"r{n}" for n in range(int(row["place"]) - 1, beta.size)]
     unseen = causes[causes["verdict"] == "not seen"]
     assert (unseen["least_seen"] > 0).all()
-    assert axes.set_index("axes").loc["x-reversed", "log_bayes_factor"] < -4
+    assert axes.set_index("axes")["log_bayes_factor"]["x-reversed"] < -4
     # the order of the table does not matter, that of the sheet does
     again, _ = compare_all_runs(fits.iloc[::-1].reset_index(drop=True), "sand", sheet, 0.3)
     pd.testing.assert_frame_equal(causes, again)
