@@ -23,13 +23,15 @@ UNUSABLE, DOUBTFUL = "unusable", "doubtful"
 class Rule(NamedTuple):
     """What follows for a medium that fails a check, what good and what bad data do, and what must be put right before.
 
-    A failure of one of `after` comes first: the check's own would be another name of it.
+    A failure of one of `after` comes first: the check's own would be another name of it. `quotes_found`: Whether a
+    failure is told by what was found, and not by `fault`.
     """
 
     effect: str
     good: str
     fault: str
     after: tuple[CheckName, ...] = ()
+    quotes_found: bool = False
 
 
 _LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
@@ -92,7 +94,11 @@ CHECKS: dict[str, Rule] = {
         (*_ALPHA, "symmetry", "surface"),
     ),
     "shared": Rule(
-        DOUBTFUL, "no gain, turn or angle is off in many runs", "{found}", (*_ALPHA, "axes")
+        DOUBTFUL,
+        "no gain, turn or angle is off in many runs",
+        "a gain, a turn or an angle is off in many runs",
+        (*_ALPHA, "axes"),
+        quotes_found=True,
     ),
     "same_logs": Rule(UNUSABLE, "no log or run is there twice", "a log or run is there twice"),
     "size": Rule(
@@ -220,7 +226,9 @@ def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
 def faults_of(checks: pd.DataFrame) -> str:
     """What failed checks, rows of the table, say of a medium, in words."""
     rows = zip(checks["check"], checks["found"], strict=True)
-    return " and ".join(CHECKS[check].fault.format(found=found) for check, found in rows)
+    return " and ".join(
+        found if CHECKS[check].quotes_found else CHECKS[check].fault for check, found in rows
+    )
 
 
 def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
