@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -83,7 +83,9 @@ class Comparison:
     runs_a, runs_b : int
         Runs in the common directions.
     repeats : float
-        Degrees of freedom of the repeats behind the scatter; 0: it is assumed.
+        Degrees of freedom of the repeats behind the scatter.
+    assumed : bool
+        Whether the scatter of one medium, or of both, is assumed, as it has no repeats.
     scatter_along, scatter_across : float
         Scatter of single runs along and across the force, relative to alpha.
     explained_by : float
@@ -116,6 +118,7 @@ class Comparison:
     runs_a: int = 0
     runs_b: int = 0
     repeats: float = 0.0
+    assumed: bool = False
     scatter_along: float = math.nan
     scatter_across: float = math.nan
     explained_by: float = math.nan
@@ -128,7 +131,7 @@ class Comparison:
         size, shape = self.size_p < LEVEL, self.shape_p < LEVEL
         if math.isnan(self.shape_p):
             answer = _SIZE_ALONE[size]
-        elif not self.repeats:
+        elif self.assumed:
             answer = _WITHOUT_REPEATS[size, shape]
         else:
             answer = _ANSWERS[size, shape]
@@ -192,8 +195,9 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     Raises `NoCommonDirection`, or `InputError` if the forces are opposite.
     """
     means_a, means_b, angles = _pair(a, b)
-    scatter = _fit_scatter((means_a, means_b))
-    contrast = _Contrast(means_a, means_b, scatter)
+    means_a, means_b = _with_pooled_sizes(means_a, means_b)
+    scatter, *by_side = _fit_scatters(means_a, means_b)
+    contrast = _Contrast((means_a, means_b), (by_side[0], by_side[1]))
     ratio = contrast.find_ratio()
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
@@ -220,31 +224,41 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         scatter_along=scatter.along,
         scatter_across=scatter.across,
         explained_by=scatter.along * math.sqrt(max(shape.squares / shape.k, 1.0)),
-        notes=tuple(_notes(a, b, means_a, means_b, scatter)),
+        notes=tuple(_notes((a, b), (means_a, means_b), (by_side[0], by_side[1]))),
+        assumed=not all(side.repeats for side in by_side),
         confidence=confidence,
     )
 
 
-def _notes(a: RunSet, b: RunSet, of_a: _Means, of_b: _Means, scatter: _Scatter) -> Iterator[str]:
+def _notes(
+    sides: tuple[RunSet, RunSet], means: tuple[_Means, _Means], scatters: tuple[_Scatter, _Scatter]
+) -> Iterator[str]:
     """Yield what limits the comparison."""
-    if not scatter.repeats:
+    a, b = sides
+    dof = [scatter.repeats for scatter in scatters]
+    if not any(dof):
         yield (
             f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
             f"the force and {100 * PRIOR_ACROSS:g} % across"
         )
-    elif scatter.repeats < 2 * PRIOR_DOF:
-        yield f"only {scatter.repeats:g} degrees of freedom show the scatter of single runs"
-    by_side = [side.along / side.level(scatter.floor) for side in (of_a, of_b)]
-    dof = [float((side.n - 1).sum()) for side in (of_a, of_b)]
+    elif not all(dof):
+        alone = (a, b) if dof[0] else (b, a)
+        yield f"{alone[1].name} has no repeats: its runs are taken to scatter as those of {alone[0].name}"
+    elif sum(dof) < 2 * PRIOR_DOF:
+        yield f"only {sum(dof):g} degrees of freedom show the scatter of single runs"
     if min(dof) >= PRIOR_DOF:
-        shown = [float(s.sum()) / n for s, n in zip(by_side, dof, strict=True)]
+        squares = [
+            float((side.along / side.level(scatter.floor)).sum()) / scatter.repeats
+            for side, scatter in zip(means, scatters, strict=True)
+        ]
         p = 2 * min(
-            _f_p(shown[1] / shown[0], dof[1], dof[0]), _f_p(shown[0] / shown[1], dof[0], dof[1])
+            _f_p(squares[1] / squares[0], dof[1], dof[0]),
+            _f_p(squares[0] / squares[1], dof[0], dof[1]),
         )
         if p < LEVEL / 5:
             yield (
-                f"runs of {a.name} scatter by {100 * math.sqrt(shown[0]):.2g} %, those of {b.name} by "
-                f"{100 * math.sqrt(shown[1]):.2g} %; the tests take both alike"
+                f"runs of {a.name} scatter by {100 * math.sqrt(squares[0]):.2g} %, those of {b.name} by "
+                f"{100 * math.sqrt(squares[1]):.2g} %"
             )
     deepest = [_number(side.runs, "depth_to_cm").max() for side in (a, b)]
     if all(math.isfinite(depth) and depth > 0 for depth in deepest):
@@ -264,7 +278,7 @@ class _Means:
     """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
 
     `own`: variance of the mean that the runs' logs show. `own_run`: of a single run, mean of both components. `along`,
-    `across`: squares of the runs about their mean, summed. `across_known`: whether x was measured.
+    `across`: squares of the runs about their mean, summed. `across_known`: whether x was measured. `size`: of the force, as `_with_pooled_sizes` has it.
     `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
     """
 
@@ -275,7 +289,7 @@ class _Means:
     along: FloatArray
     across: FloatArray
     across_known: npt.NDArray[np.bool_]
-    largest: float
+    size: FloatArray
     common: Mapping[tuple[str, ...], FloatArray]
 
     @property
@@ -285,7 +299,7 @@ class _Means:
 
     def level(self, floor: float) -> FloatArray:
         """Square of alpha that the scatter is in proportion to, shape (n,)."""
-        return np.asarray((self.mean**2).sum(axis=1) + (floor * self.largest) ** 2)
+        return np.asarray(self.size**2 + (floor * self.size.max()) ** 2)
 
 
 def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
@@ -319,6 +333,17 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     place = np.array([int((number == cell).argmax()) for cell in common])
     at = np.where(level[place], depth[place], math.nan)
     return means[0], means[1], np.vstack([both[:, place], at])
+
+
+def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
+    """Sizes of the force by the runs of both, in the size of each.
+
+    A direction whose runs are weak by chance would else have a small scatter and too much weight.
+    """
+    lengths = [max(math.sqrt(float((side.mean**2).sum())), 1e-30) for side in (a, b)]
+    sizes = [np.hypot(*side.mean.T) / length for side, length in zip((a, b), lengths, strict=True)]
+    pooled = (a.n * sizes[0] + b.n * sizes[1]) / (a.n + b.n)
+    return replace(a, size=pooled * lengths[0]), replace(b, size=pooled * lengths[1])
 
 
 def _describe_directions(angles: FloatArray) -> str:
@@ -386,7 +411,7 @@ def _mean_of(
         along=squares[0],
         across=squares[1] * x_known,
         across_known=x_known,
-        largest=float(np.hypot(*mean.T).max()),
+        size=np.hypot(*mean.T),
         common={name: moved for name, moved in effects.items() if moved.any()},
     )
 
@@ -403,24 +428,32 @@ class _Scatter:
     floor: float
     repeats: float
 
-    @property
-    def dof(self) -> float:
-        """Degrees of freedom of each of the two variances."""
-        return self.repeats + PRIOR_DOF
+
+_USUAL = _Scatter(PRIOR_ALONG, PRIOR_ACROSS, _FLOORS[0], 0.0)
 
 
-def _fit_scatter(sides: tuple[_Means, _Means]) -> _Scatter:
-    """Most likely scatter of single runs about the mean of their direction, with the prior."""
+def _fit_scatters(a: _Means, b: _Means) -> tuple[_Scatter, _Scatter, _Scatter]:
+    """Scatter of the runs of both media together, and of each.
+
+    That of one medium has the one of both as its prior: a medium without repeats has the other's.
+    """
+    both = _fit_scatter((a, b), _USUAL, _FLOORS)
+    of_a, of_b = (_fit_scatter((side,), both, (both.floor,)) for side in (a, b))
+    return both, of_a, of_b
+
+
+def _fit_scatter(sides: tuple[_Means, ...], prior: _Scatter, floors: tuple[float, ...]) -> _Scatter:
+    """Most likely scatter of single runs about the mean of their direction, with a prior."""
     dof = np.concatenate([side.n - 1 for side in sides])
     own = np.concatenate([side.own_run for side in sides])
     known = np.concatenate([side.across_known for side in sides])
-    best = (-math.inf, math.nan, math.nan, math.nan)
-    for floor in _FLOORS:
+    best, most = prior, -math.inf
+    for floor in floors:
         level = np.concatenate([side.level(floor) for side in sides])
         total, sizes = 0.0, []
         for name, usual, counted in (
-            ("along", PRIOR_ALONG, dof),
-            ("across", PRIOR_ACROSS, dof * known),
+            ("along", prior.along, dof),
+            ("across", prior.across, dof * known),
         ):
             squares = np.concatenate([getattr(side, name) for side in sides])
             variance = _SCATTERS[:, None] ** 2 * level + own
@@ -428,9 +461,9 @@ def _fit_scatter(sides: tuple[_Means, _Means]) -> _Scatter:
             likelihood -= PRIOR_DOF * (np.log(_SCATTERS) + 0.5 * (usual / _SCATTERS) ** 2)
             total += float(likelihood.max())
             sizes.append(float(_SCATTERS[likelihood.argmax()]))
-        if total > best[0]:
-            best = (total, sizes[0], sizes[1], floor)
-    return _Scatter(best[1], best[2], best[3], float(dof.sum()))
+        if total > most:
+            best, most = _Scatter(sizes[0], sizes[1], floor, float(dof.sum())), total
+    return best
 
 
 # --- Both media together
@@ -494,22 +527,24 @@ class _ShapeTest:
         return math.sqrt(least * self.unit * self.plain_k / self.k)
 
 
+def _block(side: _Means, scatter: _Scatter) -> FloatArray:
+    """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
+    unit = side.unit
+    across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    spread = scatter.along**2 * np.einsum("ci,cj->cij", unit, unit)
+    spread += scatter.across**2 * np.einsum("ci,cj->cij", across, across)
+    spread *= (side.level(scatter.floor) / side.n)[:, None, None]
+    return np.asarray(spread + side.own[:, :, None] * np.eye(2))
+
+
 class _Contrast:
     """Alpha of B over the ratio of sizes minus alpha of A, with its covariance."""
 
-    def __init__(self, a: _Means, b: _Means, scatter: _Scatter) -> None:
-        self.a, self.b, self.scatter = a, b, scatter
-        self.known = np.concatenate([np.ones(a.n.size, dtype=bool), a.across_known])
-        self._blocks = [self._block(side) for side in (a, b)]
-
-    def _block(self, side: _Means) -> FloatArray:
-        """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
-        unit = side.unit
-        across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
-        spread = self.scatter.along**2 * np.einsum("ci,cj->cij", unit, unit)
-        spread += self.scatter.across**2 * np.einsum("ci,cj->cij", across, across)
-        spread *= (side.level(self.scatter.floor) / side.n)[:, None, None]
-        return np.asarray(spread + side.own[:, :, None] * np.eye(2))
+    def __init__(self, means: tuple[_Means, _Means], scatters: tuple[_Scatter, _Scatter]) -> None:
+        self.a, self.b = means
+        self.known = np.concatenate([np.ones(self.a.n.size, dtype=bool), self.a.across_known])
+        self._blocks = [_block(*pair) for pair in zip(means, scatters, strict=True)]
+        self._dof = [PRIOR_DOF + scatter.repeats for scatter in scatters]
 
     def _flat(self, values: FloatArray) -> FloatArray:
         """Components that both media have: those of z, then those of x; from shape (n, 2)."""
@@ -547,6 +582,17 @@ class _Contrast:
         """Weighted squares of the contrast: chi squared where the shapes are the same."""
         off = self.difference(ratio)
         return float(off @ np.linalg.solve(self.covariance(ratio), off))
+
+    def freedom(self, ratio: float) -> float:
+        """Degrees of freedom of the scatter (Welch): few where most of it is of the medium with few repeats.
+
+        Media of two laboratories may scatter differently, so repeats of one tell little of the other.
+        """
+        of_a, of_b = (np.trace(block, axis1=1, axis2=2) for block in self._blocks)
+        share = float((of_b / (ratio**2 * of_a + of_b)).mean())
+        welch = 1 / ((1 - share) ** 2 / self._dof[0] + share**2 / self._dof[1])
+        # both have the same prior, which counts once
+        return min(welch, sum(self._dof) - PRIOR_DOF)
 
     def find_ratio(self) -> float:
         """Ratio of sizes with the least weighted squares; A against B gives its inverse."""
@@ -587,8 +633,8 @@ class _Contrast:
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
         off = ((self.b.mean / ratio - self.a.mean) * unit).sum(axis=1)
         squares = float((off**2 / np.einsum("ci,cij,cj->c", unit, blocks, unit)).sum())
-        dof = self.scatter.dof + off.size - 1
-        of_runs *= (self.scatter.dof + squares) / dof
+        dof = self.freedom(ratio) + off.size - 1
+        of_runs *= (self.freedom(ratio) + squares) / dof
         variance = of_runs + shared
         return _SizeTest(math.sqrt(variance), dof * (variance / of_runs) ** 2)
 
@@ -604,7 +650,7 @@ class _Contrast:
         return _ShapeTest(
             squares=self.squares(ratio),
             k=k,
-            dof=self.scatter.dof,
+            dof=self.freedom(ratio),
             plain=float(off @ off) / alpha,
             plain_k=trace**2 / of_square,
             unit=of_square / trace,
@@ -617,7 +663,7 @@ class _Contrast:
         Intervals of alpha and of the ratio are of one direction; those of the differences hold all together. `p`: of no
         difference in this direction, times the number of directions.
         """
-        dof, n = self.scatter.dof, self.a.n.size
+        dof, n = self.freedom(ratio), self.a.n.size
         alone = _student(1 - (1 - confidence) / 2, dof)
         together = _student(1 - (1 - confidence) / 2 / self.known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))
