@@ -101,8 +101,12 @@ def compare_pair(
     ratio: float = 1.0,
     shape: float = 0.0,
     beds: Beds | None = None,
+    of_b: tuple[int, Beds] | None = None,
 ) -> Comparison:
-    """Compare two sessions of one published medium; B is `ratio` times as strong and of another `shape`."""
+    """Compare two sessions of one published medium; B is `ratio` times as strong and of another `shape`.
+
+    `of_b`: Repeats and beds of B, where they are not those of A.
+    """
     rng = np.random.default_rng(seed)
     count, repeats = design
     whole = published(str(rng.choice(reference.MEDIA)))
@@ -110,9 +114,10 @@ def compare_pair(
     depth = rng.uniform(*DEPTHS_CM, count)
     other = other_shape(truth, shape, rng) if shape else truth.copy()
     other = np.vstack([other[:2], ratio * other[2:]])
+    of_a = repeats, beds or Beds()
     first, second = (
-        RunSet(name, runs_of(alpha, depth, repeats, rng, beds or Beds()), SURFACE_CM)
-        for name, alpha in (("A", truth), ("B", other))
+        RunSet(name, runs_of(alpha, depth, often, rng, scatter), SURFACE_CM)
+        for name, alpha, (often, scatter) in (("A", truth, of_a), ("B", other, of_b or of_a))
     )
     return compare_run_sets(first, second)
 
@@ -135,6 +140,22 @@ def grade(pairs: int, design: tuple[int, int], beds: Beds | None = None) -> dict
         "least ratio": float(np.median([one.least_ratio for one in same])),
         "least shape": float(np.median([one.least_shape_percent for one in same])),
     }
+
+
+def grade_unequal(pairs: int) -> pd.DataFrame:
+    """Shares, in percent, of pairs of one medium whose B scatters three times as much and has fewer repeats."""
+    rows = {}
+    for often in (1, 2, 3):
+        of_b = often, Beds(0.10, 0.06)
+        same = [
+            compare_pair(seed, (20, 3), beds=Beds(0.03, 0.02), of_b=of_b) for seed in range(pairs)
+        ]
+        rows[f"20 x 3 against 20 x {often}"] = {
+            "size, false": percent(one.size_p < 0.05 for one in same),
+            "shape, false": percent(one.shape_p < 0.05 for one in same),
+            "ratio covered": percent(one.ratio_lo <= 1 <= one.ratio_hi for one in same),
+        }
+    return pd.DataFrame(rows).T
 
 
 def percent(true: object) -> float:
@@ -170,6 +191,8 @@ def main() -> None:
         rows[name.replace("x 3", "x 1")] = grade(pairs, (20, 1), beds)
     print(f"{pairs} pairs of sessions of one published medium; shares in percent")
     print(pd.DataFrame(rows).T.round(2).to_string())
+    print("\nBeds of A differ by 3 %, those of B by 10 %")
+    print(grade_unequal(pairs).to_string())
     print("\nPairs of published media, 20 directions x 3 repeats")
     print(compare_published().to_string(index=False, float_format="{:.3g}".format))
 
