@@ -21,6 +21,8 @@ def alpha_table(medium, missing=MISSING):
             ("_se", half / 2),
             ("_lo", alpha - half),
             ("_hi", alpha + half),
+            ("_lo_next", alpha - 2 * half),
+            ("_hi_next", alpha + 2 * half),
         ):
             table[f"alpha_{c}{end}_N_per_cm3"] = value
     names = [f"{medium}_{i:03d}" for i in range(len(table))]

@@ -29,7 +29,9 @@ def alpha_frame(medium, values):
     }
     for component, alpha in zip("zx", values, strict=True):
         flat = alpha.ravel()
-        for quantity, add in (("", 0.0), ("_lo", -1.96 * SE), ("_hi", 1.96 * SE)):
+        half = 1.96 * SE
+        ends = {"_lo": -half, "_hi": half, "_lo_next": -2 * half, "_hi_next": 2 * half}
+        for quantity, add in ({"": 0.0} | ends).items():
             columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
         known = np.where(np.isnan(flat), np.nan, 1.0)
         columns[f"alpha_{component}_se_N_per_cm3"] = SE * known

@@ -130,7 +130,7 @@ def test_linearity_draws_slopes_points_and_gaps():
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text
-    assert {"poppy seeds, loose", "3 mm glass, close", "95 % interval"} <= set(text)
+    assert {"poppy seeds, loose", "3 mm glass, close", "95 % interval of alpha"} <= set(text)
     assert sum("no usable run:\n3 mm glass, close" in line for line in text) == 2
     # a sketch and two panels for each cell; the third is of horizontal runs
     flat = figure.axes[7]

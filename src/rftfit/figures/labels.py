@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from rftfit.figures.style import number
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
 
@@ -60,10 +61,10 @@ def with_span(value: float, low: float, high: float, digits: int) -> str:
     return number(value, digits) + in_brackets(span(low, high, digits))
 
 
-def half_width(table: pd.DataFrame, component: str) -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x, N/cm^3."""
-    high = table[f"alpha_{component}_hi_N_per_cm3"].astype(float)
-    return (high - table[f"alpha_{component}_lo_N_per_cm3"].astype(float)) / 2
+def half_width(table: pd.DataFrame, component: str, of: str = "") -> pd.Series[float]:
+    """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `of`: ``_next`` for that of the next push."""
+    high = table[column(component, f"_hi{of}")].astype(float)
+    return (high - table[column(component, f"_lo{of}")].astype(float)) / 2
 
 
 def usable(results: Results, media: Iterable[str]) -> list[str]:

@@ -46,7 +46,7 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 
 _MAPS_CAPTION = (
-    "Measured alpha over attack angle beta and direction gamma, and half its interval. "
+    "Measured alpha over attack angle beta and direction gamma, and half of the interval of alpha. "
     "Red pushes up or toward +x. Good: smooth from cell to cell."
 )
 
@@ -126,7 +126,7 @@ def _estimated(results: Results) -> list[str]:
     section="Force profiles",
     caption=(
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
-        "and the half width of its interval. Good: narrow where elements of a body move."
+        "and the half width of the interval of alpha. Good: narrow where elements of a body move."
     ),
     lacking=lambda results, _: (
         ()

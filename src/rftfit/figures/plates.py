@@ -126,7 +126,7 @@ def stress_of_runs(results: Results) -> Figure:
         r"horizontal $\sigma_x$": style.line(x),
         r"fit of $\sigma_z$ through zero": style.line("black"),
         r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval": style.band(0.5),
+        f"{style.level(results)} interval of alpha": style.band(0.5),
         "fit window": style.patch(facecolor=style.WINDOW),
     }
     if deepest:
@@ -219,7 +219,7 @@ def linearity(results: Results) -> Figure:
     for medium, (colour, marker) in looks.items():
         entries[style.title_of(results, medium)] = style.line(colour, marker=marker, markersize=4)
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
-    entries[f"{style.level(results)} interval"] = style.band(0.5)
+    entries[f"{style.level(results)} interval of alpha"] = style.band(0.5)
     style.legend(page, entries, 4)
     return page
 

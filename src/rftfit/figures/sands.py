@@ -84,7 +84,7 @@ def penetration(results: Results) -> Figure:
             continue
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
-    entries[f"{style.level(results)} interval"] = style.band()
+    entries[f"{style.level(results)} interval of alpha"] = style.band()
     columns = 6 if across == _ACROSS else 3 if across > 1 else 2
     style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
     return page

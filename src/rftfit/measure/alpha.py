@@ -25,12 +25,13 @@ from rftfit.measure.errors import (
     Spread,
     SurfaceError,
     bed_of_mean,
+    bed_of_next,
     gradient,
     half_width,
     scaled_slopes,
     spread_of_beds,
 )
-from rftfit.measure.fits import COMPONENTS, Row
+from rftfit.measure.fits import COMPONENTS, N_REPEATS, Row
 from rftfit.measure.flags import (
     MARKS,
     REASON,
@@ -52,7 +53,8 @@ SAME_DIRECTION_DEG = 0.5
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
 
-QUANTITIES = ("", "_se", "_lo", "_hi")
+QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
+"""Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
 
 
 def column(component: str, quantity: str = "") -> str:
@@ -79,10 +81,11 @@ def alpha_table(
     and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
     the depths of its runs, of which it should have `depths` (design section 2). The interval holds every
     error of `SOURCES`, which have columns of their own; column `spread` says where that of the beds comes
-    from. `errors` (what no log shows) and `surface` are of `errors_of`; default: none. `outliers`:
-    alpha of outlying runs minus that of the others, z and x, N/cm^3: these runs are left out of the estimate
-    of how beds differ, and the interval of their cell reaches the others. `shape`: of which a medium's alpha has
-    the slopes where no cell is near; default: none, so that an angle has no error there.
+    from. That of the next push holds the noise, surface, angle and bed of one further run too. `errors` (what
+    no log shows) and `surface` are of `errors_of`; default: none. `outliers`: alpha of outlying runs minus that
+    of the others, z and x, N/cm^3: these runs are left out of the estimate of how beds differ, and the interval
+    of their cell reaches the others. `shape`: of which a medium's alpha has the slopes where no cell is near;
+    default: none, so that an angle has no error there.
 
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
@@ -270,7 +273,7 @@ def _errors(
     outliers: Mapping[str, tuple[float, float]],
     shape: Slopes | None,
 ) -> list[dict[str, float | str]]:
-    """Alpha of each cell with its errors by name, and the interval that holds them all."""
+    """Alpha of each cell with its errors by name, the interval that holds them all, and that of the next push."""
     alpha = {
         c: np.array([cell.sum(column(c)) if cell.runs else math.nan for cell in cells])
         for c in COMPONENTS
@@ -292,24 +295,32 @@ def _errors(
         across = alpha["z"][i] if math.isnan(alpha["x"][i]) else alpha["x"][i]
         turned = {"z": -side * across, "x": side * alpha["z"][i]}
         for c in COMPONENTS:
-            found = _of_runs(cell, c, surface, spread[c])
+            of_mean = _of_runs(cell, c, surface, spread[c])
             # the mean of independent errors is smaller than each of them
             apart = math.sqrt(float(cell.share @ cell.share))
-            found["angle"] = Part(float(rise[c][i]) * errors.angle_deg * apart)
-            found["turn"] = Part(turned[c] * math.radians(errors.turn_deg))
-            found["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
-            source = _add_bed(found, cell, c, spread[c], confidence)
+            angle = float(rise[c][i]) * errors.angle_deg
+            of_mean["angle"] = Part(angle * apart)
+            lever = math.sqrt(float(np.mean(cell.of("lever_per_cm") ** 2)))
+            of_next: dict[Source, Part] = {
+                "surface": Part(surface.run * abs(alpha[c][i]) * lever, surface.dof),
+                "angle": Part(angle),
+            }
+            of_mean["turn"] = Part(turned[c] * math.radians(errors.turn_deg))
+            of_mean["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
+            source = _add_bed(of_mean, of_next, cell, c, spread[c], confidence)
             off = [outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
-            found["bed"] = max(
-                found["bed"],
-                _outlier_error(cell, c, np.array(off)),
-                key=lambda part: half_width([part], confidence),
-            )
-            half = half_width(found.values(), confidence)
-            se = math.sqrt(sum(part.sd**2 for part in found.values()))
-            values = (alpha[c][i], se, alpha[c][i] - half, alpha[c][i] + half)
+            of_outliers = _outlier_errors(cell, c, np.array(off))
+            for parts, of_outlier in zip((of_mean, of_next), of_outliers, strict=True):
+                pair = parts["bed"], of_outlier
+                parts["bed"] = max(pair, key=lambda part: half_width([part], confidence))
+            half = half_width(of_mean.values(), confidence)
+            # what all runs share is in the errors of the mean, and counts once
+            wide = half_width([*of_mean.values(), *of_next.values()], confidence)
+            se = math.sqrt(sum(part.sd**2 for part in of_mean.values()))
+            ends = (alpha[c][i] + width for width in (-half, half, -wide, wide))
+            values = (alpha[c][i], se, *ends)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
-            row |= {column(c, f"_{name}"): part.sd for name, part in found.items()}
+            row |= {column(c, f"_{name}"): part.sd for name, part in of_mean.items()}
             if spread[c].source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
             known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
@@ -317,12 +328,16 @@ def _errors(
     return rows
 
 
-def _outlier_error(cell: _Cell, c: str, off: FloatArray) -> Part:
-    """Error of a cell with outlying runs: the scatter of its repeats, or the differences `off` of these runs."""
+def _outlier_errors(cell: _Cell, c: str, off: FloatArray) -> tuple[Part, Part]:
+    """Errors of a cell with outlying runs, of its mean and of the next push beside that.
+
+    The scatter of its repeats, or the differences `off` of these runs, which the error of the mean holds.
+    """
     n = len(cell.runs)
     if off.any() and n > 2 and not cell.level:
-        return Part(float(cell.of(column(c)).std(ddof=1)) / math.sqrt(n), n - 1.0)
-    return Part(float(np.abs(cell.share @ off)) / _REACH)
+        scatter = float(cell.of(column(c)).std(ddof=1))
+        return Part(scatter / math.sqrt(n), n - 1.0), Part(scatter, n - 1.0)
+    return Part(float(np.abs(cell.share @ off)) / _REACH), Part(0.0)
 
 
 _REACH = 1.96
@@ -335,7 +350,7 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
     startup, tare, curvature = (
         cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
     )
-    own = np.maximum(se**2 - startup**2 - tare**2 - curvature**2, 0) * cell.share**2
+    own = _noise_variance(cell, c) * cell.share**2
     # runs that share a tare err alike, each to its own side
     signed = np.where((c == "x") & (cell.of("mirrored") != 0), -1.0, 1.0) * cell.share * tare
     names = np.array([str(run.get("tare_run", "")) for run in cell.runs])
@@ -351,6 +366,31 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
         "session": Part(surface.session * float(moved.sum())),
         "curvature": Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
     }
+
+
+def _noise_variance(cell: _Cell, c: str) -> FloatArray:
+    """Variance of the noise of each run, (N/cm^3)^2: of its standard error what neither start-up, tare nor curvature is."""
+    startup, tare, curvature = (
+        cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
+    )
+    left = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2
+    return np.asarray(np.maximum(left, 0))
+
+
+def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> Part:
+    """Noise of one further run like those of the cell; `scatter`: beyond what these runs differ by.
+
+    A row of a table may be the mean of several runs, of which one has more noise.
+    """
+    variance = _noise_variance(cell, c) * (_runs_behind(cell) - scatter)
+    # the shares add up to 1, but where stress over depth depends on depth
+    sd = float(cell.share.sum()) * math.sqrt(float(variance.mean()))
+    return Part(sd, float(combine_dof(variance, cell.of(f"alpha_{c}_dof"))))
+
+
+def _runs_behind(cell: _Cell) -> FloatArray:
+    """How many runs each row of fits is the mean of: a table of alpha may state it."""
+    return np.array([run.get(N_REPEATS, 1.0) for run in cell.runs], dtype=float)
 
 
 def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread) -> float:
@@ -369,22 +409,35 @@ _SIGMAS = 3.0
 
 
 def _add_bed(
-    found: dict[Source, Part], cell: _Cell, c: str, spread: Spread, confidence: float
+    of_mean: dict[Source, Part],
+    of_next: dict[Source, Part],
+    cell: _Cell,
+    c: str,
+    spread: Spread,
+    confidence: float,
 ) -> str:
-    """Add how beds differ, and return where that is known from.
+    """Add how beds differ to the errors of the mean and of one further run, and return where that is known from.
 
     Repeats differ by the errors of their surface and angles too, so these are not added to what repeats
     show; the wider of both counts.
     """
-    found["noise"], shown, source = bed_of_mean(
-        cell.of(column(c)), cell.share, found["noise"], spread, own=not cell.level
+    alpha, noise = cell.of(column(c)), of_mean["noise"]
+    of_mean["noise"], of_mean["bed"], source = bed_of_mean(
+        alpha, cell.share, noise, spread, own=not cell.level
     )
+    scatter = source == OF_CELL and of_mean["noise"] != noise
+    of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
+    level = float(cell.share @ alpha)
+    of_next["bed"] = bed_of_next(alpha, level, spread, confidence, scatter=scatter)
+    if spread.source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
+        # several runs stand behind each row, and what these differ by holds their beds
+        of_next["bed"] = Part(0.0)
     if source in (REPEATS, OF_CELL):
-        rest = half_width([shown], confidence) ** 2
-        rest -= half_width([found["surface"], found["angle"]], confidence) ** 2
-        unit = half_width([Part(1.0, shown.dof)], confidence)
-        shown = Part(math.sqrt(max(rest, 0.0)) / unit, shown.dof)
-    found["bed"] = shown
+        for parts in (of_mean, of_next):
+            rest = half_width([parts["bed"]], confidence) ** 2
+            rest -= half_width([parts["surface"], parts["angle"]], confidence) ** 2
+            unit = half_width([Part(1.0, parts["bed"].dof)], confidence)
+            parts["bed"] = Part(math.sqrt(max(rest, 0.0)) / unit, parts["bed"].dof)
     return source
 
 

@@ -101,6 +101,8 @@ ONE_BED = Spread(np.zeros(2), np.zeros((2, 2)))
 BED_PERCENT = 5.0
 """Assumed where nothing is known: beds that are poured or tapped by hand."""
 
+USUAL_BEDS = Spread(np.array([0.0, (BED_PERCENT / 100) ** 2]), np.zeros((2, 2)), ASSUMED)
+
 Groups = Sequence[tuple["FloatArray", "FloatArray"]]
 """alpha and standard error, N/cm^3, of the runs of one cell (and depth) each."""
 
@@ -233,6 +235,22 @@ def bed_of_mean(
     if between <= math.hypot(noise.sd, known.sd):
         return noise, known, OF_CELL if spread.source == AS_PREPARED else spread.source
     return Part(0.0), Part(between, n - 1.0), OF_CELL
+
+
+def bed_of_next(
+    alpha: FloatArray, level: float, spread: Spread, confidence: float, *, scatter: bool
+) -> Part:
+    """Error of one further prepared bed, at the alpha `level` of the cell, N/cm^3.
+
+    Also where an interval is of one bed as prepared, the next bed is another: it differs by as much as is
+    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
+    if it is larger, as in `bed_of_mean`.
+    """
+    known = (USUAL_BEDS if spread.source == AS_PREPARED else spread).part(level)
+    if not scatter:
+        return known
+    shown = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
+    return max(shown, known, key=lambda part: half_width([part], confidence))
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5

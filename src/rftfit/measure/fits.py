@@ -79,6 +79,8 @@ FIT_COLUMNS = [
     *REASON,
 ]
 
+N_REPEATS = "n_repeats"
+"""Column of the fits of a table of alpha: how many runs a row is the mean of; a log is one run."""
 
 Row = dict[Any, Any]
 """One row of a table."""

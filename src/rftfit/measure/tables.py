@@ -9,7 +9,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.fits import FIT_COLUMNS, N_REPEATS, filed_under
 from rftfit.measure.flags import reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import is_symmetric, readings_digest
@@ -80,6 +80,7 @@ def fit_alpha_table(
             "tare_run": "",
             "n_points": 0,
             "note": "",
+            N_REPEATS: 1,
             **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
         }
@@ -91,6 +92,7 @@ def fit_alpha_table(
             if is_symmetric(run):
                 numbers["alpha_x_N_per_cm3"] = 0.0
         runs = int(np.nan_to_num(numbers["n"]))
+        row[N_REPEATS] = max(runs, 1)
         dof = runs - 1.0 if runs > 1 else GIVEN_DOF
         for c in "zx":
             alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers[f"se_{c}"]
@@ -101,4 +103,4 @@ def fit_alpha_table(
             row[f"alpha_{c}_dof"] = dof
         ledger.add(run, run.force_log, USED, 1, remark("slope"))
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
-    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+    return pd.DataFrame(rows, columns=[*FIT_COLUMNS, N_REPEATS]), windows, ledger

@@ -183,13 +183,13 @@ def _law(results: Results) -> str:
 
 def _spread(results: Results) -> str:
     """What the intervals hold, by the records of this campaign."""
-    level = f"{100 * results.config.fit.confidence:g} % intervals"
+    level = f"{100 * results.config.fit.confidence:g} % intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
     known = tables[tables["alpha_z_se_N_per_cm3"].notna()]
     if known.empty:
         return "No error of alpha is stated, so nothing here has an interval that holds it."
     if results.config.table is not None and results.config.table.holds == "alpha":
-        first = f"{level} of alpha are made from the standard errors that the table states"
+        first = f"{level} are made from the standard errors that the table states"
     else:
         runs = results.joined("runs/{medium}.csv")
         clocks = (runs["clock_se_s"] > 0).any()

@@ -141,7 +141,9 @@ def alpha_workbook(results: Results) -> bytes:
         f"Layout of additional Table S5 of {reference.CITATION}.",
         "Units: alpha in N/cm^3, angles in degrees.",
         _SIGNS,
-        f"Below alpha stand the half widths of the {confidence} intervals, (upper - lower) / 2.",
+        f"Below alpha stand half widths of {confidence} intervals, (upper - lower) / 2.",
+        "Interval of alpha: of the mean of the medium over prepared beds.",
+        "Interval of the next push: where a single one into a freshly prepared bed will fall.",
         'A cell "no run" has no usable run; its comment says why.',
         "Sheets:",
     ]
@@ -156,10 +158,11 @@ def alpha_workbook(results: Results) -> bytes:
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"
             row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
-        for c in "zx":
-            head = f"half width of the {confidence} interval of alpha_{c} (N/cm^3)"
-            widths = table.assign(half=half_width(table, c))
-            row = _alpha_block(book, sheet, row, head, widths, "half")
+        for of, what in (("", "alpha_{}"), ("_next", "the next push, alpha_{}")):
+            for c in "zx":
+                head = f"half width of the {confidence} interval of {what.format(c)} (N/cm^3)"
+                widths = table.assign(half=half_width(table, c, of))
+                row = _alpha_block(book, sheet, row, head, widths, "half")
     return book.close()
 
 
