@@ -23,6 +23,7 @@ from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window
 from rftfit.measure.flags import Flags, Remark, remark, with_reasons
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
+from rftfit.model.common_errors import covariance_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.model_error import larger_model_error
@@ -408,6 +409,17 @@ class Medium:
     def alpha_at_depth(self) -> pd.DataFrame:
         """Stress over depth at `fit.depths_cm` by a power of depth, with intervals; no rows where stress is a line."""
         return self.results.table(f"alpha_at_depth/{self.name}.csv")
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Covariance of the errors of alpha, of all cells and both components, (N/cm^3)^2.
+
+        Index and columns are beta_deg, gamma_deg and component (``z`` or ``x``); an alpha without an error is
+        not in it. Errors that runs share (session, turn, rod, tare) are correlated; the root of the diagonal is the
+        standard error in `alpha`. As ``alpha_covariance/<medium>.csv``, not rounded. Of a force that is linear in
+        alpha with weights w, ``w @ covariance @ w`` is the variance.
+        """
+        return covariance_of(self.alpha)
 
     @property
     def fits(self) -> pd.DataFrame:

@@ -7,6 +7,7 @@ import pandas as pd
 from rftfit.outputs.dictionary import column_of, describe, outputs
 
 UNITS = {
+    "N2_per_cm6": "N^2/cm^6",
     "N_per_cm3": "N/cm^3",
     "N_per_cm2": "N/cm^2",
     "N_per_cm": "N/cm",

@@ -472,5 +472,5 @@ def judged(made):
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        verdicts, alpha, at_depth, *_, flags = checks(results, medium)
+        verdicts, alpha, _, at_depth, *_, flags = checks(results, medium)
         return Judged(verdicts, alpha, at_depth, Flags(flags))

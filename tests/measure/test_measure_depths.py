@@ -28,7 +28,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     power = 1.1
     results = measured(load_campaign(written(tmp_path, {"power": power}, 0, 3, 200)))
     (medium,) = results.media
-    verdicts, alpha, table, *_ = measure.checks(results, medium)
+    verdicts, alpha, _, table, *_ = measure.checks(results, medium)
     # of a medium that passes the check of linearity there is none
     passed = {
         "fits": results[medium].fits,

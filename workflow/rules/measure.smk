@@ -72,6 +72,7 @@ use rule stage as checks with:
     output:
         checks="results/checks/{medium}.csv",
         alpha="results/alpha/{medium}.csv",
+        covariance="results/alpha_covariance/{medium}.csv",
         at_depth="results/alpha_at_depth/{medium}.csv",
         peers="results/peers/{medium}.csv",
         causes="results/causes/{medium}.csv",

@@ -7,7 +7,6 @@ import zlib
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.config import Config
@@ -15,6 +14,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
 from rftfit.measure.fits import COMPONENTS
+from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
 
@@ -41,8 +41,9 @@ def alpha_draws(
     result = []
     # by direction, so that the order of the rows does not choose the numbers
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
-    equivalent = _equivalent_rows(table)
-    shared = _shared_normals(table, draws, random.spawn(1)[0])
+    equivalent = equivalent_rows(table)
+    shared = common_errors(table)
+    normals = _common_normals(shared, draws, random.spawn(1)[0])
     for component in COMPONENTS:
         centre, low, high, se = (
             table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi", "_se")
@@ -54,17 +55,33 @@ def alpha_draws(
         noise[:, order] = random.standard_normal(noise.shape)
         own = se**2
         moved = np.zeros_like(noise)
-        for source, normals in shared.items():
-            size = _part(table, component, source)
+        for source, error in shared.items():
+            size = error.size[component]
             own = own - size**2
             if only in ("", source):
-                moved += size * normals[component]
+                moved += size * normals[source][component]
         if only and only not in shared:
-            own = _part(table, component, only) ** 2
+            own = error_sizes(table, only)[component] ** 2
         if only not in shared:
             moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, equivalent]
         result.append(centre + wide * moved)
     return result[0], result[1]
+
+
+def _common_normals(
+    shared: dict[str, CommonError], draws: int, random: np.random.Generator
+) -> dict[str, dict[str, FloatArray]]:
+    """Normal numbers of the errors that cells share, by source and component, shape (draws, n)."""
+
+    def drawn(error: CommonError) -> FloatArray:
+        return random.standard_normal((draws, len(error.share))) @ error.share
+
+    return {
+        source: dict.fromkeys(COMPONENTS, drawn(error))
+        if error.joint
+        else {c: drawn(error) for c in COMPONENTS}
+        for source, error in shared.items()
+    }
 
 
 def errors_behind(
@@ -80,49 +97,12 @@ def errors_behind(
     return {
         name: quantity(alpha_draws(table, _FEW, seed, level, only=name)).std(ddof=1, axis=-1)
         for name in SOURCES
-        if any(_part(table, component, name).any() for component in COMPONENTS)
+        if any(size.any() for size in error_sizes(table, name).values())
     }
 
 
 _FEW = 400
 """Draws that tell a share of a variance to some percent."""
-
-
-def _part(table: pd.DataFrame, component: str, source: str) -> FloatArray:
-    """One error of a component by cell, N/cm^3; 0 where the table does not have it."""
-    name = column(component, f"_{source}")
-    if name not in table:
-        return np.zeros(len(table))
-    return np.asarray(np.nan_to_num(table[name].to_numpy(float)))
-
-
-def _shared_normals(
-    table: pd.DataFrame, draws: int, random: np.random.Generator
-) -> dict[str, dict[str, FloatArray]]:
-    """Normal numbers of the errors that cells share, by source and component, shape (draws, n or 1)."""
-    result: dict[str, dict[str, FloatArray]] = {}
-    for source in ("rod", "session", "turn"):
-        # one cause, which moves both components
-        one = random.standard_normal((draws, 1))
-        result[source] = dict.fromkeys(COMPONENTS, one)
-    names = table["tare_runs"].fillna("").to_numpy(str) if "tare_runs" in table else ()
-    of_cells = [str(text).split() for text in names]
-    if any(_part(table, c, "tare").any() for c in COMPONENTS) and of_cells:
-        known = sorted({name for cell in of_cells for name in cell})
-        # as if the tares of a cell had equal parts in it
-        use = np.array(
-            [[1 / len(cell) ** 0.5 if name in cell else 0.0 for cell in of_cells] for name in known]
-        )
-        result["tare"] = {c: random.standard_normal((draws, len(known))) @ use for c in COMPONENTS}
-    return result
-
-
-def _equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """The last row of an alpha table that is the same plate in the same motion, for each row."""
-    keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
-    order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")
-    last = {keys[row]: int(row) for row in order}
-    return np.array([last[key] for key in keys], dtype=np.intp)
 
 
 def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:

@@ -20,6 +20,7 @@ from rftfit.measure.pairs import same_table
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.measure.verdicts import COLUMNS, marks_of
+from rftfit.model.common_errors import covariance_table
 from rftfit.model.shapes import published_shapes
 from rftfit.results import Results
 
@@ -59,7 +60,8 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     """Put the cells of a medium together and check them.
 
-    Returns verdicts, alpha table, alpha of depths, runs side by side, what runs share, and all flags of runs and cells.
+    Returns verdicts, alpha table, covariance of its errors, alpha of depths, runs side by side, what runs share, and
+    all flags of runs and cells.
     """
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
@@ -90,7 +92,15 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     marks = mark_columns(marks_of(verdicts, config.media).get(medium, ()))
     alpha = with_flagged(tables["alpha"], Flags(flags)).assign(**marks)
     at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": verdicts}, cells)
-    return verdicts, alpha, at_depth.assign(**marks), peers, causes, flags
+    return (
+        verdicts,
+        alpha,
+        covariance_table(alpha),
+        at_depth.assign(**marks),
+        peers,
+        causes,
+        flags,
+    )
 
 
 MEASURED = (
