@@ -2,15 +2,18 @@
 
 import io
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from light_campaign import SE, alpha_frame, results_of
 
 from rftfit.campaign.config import Errors
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
 from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of, covariance_table
+from rftfit.reference import alpha_grid
 from rftfit.store import csv_bytes
 
 NONE = Errors(
@@ -61,7 +64,7 @@ def of_rods(random, draws):
     return -force * np.stack([np.ones_like(SIDE), SIDE], axis=-1)
 
 
-SIMULATED = {
+SIMULATED: dict[str, tuple[Any, dict[str, Any]]] = {
     "turn": (
         lambda random, n: turned(math.radians(2) * random.standard_normal(n)),
         {"errors": NONE.model_copy(update={"turn_deg": 2.0})},
@@ -117,8 +120,19 @@ def test_covariance_is_that_of_the_standard_errors():
     values = np.linalg.eigvalsh(found)
     assert values.min() > -1e-12 * values.max()
     # one plate has one error
-    left, right = (found.loc[(beta, -90.0)] for beta in (-90.0, 90.0))
+    left, right = (found.xs((beta, -90.0)) for beta in (-90.0, 90.0))
     np.testing.assert_allclose(left, right, rtol=1e-12)
+
+
+def test_a_medium_gives_its_covariance(paper_config):
+    """Of a table with noise alone, each number for itself."""
+    medium, values = "poppy_LP", alpha_grid("poppy_LP")
+    found = results_of([alpha_frame(medium, values)], paper_config)[medium].covariance
+    np.testing.assert_allclose(found.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
+    apart = found.drop(index=[-90.0, 90.0]).drop(columns=[-90.0, 90.0])
+    np.testing.assert_allclose(apart, SE**2 * np.eye(len(apart)), atol=1e-18)
+    # these are one plate
+    np.testing.assert_allclose(found.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
 
 
 def test_the_file_is_the_matrix():

@@ -98,15 +98,20 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     ]
     index = pd.MultiIndex.from_tuples(names, names=COVARIANCE_INDEX)
     has_error = np.isfinite(se)
-    square = pd.DataFrame(total, index=index, columns=index).loc[has_error, has_error]
+    square = pd.DataFrame(total, index=index, columns=index)
+    known: pd.DataFrame = square.loc[has_error, has_error]
     # in the order of its index a cell is looked up by beta and gamma alone
-    return square.sort_index().sort_index(axis=1)
+    return known.sort_index().sort_index(axis=1)
 
 
 def covariance_table(table: pd.DataFrame) -> pd.DataFrame:
     """`covariance_of` an alpha table as the rows of a file: a column for each row, in the same order."""
     square = covariance_of(table)
-    names = [f"covariance_{c}_{beta:g}_{gamma:g}_N2_per_cm6" for beta, gamma, c in square.columns]
+    places = (square.index.get_level_values(name) for name in COVARIANCE_INDEX)
+    names = [
+        f"covariance_{c}_{beta:g}_{gamma:g}_N2_per_cm6"
+        for beta, gamma, c in zip(*places, strict=True)
+    ]
     rows = square.set_axis(names, axis=1).reset_index()
     rows.insert(0, "medium", next(iter(table["medium"]), ""))
     return rows
