@@ -548,9 +548,9 @@ class JointModel:
 
 
 def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
-    """Find what runs share, the clearest first, and the scores before anything was put right."""
+    """Find what runs share, the clearest first, and the scores of what is left when that is put right."""
     model.fit()
-    first = scan = model.scan()
+    scan = model.scan()
     told: list[Found] = []
     while len(told) < _MOST_CAUSES:
         tried = _try_candidates(model, scan)
@@ -574,7 +574,7 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         )
         told.append(Found(trial.cause, trial.size, se, trial.times, others))
         model, scan = right, right.scan()
-    return told, first
+    return told, scan
 
 
 class _Trial(NamedTuple):

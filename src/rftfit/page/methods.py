@@ -12,7 +12,7 @@ from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import number
 from rftfit.measure.depths import power_of, steep_pushes
-from rftfit.measure.errors import AS_PREPARED, ASSUMED, OF_CELL, STATED
+from rftfit.measure.errors import AS_PREPARED, ASSUMED, FEW_REPEATS, OF_CELL, STATED
 from rftfit.measure.slopes import FEWEST
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
@@ -209,6 +209,8 @@ def _spread(results: Results) -> str:
         return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
     size = number(known["run_to_run_z_N_per_cm3"].median(), 4)
     how = "pooled from repeats, where there are enough"
+    if FEW_REPEATS in kinds:
+        how = "an assumed 5 %, moderated by few repeats"
     if kinds <= {STATED, ASSUMED}:
         how = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
     return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
