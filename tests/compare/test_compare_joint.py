@@ -178,7 +178,7 @@ def fits_of(beta, gamma, alpha):
 
 
 def test_the_table_of_causes_has_sizes_as_people_state_them():
-    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1)
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 3, DIRECTIONS[::2])
     fits, sheet = fits_of(beta, gamma, late(alpha, 1.4 * alpha))
     causes, axes = compare_all_runs(fits, "sand", sheet, 0.3)
     row = causes[causes["verdict"] == "told"].iloc[0]

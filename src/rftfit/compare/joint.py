@@ -78,6 +78,8 @@ _NOMINAL_RATE = 0.03
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", TREND: "order"}
 """Causes that share a limit; all others are labels of the run sheet."""
 _MOST_CAUSES, _MOST_TRIED = 3, 4
+_FAR_BEHIND = 3.0
+"""A candidate whose score is so far below the largest is not decided beside it."""
 _MOST_STEPS, _STEP_SHARE, _STEP_RUNS = 30, 0.12, 4
 _MOST_STEPPED = 10
 """Fewest runs with which a step is looked for."""
@@ -594,6 +596,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     of_all = np.array([cause.group == ALL for cause in scan.causes])
     worth = np.where(of_all, beyond > _TRIED_OF_ALL, scores > scan.limit - _RANKED_FROM)
     worth &= scan.checked & (beyond > 0)
+    worth &= scores > scores.max() - _FAR_BEHIND
     tried: dict[tuple[str, str], _Trial] = {}
     for place in np.argsort(-np.where(worth, scores, 0.0)):
         cause = scan.causes[place]

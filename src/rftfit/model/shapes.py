@@ -171,10 +171,18 @@ class Shapes:
 
         Bilinear between the lines of its table, with the course of 3D-RFT.
         """
+        return self._with_course(beta, gamma, course_between_lines(beta, gamma).mean(axis=0))
+
+    def _with_course(self, beta: FloatArray, gamma: FloatArray, course: FloatArray) -> FloatArray:
+        """Alpha of each known medium over its size, with a course between the lines of its table."""
         tables = [np.concatenate(one.alpha(beta, gamma)) for one in self.profiles.values()]
-        course = course_between_lines(beta, gamma).mean(axis=0)
         bilinear = np.stack(tables) / self._sizes[:, None]
         return np.asarray(bilinear + self.levels[:, None] * course)
+
+    @cached_property
+    def _mean_on_grid(self) -> FloatArray:
+        """Mean shape on the published grid."""
+        return np.asarray(self.of_media(*_GRID).mean(axis=0))
 
     def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean shape of the known media, (2, n), and its change with beta and gamma, per degree, (2, n, 2).
@@ -193,16 +201,17 @@ class Shapes:
 
     def prior(self, beta: FloatArray, gamma: FloatArray) -> _Prior:
         """What is known of a further medium of size 1 before a push, at directions of shape (n,)."""
-        known = self.of_media(beta, gamma)
+        courses = course_between_lines(beta, gamma)
+        known = self._with_course(beta, gamma, courses.mean(axis=0))
         mean, count, by = known.mean(axis=0), len(known), self.variation
         between = (known - mean) * np.sqrt(by.media * (1 + 1 / count) / (count - 1))
         # how a further medium runs between the lines: the frictions differ, and it may have less of a course or more
-        courses = self.levels.mean() * course_between_lines(beta, gamma)
+        courses = self.levels.mean() * courses
         course = courses.mean(axis=0)
         apart = (courses - course) / np.sqrt(len(courses) - 1)
         between = np.concatenate([between, apart, by.course_share * course[None]])
         amplitude = by.floor + by.share * np.abs(mean)
-        level = by.floor + by.share * np.abs(self.of_media(*_GRID).mean(axis=0))
+        level = by.floor + by.share * np.abs(self._mean_on_grid)
         smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, by))
         return _Prior(
             mean, between, smooth, np.mean(level**2) * _alike(beta, gamma, partial(_rough, by))
