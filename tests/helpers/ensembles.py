@@ -164,7 +164,7 @@ def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.
     variance = np.stack([part[1] for part in parts])
     dof = np.stack([np.full(k, part[2]) for part in parts])
     if not run.level:
-        slope = fit_slope(run.depth, stress, variance, dof, depth_sd)
+        slope = fit_slope(run.depth, stress, variance, dof, depth_sd, tare_stress=parts[1][0])
         if at_cm is None:
             return slope
         return by_law(
@@ -174,7 +174,8 @@ def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.
     startup = startup_bias(run.travel, stress, steady, SKIP_CM)
     # the arm's log has its noise in the depth of a horizontal run too
     depth = run.depth[steady] + random.normal(0, 3e-4, int(steady.sum()))
-    return fit_slope(depth, stress[:, steady], variance, dof, depth_sd, startup)
+    tare_stress = parts[1][0][:, steady]
+    return fit_slope(depth, stress[:, steady], variance, dof, depth_sd, startup, tare_stress)
 
 
 COLUMNS = {

@@ -91,19 +91,24 @@ def test_a_stress_that_is_no_power_has_no_exponent():
 
 @pytest.mark.parametrize("law", ["free_intercept", "power"])
 def test_errors_of_zero_and_tare_by_another_law(law):
-    """What moves all samples alike counts by the sum of the gains; half of the scatter is the tare's."""
-    noise = np.random.default_rng(3).normal(0, 0.01, DEPTH.size)
+    """What moves all samples alike counts by the sum of the gains; the tare has its share of the scatter."""
+    random = np.random.default_rng(3)
+    noise = random.normal(0, 0.01, DEPTH.size)
+    tare_stress = 0.1 * DEPTH[None] + random.normal(0, 0.006, DEPTH.size)
     stress = (0.3 * DEPTH + noise)[None]
     zero = np.array([[0.01**2], [0.02**2]])
-    line = fit_slope(DEPTH, stress, zero, np.full((2, 1), 30.0))
-    bare = fit_slope(DEPTH, stress, np.zeros((2, 1)), np.full((2, 1), 30.0))
+    dof = np.full((2, 1), 30.0)
+    line = fit_slope(DEPTH, stress, zero, dof, tare_stress=tare_stress)
+    bare = fit_slope(DEPTH, stress, np.zeros((2, 1)), dof, tare_stress=tare_stress)
+    share = float(line.tare_share[0])
+    assert 0.1 < share < 0.9
     laws = other_laws(DEPTH, stress, 5.0)
     assert laws is not None
     found, own = (by_law(one, laws, law) for one in (line, bare))
     gain = float(laws[law][0].gain.sum())
     np.testing.assert_allclose(found.se**2 - own.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6)
-    np.testing.assert_allclose(own.tare**2, own.se**2 / 2, rtol=1e-6)
-    np.testing.assert_allclose(found.tare**2, own.se**2 / 2 + 0.02**2 * gain**2, rtol=1e-6)
+    np.testing.assert_allclose(own.tare**2, share * own.se**2, rtol=1e-6)
+    np.testing.assert_allclose(found.tare**2, share * own.se**2 + 0.02**2 * gain**2, rtol=1e-6)
     np.testing.assert_array_equal(found.curvature, [0])
     # a surface that lies deeper by 0.1 mm: the line with a free intercept has found it
     moved = other_laws(DEPTH, (0.3 * (DEPTH + 0.01) + noise)[None], 5.0)

@@ -180,9 +180,8 @@ def test_errors_of_zero_and_depth_add_in_quadrature():
     expected = np.sqrt(plain.se**2 + variance.sum(axis=0) * lever**2)
     np.testing.assert_allclose(zeroed.se, expected, rtol=1e-12)
     assert zeroed.lever == pytest.approx(lever)
-    # run and tare have the same noise, and each a zero of its own
-    of_noise = plain.se**2 / 2
-    np.testing.assert_allclose(zeroed.tare**2, of_noise + variance[1] * lever**2, rtol=1e-9)
+    # of a tare whose scatter is not given, the zero alone
+    np.testing.assert_allclose(zeroed.tare**2, variance[1] * lever**2, rtol=1e-9)
     alone = fit_slope(DEPTH, stress(), variance[:1], NOTHING[1][:1])
     np.testing.assert_array_equal(alone.tare, [0, 0])
     np.testing.assert_allclose(zeroed.shift, variance.sum(axis=0))
@@ -276,3 +275,21 @@ def test_where_stress_begins():
     assert abs(stress_onset(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
     for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.zeros((1, 200)))):
         assert np.isnan(stress_onset(level, stress)).all()
+
+
+def test_share_of_the_tare_is_what_its_own_scatter_shows():
+    """A rod that is quiet beside its plate has a small share, however its force rises; one of equal noise half."""
+    random = np.random.default_rng(5)
+    noise_of_run = random.normal(0, 0.01, (400, DEPTH.size))
+    noise_of_tare = random.normal(0, 0.01, (400, DEPTH.size))
+    rod = 0.02 * DEPTH + 0.003 * DEPTH**2
+    nothing = np.zeros((2, 400)), np.ones((2, 400))
+    for ratio, expected in [(0.0, 0.0), (0.3, 0.09 / 1.09), (1.0, 0.5), (3.0, 0.9)]:
+        tare = rod + ratio * noise_of_tare
+        tared = 0.3 * DEPTH + noise_of_run - ratio * noise_of_tare
+        slope = fit_slope(DEPTH, tared, *nothing, tare_stress=tare)
+        assert np.median(slope.tare_share) == pytest.approx(expected, abs=0.1)
+        assert slope.tare_share.max() <= 1
+        without = fit_slope(DEPTH, tared, *nothing)
+        np.testing.assert_array_equal(slope.se, without.se)
+        np.testing.assert_array_equal(without.tare, 0)

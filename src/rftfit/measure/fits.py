@@ -222,6 +222,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     fitted = stress[:, usable]
+    tare_stress = None
+    if stroke.tare is not None:
+        tare_stress = stroke.tare[:, usable] / plate.area_cm2 * np.array([[1.0], [sign_x]])
     flags: tuple[Remark, ...] = ()
     few = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if few:
@@ -231,7 +234,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         if level:
             startup = slopes.startup_bias(stroke.path, stress, usable, fit.horizontal_skip_cm)
         variance = stroke.zero_variance / plate.area_cm2**2
-        slope = slopes.fit_slope(depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup)
+        slope = slopes.fit_slope(
+            depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup, tare_stress
+        )
         # curvature that stays below the noise of one sample bends nothing that could be measured
         visible = config.transducer.precision_N / plate.area_cm2
         flags += () if level else _linearity_flags(slope, float(depth.max()), visible)
@@ -246,9 +251,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         return found
     laws = other_laws(depth, fitted, fit.law_depth_cm)
     rod = found.rod
-    if stroke.tare is not None:
-        rods = stroke.tare[:, usable] / plate.area_cm2
-        rod = slopes.zero_intercept(depth, rods)[0] * [1.0, sign_x]
+    if tare_stress is not None:
+        rod = slopes.zero_intercept(depth, tare_stress)[0]
     by = by_law(slope, laws, fit.law)
     return replace(found, slope=by, laws=laws, line=slope.alpha, rod=rod)
 

@@ -102,7 +102,7 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
     scatter = np.array([float(one[0]) for one in noise])
     moved = np.array([float(one.gain.sum()) for one in laws[law]])
     shift = slope.shift * moved**2
-    tare = np.sqrt(0.5 * scatter + slope.shift_of_tare * moved**2)
+    tare = np.sqrt(slope.tare_share * scatter + slope.shift_of_tare * moved**2)
     alpha = np.array([one.alpha for one in laws[law]])
     return replace(
         slope,
@@ -110,6 +110,6 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
         se=np.sqrt(scatter + shift),
         dof=combine_dof(np.stack([scatter, shift]), np.stack([dof.astype(float), slope.dof])),
         curvature=np.zeros(alpha.size),
-        tare=np.where(slope.tare > 0, tare, 0.0),
+        tare=tare,
         lever=laws[law][int(np.abs(alpha).argmax())].lever,
     )

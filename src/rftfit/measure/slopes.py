@@ -179,6 +179,7 @@ class Slope:
     as the limit of an even distribution.
     `lever`: relative change of alpha for a surface that lies lower by 1 cm than was taken, 1/cm.
     `shift`, `shift_of_tare`: variance of what moves all samples alike, and of the tare's part, (N/cm^2)^2.
+    `tare_share`: of the variance that the scatter of the samples causes, how much is the tare's.
     """
 
     alpha: FloatArray
@@ -199,6 +200,7 @@ class Slope:
     start: FloatArray
     shift: FloatArray
     shift_of_tare: FloatArray
+    tare_share: FloatArray
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Return the lower and upper end of the interval of alpha, N/cm^3, at a level between 0 and 1."""
@@ -231,6 +233,7 @@ def fit_slope(
     zero_dof: FloatArray,
     depth_sd: float = 0.0,
     startup: FloatArray | None = None,
+    tare_stress: FloatArray | None = None,
 ) -> Slope:
     """Fit the zero-intercept slope with its honest standard error and quality figures.
 
@@ -238,6 +241,7 @@ def fit_slope(
     tared, N/cm^2. `zero_variance`, `zero_dof` (m, k): of the stress zero of the run and of its tare,
     (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it; so is
     that of the depth, `depth_sd`, cm (of the clocks). `startup` (k,): of `startup_bias`, N/cm^2.
+    `tare_stress` (k, n): what was subtracted, N/cm^2; its scatter is common to all runs that share the tare.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
@@ -257,8 +261,10 @@ def fit_slope(
     dofs = np.vstack([np.full(alpha.size, count), shift_dof, given, given])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = free_intercept(depth, stress)
-    # run and tare were recorded with the same noise; without a tare there is one zero only
-    tare = (scatter / power**2 / 2 + zero_variance[1:].sum(axis=0) * lever**2) * (len(shift) > 2)
+    tare_share = np.zeros(alpha.size)
+    if tare_stress is not None:
+        tare_share = _share_of_tare(tare_stress, depth, scatter)
+    tare = tare_share * scatter / power**2 + zero_variance[1:].sum(axis=0) * lever**2
     return Slope(
         alpha,
         se,
@@ -277,7 +283,19 @@ def fit_slope(
         stress_onset(depth, stress),
         shift.sum(axis=0),
         zero_variance[1:].sum(axis=0),
+        tare_share,
     )
+
+
+def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArray) -> FloatArray:
+    """How much of the scatter of a tared run is that of its tare, from what a parabola leaves of the tare."""
+    way = np.linspace(-1.0, 1.0, depth.size)
+    smooth = np.stack([np.ones(depth.size), way, way**2])
+    basis = _orthonormal(smooth)
+    residual = tare_stress - (tare_stress @ basis) @ basis.T
+    of_tare, _ = weighted_sum_variance(residual, depth, smooth)
+    share = np.divide(np.nan_to_num(of_tare), scatter, out=np.zeros(scatter.size), where=scatter > 0)
+    return np.asarray(np.minimum(share, 1.0))
 
 
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
@@ -311,6 +329,7 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
         unknown[0],
         unknown[1],
         stress_onset(depth, stress),
+        nothing,
         nothing,
         nothing,
     )
