@@ -238,6 +238,44 @@ class Results(Tables):
         tables = [self.table(pattern.format(medium=medium)) for medium in names]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
+    def map_table(self, medium: str) -> pd.DataFrame:
+        """Estimated alpha of one medium in every direction.
+
+        Parameters
+        ----------
+        medium : str
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``maps/{medium}.csv`` without the row that says why there is no map (`map_reason`).
+
+        Raises
+        ------
+        InputError
+            If the table was not made.
+        """
+        table = self.table(f"maps/{medium}.csv")
+        return table[table["beta_deg"].notna()]
+
+    def map_reason(self, medium: str) -> str:
+        """Why a medium has no map; empty where it has one.
+
+        Parameters
+        ----------
+        medium : str
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        InputError
+            If the table of maps was not made.
+        """
+        return "; ".join(filter(None, self.table(f"maps/{medium}.csv")["reason"].unique()))
+
     def alpha_table(self, medium: str) -> pd.DataFrame:
         """Alpha of one medium, each of its directions once.
 

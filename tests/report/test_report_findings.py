@@ -18,9 +18,11 @@ from rftfit.figures.registry import greek
 from rftfit.figures.style import FORMATS, content, preview
 from rftfit.measure.flags import about, flag_table, remark
 from rftfit.page.findings import findings
+from rftfit.page.outcome import doubt_of_map
 from rftfit.page.page import page as make_page
 from rftfit.page.page import pictures
 from rftfit.results import Results
+from rftfit.workflow.profiles import maps
 
 NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
@@ -256,3 +258,23 @@ def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     assert np.nanmax(np.concatenate(drawn)) == pytest.approx(largest)
     (ring,) = (line for line in page.axes[0].lines if line.get_marker() == "o")
     assert tuple(np.ravel([ring.get_xdata(), ring.get_ydata()])) == (90.0, 0.0)
+
+
+def test_medium_without_a_map_says_why_on_the_page(tmp_path):
+    """A push of the wrong sign gives energy back, so no map belongs to it: neither a silence nor a number."""
+    results = page_results(tmp_path)
+    assert results.map_reason("yuma") == ""
+    table = results.table("alpha/yuma.csv")
+    pushed = table["alpha_z_N_per_cm3"].notna()
+    table.loc[pushed, "alpha_z_N_per_cm3"] *= -1
+    write(results, "alpha/yuma.csv", table)
+    results = Results(results.campaign)
+    (without_map,) = maps(results, "yuma").to_dict("records")
+    assert np.isnan(without_map["alpha_z_N_per_cm3"])
+    assert without_map["reason_code"] == "no-map"
+    write(results, "maps/yuma.csv", maps(results, "yuma"))
+    assert results.map_table("yuma").empty
+    reason = results.map_reason("yuma")
+    assert "resistance" in reason
+    assert reason in doubt_of_map(results, "yuma")
+    assert "the pushes meet no resistance" in make_page(results)

@@ -45,7 +45,7 @@ def mapped(results: Results) -> tuple[str, pd.DataFrame, str]:
     if known[ranked[0]] >= FEWEST and maps.lies_on_grid(alpha):
         return ranked[0], alpha, "measured"
     for name in ranked:
-        if len(table := results.table(f"maps/{name}.csv")):
+        if len(table := results.map_table(name)):
             return name, table, "estimated"
     return ranked[0], alpha[:0], "estimated"
 

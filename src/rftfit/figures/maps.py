@@ -112,10 +112,18 @@ def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
     return tuple(name for name, directions in pushed.items() if 0 < len(directions) < _FEW)
 
 
+def _why_no_map(results: Results, _: str) -> tuple[str, ...]:
+    """Why no medium with few pushes has a map; empty where one has."""
+    if _estimated(results):
+        return ()
+    reasons = (results.map_reason(name) for name in _few_pushes(results.campaign))
+    return ("no map was estimated", *dict.fromkeys(filter(None, reasons)))
+
+
 def _estimated(results: Results) -> list[str]:
     """Media with few pushes whose map could be estimated."""
     few = _few_pushes(results.campaign)
-    return [name for name in few if len(results.table(f"maps/{name}.csv"))]
+    return [name for name in few if len(results.map_table(name))]
 
 
 @figure(
@@ -128,11 +136,7 @@ def _estimated(results: Results) -> list[str]:
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
         "and the half width of the interval of alpha. Good: narrow where elements of a body move."
     ),
-    lacking=lambda results, _: (
-        ()
-        if _estimated(results)
-        else ("no map was estimated", "no medium with few pushes has a slope")
-    ),
+    lacking=_why_no_map,
 )
 def estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""

@@ -294,7 +294,9 @@ def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArr
     basis = _orthonormal(smooth)
     residual = tare_stress - (tare_stress @ basis) @ basis.T
     of_tare, _ = weighted_sum_variance(residual, depth, smooth)
-    share = np.divide(np.nan_to_num(of_tare), scatter, out=np.zeros(scatter.size), where=scatter > 0)
+    share = np.divide(
+        np.nan_to_num(of_tare), scatter, out=np.zeros(scatter.size), where=scatter > 0
+    )
     return np.asarray(np.minimum(share, 1.0))
 
 

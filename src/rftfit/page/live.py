@@ -52,7 +52,7 @@ SAME_LINE_DEG = 0.01
 def profiles(results: Results, medium: str) -> dict[str, Profile]:
     """Profiles of a medium whose numbers are known; of a natural sand the map and the generic one."""
     found: dict[str, Profile] = {}
-    if len(whole := results.table(f"maps/{medium}.csv")):
+    if len(whole := results.map_table(medium)):
         found["map"] = TableProfile.from_table(whole, f"map of {results[medium].title}")
     if results[medium].settings.role == "laboratory":
         table = TableProfile.from_table(results[medium].alpha, results[medium].title)
@@ -138,7 +138,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "maps": {
             one.name: _cells(_on_lines(whole, one.alpha).assign(reason=_of_map))
             for one in results
-            if len(whole := results.table(f"maps/{one.name}.csv"))
+            if len(whole := results.map_table(one.name))
         },
         "measured": {
             one.name: {str(leg): _curve(part) for leg, part in one.legs.groupby("leg")}

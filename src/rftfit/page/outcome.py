@@ -120,9 +120,12 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     return say(max(doubts, key=_severity)), len(doubts)
 
 
-def unlike_known(results: Results, medium: str) -> str:
-    """Say where the pushes of a medium hardly fit the shape that known media share."""
-    chance = results.table(f"maps/{medium}.csv")["chance_if_it_belongs"].min()
+def doubt_of_map(results: Results, medium: str) -> str:
+    """Say why a measured medium has no map, or where its pushes hardly fit the shape that known media share."""
+    why = results.map_reason(medium)
+    if why and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
+        return f"alpha could not be estimated in directions without a push: {why}"
+    chance = results.map_table(medium)["chance_if_it_belongs"].min()
     if not chance < NOT_ALIKE:
         return ""
     return (

@@ -29,10 +29,10 @@ from rftfit.page.live import as_json, live_data, scaled_from_print
 from rftfit.page.methods import paragraphs, references, settings_digest
 from rftfit.page.outcome import (
     Outcome,
+    doubt_of_map,
     most_serious_flag,
     outcome_of_runs,
     summary_of_checks,
-    unlike_known,
 )
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
@@ -147,7 +147,7 @@ def context(results: Results) -> dict[str, Any]:
             for flag, count in [most_serious_flag(results, one.name)]
             if flag
         ]
-        + [(one.title, doubt) for one in results if (doubt := unlike_known(results, one.name))],
+        + [(one.title, doubt) for one in results if (doubt := doubt_of_map(results, one.name))],
         "of_all": [
             (one.title, ". ".join(words))
             for one in results

@@ -17,7 +17,7 @@ from rftfit.compare.coefficients import (
 )
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import MARKS, mark_columns
+from rftfit.measure.flags import MARKS, REASON, mark_columns, quoted, reason_columns
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
 from rftfit.results import Results
@@ -33,6 +33,7 @@ MAP_COLUMNS = [
     "chance_if_it_belongs",
     "horizontal",
     *MARKS,
+    *REASON,
 ]
 
 
@@ -53,17 +54,19 @@ def symmetry(results: Results) -> pd.DataFrame:
 def maps(results: Results, medium: str) -> pd.DataFrame:
     """Complete alpha of a medium in every direction by the shape that known media share.
 
-    A direction that was pushed keeps what was measured there.
+    A direction that was pushed keeps what was measured there. Where there is no map the table has one row
+    that says why.
     """
+    facts: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
-        found = results[medium].map()
-        table = found.table()
-    except InputError:
-        return pd.DataFrame(columns=MAP_COLUMNS)  # the table says why it has no number
-    facts: dict[str, Any] = {"known_media": found.known, "chance_if_it_belongs": found.belongs}
-    facts |= {"medium": medium, "horizontal": found.horizontal}
-    marks = mark_columns(results.marks.get(medium, ()))
-    return table.assign(**facts, **marks)[MAP_COLUMNS]
+        estimated = results[medium].map()
+        table = estimated.table()
+    except InputError as error:
+        row = facts | reason_columns([quoted(error, "no-map")])
+        return pd.DataFrame([row], columns=MAP_COLUMNS)
+    facts |= {"known_media": estimated.known, "chance_if_it_belongs": estimated.belongs}
+    facts |= {"horizontal": estimated.horizontal} | reason_columns([])
+    return table.assign(**facts)[MAP_COLUMNS]
 
 
 def fourier(results: Results) -> pd.DataFrame:
