@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Arm, Config, Leg
+from rftfit.compare.leg_angle import common_offset, offset_of_curve
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, directions, flagged
 from rftfit.measure.errors import shares
@@ -98,6 +99,10 @@ COLUMNS = [
     "component",
     "verdict",
     *NUMBERS,
+    "theta_offset_deg",
+    "theta_error_deg",
+    "theta_error_lo_deg",
+    "theta_error_hi_deg",
     "peak_errors",
     "peak_on_flagged_percent",
     *REASON,
@@ -417,7 +422,31 @@ def leg_errors(
             flagged = flagged if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
             rows.append(name | found | errors_of_model | rests | reason)
-    return pd.DataFrame(rows, columns=COLUMNS)
+    table = pd.DataFrame(rows, columns=COLUMNS)
+    return table.assign(**_errors_of_theta(table, curves, predicted))
+
+
+def _errors_of_theta(
+    errors: pd.DataFrame, curves: Mapping[Any, pd.DataFrame], predicted: pd.DataFrame
+) -> dict[str, Any]:
+    """Columns of what the beginnings of the curves say of theta: offset of each curve, and error common to all."""
+    maps = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
+    offsets = {
+        place: offset_of_curve(curve, maps[place])
+        for place, curve in curves.items()
+        if place in maps
+    }
+    of_legs: dict[str, list[float]] = {}
+    for (_, leg), offset in offsets.items():
+        of_legs.setdefault(str(leg), []).append(offset)
+    common = common_offset(of_legs)
+    places = zip(errors["medium"], errors["leg"], strict=True)
+    return {
+        "theta_offset_deg": [offsets.get(place, math.nan) for place in places],
+        "theta_error_deg": common.offset_deg,
+        "theta_error_lo_deg": common.lo_deg,
+        "theta_error_hi_deg": common.hi_deg,
+    }
 
 
 def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Iterable[Remark]:

@@ -37,7 +37,7 @@ class Finding(NamedTuple):
 
 def findings(results: Results) -> list[Finding]:
     """How well was measured, what is predicted and why it is off; then the rest."""
-    parts = (_measured, _legs, _simulated, _why, _pushes, _sands, _robot, _fitted, _turned)
+    parts = (_measured, _legs, _theta, _simulated, _why, _pushes, _sands, _robot, _fitted, _turned)
     return [one for part in parts for one in part(results)]
 
 
@@ -202,6 +202,23 @@ def _simulated(results: Results) -> Iterable[Finding]:
             f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
             "resistive forces; no speed was measured.",
             "robot",
+        )
+
+
+def _theta(results: Results) -> Iterable[Finding]:
+    """Whether angle theta of all legs is off."""
+    errors = results.table("leg_errors.csv")
+    for row in records(errors.dropna(subset=["theta_error_deg"]).head(1)):
+        lo, hi = row["theta_error_lo_deg"], row["theta_error_hi_deg"]
+        if lo <= 0 <= hi:
+            return
+        side = "larger" if lo > 0 else "smaller"
+        ends = sorted((abs(lo), abs(hi)))
+        yield Finding(
+            f"Forces on the legs begin at a {side} theta than the legs reach the surface: theta of the logs is off by "
+            f"{number(row['theta_error_deg'], 1)} degrees ({number(ends[0], 1)} to {number(ends[1], 1)}), and the errors of "
+            "the model on legs contain that.",
+            "legs",
         )
 
 

@@ -1,0 +1,131 @@
+"""Error of angle theta that all legs share, from where their forces begin.
+
+A leg touches the surface at an angle that its outline and the height of its axle alone decide. What the force does after
+that is the model's affair, and there the model is off by up to 15 degrees, to one side for a leg that is curved forward
+and to the other for one that is curved back. So the first part of a curve tells the angle, and the place of its peak does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+
+FIRST_PART = 0.2
+"""Of the largest force: up to there a curve tells where it begins."""
+
+FARTHEST_DEG, STEP_DEG = 15.0, 0.1
+"""Offsets that are tried."""
+
+FEWEST = 5
+"""Readings of the first part without which a curve tells nothing."""
+
+SMOOTH = 5
+
+BETWEEN_LEGS_DEG, BETWEEN_CURVES_DEG = 2.3, 2.2
+"""Standard deviations of an offset that is no error of theta, from one shape of leg to another and from one medium to another.
+
+As the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
+"""
+
+QUANTILE = 1.96
+
+
+@dataclass(frozen=True)
+class AngleOffset:
+    """How far angle theta of the logs lies above the angle of the legs, degrees, with its interval of 95 %.
+
+    `curves`: how many tell it. All NaN where none does.
+    """
+
+    offset_deg: float = math.nan
+    lo_deg: float = math.nan
+    hi_deg: float = math.nan
+    curves: int = 0
+
+    @property
+    def is_off(self) -> bool:
+        """Whether the interval leaves out 0."""
+        return self.lo_deg > 0 or self.hi_deg < 0
+
+
+def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
+    """Angle by which the first part of a measured curve lies behind its prediction, whatever the size of the force.
+
+    Parameters
+    ----------
+    measured, predicted : pandas.DataFrame
+        Columns ``theta_deg``, increasing, ``force_z_N``, ``force_x_N``.
+
+    Returns
+    -------
+    float
+        Degrees; positive: the logs' theta is too large. NaN where the curve begins under load, or its first part is short.
+    """
+    theta, force = _curve(measured)
+    theta_predicted, force_predicted = _curve(predicted)
+    if theta.size < 2 * SMOOTH or not np.isfinite(force_predicted).all():
+        return math.nan
+    size = np.convolve(np.hypot(*force), np.full(SMOOTH, 1 / SMOOTH), mode="same")
+    size_predicted = np.hypot(*force_predicted)
+    loaded = np.flatnonzero(size_predicted > 0)
+    first_part = np.arange(theta.size) <= np.argmax(size > FIRST_PART * size.max())
+    if not loaded.size or np.count_nonzero(first_part) < FEWEST:
+        return math.nan
+    if theta[0] > theta_predicted[loaded[0]] - FEWEST:
+        return math.nan
+    offsets = np.arange(-FARTHEST_DEG, FARTHEST_DEG + STEP_DEG / 2, STEP_DEG)
+    at = theta[first_part][None] - offsets[:, None]
+    moved = np.stack(
+        [np.interp(at, theta_predicted, part, left=0.0, right=0.0) for part in force_predicted]
+    )
+    wanted = force[:, None, first_part]
+    power = (moved**2).sum(axis=(0, 2))
+    fitted = (moved * wanted).sum(axis=(0, 2))
+    # of the best gain, which cannot turn the force around
+    explained = np.where(
+        (power > 0) & (fitted > 0), fitted**2 / np.where(power > 0, power, 1.0), 0.0
+    )
+    best = int(explained.argmax())
+    is_inside = 0 < best < offsets.size - 1 and explained[best] > 0
+    return float(offsets[best]) if is_inside else math.nan
+
+
+def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """Theta, deg, (n,), and force z and x, N, (2, n), of the rows with numbers."""
+    names = ["theta_deg", "force_z_N", "force_x_N"]
+    theta, *force = table[names].dropna().sort_values("theta_deg").to_numpy(float).T
+    return theta, np.stack(force)
+
+
+def common_offset(offsets_deg: Mapping[str, Sequence[float]]) -> AngleOffset:
+    """Combine the offsets of single curves, by leg: legs of one shape err alike, so each shape counts once.
+
+    Parameters
+    ----------
+    offsets_deg : mapping of str to sequence of float
+        Of `offset_of_curve`, by leg, one a medium; NaN where a curve tells none.
+
+    Returns
+    -------
+    AngleOffset
+    """
+    by_leg = [
+        np.array([one for one in curves if math.isfinite(one)]) for curves in offsets_deg.values()
+    ]
+    told = [curves for curves in by_leg if curves.size]
+    if not told:
+        return AngleOffset()
+    means = np.array([curves.mean() for curves in told])
+    variances = np.array(
+        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in told]
+    )
+    weights = 1 / variances
+    offset = float(weights @ means / weights.sum())
+    half = QUANTILE / math.sqrt(float(weights.sum()))
+    return AngleOffset(offset, offset - half, offset + half, sum(curves.size for curves in told))
