@@ -121,3 +121,17 @@ def test_an_unknown_dialect_is_told_before_any_job(folder):
         assert done.returncode == 2
         assert "log dialect: found 'ricg'; allowed: " in done.stdout + done.stderr
     assert not (folder.root / "results" / "runs").exists()
+
+
+def test_before_the_first_log_check_says_what_the_plan_can_tell(folder):
+    """With a log there is something better to say."""
+    assert json.loads(folder.rftfit("check", "--json").stdout)["plan"] == []
+    for log in (folder.root / "raw").rglob("*_force.csv"):
+        log.unlink()
+    for log in (folder.root / "raw").rglob("*_motion.csv"):
+        log.unlink()
+    ratings = json.loads(folder.rftfit("check", "--json").stdout)["plan"]
+    assert {rating["medium"] for rating in ratings} == {MEDIUM}
+    assert {rating["kind"] for rating in ratings} == {"gain", "turn"}
+    said = folder.rftfit("check").stdout
+    assert all(rating["message"] in said for rating in ratings)

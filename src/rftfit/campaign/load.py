@@ -103,6 +103,13 @@ class Campaign:
         used = {run.medium for run in self.runs}
         return tuple(medium for medium in self.config.media if medium in used)
 
+    def plates_to_measure(self, medium: str) -> list[Run]:
+        """Plate runs of a medium of which no log is there yet; none where one is."""
+        runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
+        planned = [run for run in runs if not run.excluded]
+        logs = {name for run in planned for name in (run.force_log, run.motion_log)}
+        return [] if any(self.size_of(name) is not None for name in logs) else planned
+
     def of_role(self, role: str = "") -> tuple[str, ...]:
         """Media with runs that play a role, ``laboratory`` or ``natural_sand``; default: any."""
         media = self.config.media

@@ -53,6 +53,7 @@ def check(
     if as_json:
         texts = [asdict(one) | {"message": str(one)} for one in problems]
         facts = {"errors": errors, "warnings": warnings, "problems": texts, "checks": checks}
+        facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in found.plan]
         say(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
         _print(found, checks)
@@ -76,6 +77,12 @@ def _print(found: Checked, checks: list[dict[str, Any]] | None) -> None:
         if found.not_opened:
             say(f"{count(found.not_opened, 'run')} with a log of more than 20 MB, not opened")
         say()
+    if found.plan:
+        say("Errors that many runs share, as planned, in beds that differ by 5 %:")
+        media: dict[str, list[str]] = {}
+        for rating in found.plan:
+            media.setdefault(rating.sentence, []).append(rating.medium)
+        say("\n".join(f"  {', '.join(names)}: {text}" for text, names in media.items()) + "\n")
 
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:

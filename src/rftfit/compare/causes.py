@@ -78,6 +78,15 @@ def compare_all_runs(
     return causes, pd.DataFrame(axes, columns=AXES_COLUMNS)
 
 
+def rows_of_model(model: JointModel) -> pd.DataFrame:
+    """What a model without a fit would see: rows of `CAUSE_COLUMNS`, or those of too few runs."""
+    if model.runs.size < FEWEST_RUNS:
+        return pd.DataFrame(
+            [_unchecked_row(kind, NO_RUNS) for kind in KINDS], columns=CAUSE_COLUMNS
+        )
+    return pd.DataFrame(_rows_of_scan(model.scan(), []), columns=CAUSE_COLUMNS)
+
+
 def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes, list[str]]:
     """Runs that have both slopes, in the order of the run sheet."""
     names = [column(c) for c in "zx"]

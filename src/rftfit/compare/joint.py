@@ -651,6 +651,12 @@ def _shapes(without: tuple[str, ...]) -> Shapes:
     return published_shapes(without=without)
 
 
+def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
+    """Alpha of the known shape, z and x, shape (2, n), of a medium of size 1."""
+    mean, _ = _prior_at((), *_wrapped(beta_deg, gamma_deg))
+    return np.asarray(mean.reshape(2, -1))
+
+
 def _prior_at(
     without: tuple[str, ...], beta_deg: FloatArray, gamma_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -292,6 +292,13 @@ SENTENCES = {
     "cure-crosstalk": "look at the calibration matrix of the transducer",
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
+    # what a plan of runs can tell
+    "plan-tells": "{least} would be told",
+    "plan-tells-large": "{least} would be told, and nothing smaller: {cure}",
+    "plan-lacks-gain": "a force that changes from one run on would not be told: {cure}",
+    "plan-lacks-turn": "a mount turned in all runs would not be told: {cure}",
+    "repeat-first": "push the first direction again in the middle and at the end, and take directions in random order",
+    "push-mirror-image": "push one mirror image straight down, beta and -beta at gamma 90",
     # what fails the checks of a medium
     "unusable": "unusable: {faults} (results/checks)",
     "doubtful": "doubtful: {faults} (results/checks)",

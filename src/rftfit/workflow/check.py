@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rftfit.campaign.load import Campaign, check_campaign
 from rftfit.campaign.problems import Place, Problem
@@ -11,18 +12,22 @@ from rftfit.errors import InputError
 from rftfit.measure.readable import open_logs
 from rftfit.robot.tracks import RobotCheck, check_robot
 
+if TYPE_CHECKING:
+    from rftfit.compare.protocol import PlanPower
+
 
 @dataclass(frozen=True)
 class Checked:
     """What was found: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
 
-    `not_opened`: Runs with a log that is too large to be opened here.
+    `not_opened`: Runs with a log that is too large to be opened here. `plan`: what runs without a log could tell.
     """
 
     problems: list[Problem]
     campaign: Campaign | None
     robot: RobotCheck
     not_opened: int
+    plan: tuple[PlanPower, ...] = ()
 
     @property
     def errors(self) -> int:
@@ -35,13 +40,18 @@ def check_all(config: Path) -> Checked:
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
     found = Checked([*problems, *robot.problems], campaign, robot, 0)
+    if campaign is not None and any(map(campaign.plates_to_measure, campaign.media_with_runs)):
+        # the joint model is slow to import
+        from rftfit.compare.protocol import rate_plan
+
+        found = replace(found, plan=tuple(rate_plan(campaign)))
     if campaign is None or found.errors:
         return found
     try:
         opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
     except InputError as error:
         unread = Problem("logs.reader", Place(config.name), None, str(error))
-        return Checked([*found.problems, unread], campaign, robot, 0)
+        return replace(found, problems=[*found.problems, unread])
     of_logs = [problem for one in opened for problem in one.problems]
     passed_over = sum(one.passed_over for one in opened)
-    return Checked([*found.problems, *of_logs], campaign, robot, passed_over)
+    return replace(found, problems=[*found.problems, *of_logs], not_opened=passed_over)

@@ -1,0 +1,89 @@
+"""What a plan of runs can tell, before it is measured, of errors that many runs share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from rftfit.campaign.columns import LABELS
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.compare.causes import rows_of_model
+from rftfit.compare.joint import ALL, FROM_RUN, JointModel, RunSlopes, expected_alpha
+from rftfit.measure.fits import filed_under
+from rftfit.measure.flags import remark, say
+
+NOISE = 0.02
+"""Standard error of a run's slope, relative to the largest: of a usual log."""
+
+NEEDED_CAUSES = {("gain", FROM_RUN): "repeat-first", ("turn", ALL): "push-mirror-image"}
+"""Kind and group of the errors that a campaign must be able to tell, and what makes it able to."""
+
+LARGE = {"gain": 0.2, "turn": 5.0}
+"""Sizes that must not pass, a share and degrees: where only larger ones would be told, the cure is named too."""
+
+
+class PlanPower(NamedTuple):
+    """Whether the runs of a medium, as planned, can tell an error that many of them share.
+
+    `least_seen`: least size that is told with a probability of 80 %, a share or degrees; NaN where it cannot be told.
+    """
+
+    medium: str
+    kind: str
+    group: str
+    least_seen: float
+
+    @property
+    def sentence(self) -> str:
+        """What is told, and where that is not enough the cure."""
+        cure = str(remark(NEEDED_CAUSES[self.kind, self.group]))
+        if not np.isfinite(self.least_seen):
+            return say([remark(f"plan-lacks-{self.kind}", cure=cure)])
+        least = str(remark(f"least-{self.kind}", least=self.least_seen))
+        if self.least_seen > LARGE[self.kind]:
+            return say([remark("plan-tells-large", least=least, cure=cure)])
+        return say([remark("plan-tells", least=least)])
+
+
+def rate_plan(campaign: Campaign) -> list[PlanPower]:
+    """Rate the plate runs of each medium of which no log is there yet, by `NEEDED_CAUSES`.
+
+    The joint model is asked what it would see in a medium of the published shape, with noise of `NOISE` and beds of the
+    assumed spread, so the runs alone decide: their directions, repeats, order and labels.
+    """
+    ratings = []
+    for medium in campaign.media_with_runs:
+        planned = campaign.plates_to_measure(medium)
+        if not planned:
+            continue
+        causes = scan_plan(planned)
+        for kind, group in NEEDED_CAUSES:
+            seen = causes[(causes["kind"] == kind) & (causes["group"] == group)]
+            least = seen.loc[seen["verdict"] == "not seen", "least_seen"]
+            ratings.append(PlanPower(medium, kind, group, float(least.min())))
+    return ratings
+
+
+def scan_plan(planned: Sequence[Run]) -> pd.DataFrame:
+    """Rows of causes, as `rftfit.compare.causes` has them, with the least size that these runs would tell."""
+    filed = [filed_under(run) for run in planned]
+    beta_deg, gamma_deg, side = np.array(filed, dtype=float).T
+    alpha = expected_alpha(beta_deg, gamma_deg)
+    labels = {
+        name: np.array([str(getattr(run, name)) for run in planned])
+        for name in ("intruder", *LABELS)
+    }
+    runs = RunSlopes(
+        beta_deg,
+        gamma_deg,
+        alpha,
+        np.full_like(alpha, NOISE * float(np.abs(alpha).max())),
+        side < 0,
+        np.argsort(np.argsort([run.row for run in planned])),
+        labels,
+    )
+    return rows_of_model(JointModel(runs))
