@@ -4,6 +4,7 @@
     make shared ARGS="--sound 400 --seed 7"    more of them, others
     make shared ARGS="--faults gain-1.2 --directions 40 --repeats 1"
     make shared ARGS="--files 10"              the faults through logs and run sheet, 10 seeds in each of three media
+    make shared ARGS="--power 5"               share told against size, by design, 5 seeds in each of four kinds of media
 
 Media: the published tables (left out of the known shapes), the same warped, 3D-RFT of small and of large friction, and
 nine Fourier terms that are 15 % off the generic ones. Each run has a bed of its own, a patch of 3 %, angles, a surface and noise.
@@ -310,7 +311,8 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
     if name == "session":
         for row in made.rows:
             row.setdefault("session", "")
-    checks = judged(made).checks.set_index("check")
+    found = judged(made)
+    checks = found.checks.set_index("check")
     kinds = () if fault == SOUND else FAULTS[fault][0]
     words = str(checks.loc["shared", "found"])
     names = {"gain": "force changes", "turn": "turned", "crosstalk": "channel along x seems"}
@@ -319,11 +321,64 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
         "medium": medium,
         "told": checks.loc["shared", "verdict"] == "failed",
         "by its cause": any(names[kind] in words for kind in kinds),
+        "inside": _holds_size(found.causes, kinds, size),
         "another check": " ".join(
             check for check in checks.index[checks["verdict"] == "failed"] if check != "shared"
         ),
         "words": words,
     }
+
+
+def _holds_size(causes: pd.DataFrame, kinds: tuple[str, ...], size: float) -> float:
+    """Whether the interval of the told cause holds its size; NaN where it is not told by its own kind."""
+    told = causes[(causes["verdict"] == "told") & causes["kind"].isin(kinds[:1])]
+    if told.empty:
+        return np.nan
+    low, high, place = told.iloc[0][["size_lo", "size_hi", "place"]]
+    if place == "dry":
+        low, high = 1 / (1 + high) - 1, 1 / (1 + low) - 1
+    return float(low <= size <= high)
+
+
+DESIGNS = {
+    "12 directions once": (12, 1),
+    "20 directions once": (20, 1),
+    "40 directions once": (40, 1),
+    "76 directions once": (76, 1),
+    "12 directions 3 times": (12, 3),
+    "20 directions 3 times": (20, 3),
+}
+SIZES = {"gain": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4), "turn": (2.0, 3.0, 5.0, 7.0, 10.0)}
+"""Of a change of all forces from half on, and of a mount that is turned from half on, degrees."""
+
+
+def judge_power(job: tuple[int, int, str, str, float]) -> dict[str, object]:
+    """Whether a fault of one size is told by a design, in random order."""
+    seed, number, design, kind_of_fault, size = job
+    random = np.random.default_rng([seed, number, len(design)])
+    kind = ("published", "warped", "frictional", "3D-RFT")[number % 4]
+    campaign = make_campaign(kind, random, *DESIGNS[design], 0.05)
+    faulty = (1 + size) * campaign.alpha if kind_of_fault == "gain" else turn(campaign, size)
+    runs = campaign.slopes(_late(campaign, 0.5, faulty))
+    told, _ = find_causes(JointModel(runs, without=campaign.without))
+    return {"fault": kind_of_fault, "design": design, "size": size, "told": bool(told)}
+
+
+def print_power(seed: int, seeds: int) -> None:
+    """Print the share told by size and design."""
+    jobs = [
+        (seed, number, design, kind, size)
+        for design in DESIGNS
+        for kind, sizes in SIZES.items()
+        for size in sizes
+        for number in range(4 * seeds)
+    ]
+    with Pool() as pool:
+        told = pd.DataFrame(pool.map(judge_power, jobs, chunksize=4))
+    print(f"told of {4 * seeds} campaigns in four kinds of media, beds of 5 %:")
+    for kind, rows in told.groupby("fault"):
+        counts = rows.pivot_table("told", "design", "size", "sum", sort=False)
+        print(f"{kind} from half on\n{counts.astype(int).to_string()}")
 
 
 GRIDS: dict[str, list[tuple[float, float]]] = {
@@ -343,7 +398,11 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--files", type=int, default=0, help="seeds of each fault through files")
+    parser.add_argument("--power", type=int, default=0, help="seeds of each size and design")
     chosen = parser.parse_args()
+    if chosen.power:
+        print_power(chosen.seed, chosen.power)
+        return 0
     if chosen.files:
         jobs_of_files = [
             (chosen.seed, number, fault, medium)
@@ -353,7 +412,8 @@ def main() -> int:
         ]
         with Pool() as pool:
             files = pd.DataFrame(pool.map(judge_files, jobs_of_files, chunksize=1))
-        told = files.groupby("fault", sort=False)[["told", "by its cause"]].sum()
+        told = files.groupby("fault", sort=False)[["told", "by its cause", "inside"]].sum()
+        told["sized"] = files.groupby("fault", sort=False)["inside"].count()
         print(f"through files, of {chosen.files} seeds in each of {len(FILE_MEDIA)} media:")
         print(told.to_string())
         for row in files[~files["told"]].to_dict("records"):

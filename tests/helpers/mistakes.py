@@ -398,12 +398,13 @@ def with_mistake(base, name, seed):
 
 
 class Judged(NamedTuple):
-    """Checks and tables of alpha, and of alpha at depths, of a medium as the stages make them."""
+    """Checks, tables of alpha and of alpha at depths, flags, and what runs share, as the stages make them of a medium."""
 
     checks: pd.DataFrame
     alpha: pd.DataFrame
     at_depth: pd.DataFrame
     told: Flags
+    causes: pd.DataFrame
 
     @property
     def failed(self):
@@ -472,5 +473,5 @@ def judged(made):
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        verdicts, alpha, _, at_depth, *_, flags = checks(results, medium)
-        return Judged(verdicts, alpha, at_depth, Flags(flags))
+        verdicts, alpha, _, at_depth, _, causes, flags = checks(results, medium)
+        return Judged(verdicts, alpha, at_depth, Flags(flags), causes)
