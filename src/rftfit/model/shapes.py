@@ -35,6 +35,7 @@ from rftfit.errors import InputError
 from rftfit.measure.alpha import SAME_DIRECTION_DEG, alpha_columns, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.peaks import half_width_of_bed
 from rftfit.model.profiles import EPS, USUAL_BED_SPREAD, TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
@@ -1271,7 +1272,8 @@ class Map:
         -------
         pandas.DataFrame
             ``beta_deg, gamma_deg``; ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
-            ``alpha_z_hi_N_per_cm3``, the same of ``alpha_x``; ``source``: measured or estimated.
+            ``alpha_z_hi_N_per_cm3``, ``alpha_z_lo_next_N_per_cm3`` and ``alpha_z_hi_next_N_per_cm3`` (of a push in
+            one further bed), the same of ``alpha_x``; ``source``: measured or estimated.
         """
         return pd.DataFrame(self.columns())
 
@@ -1288,10 +1290,18 @@ class Map:
             "gamma_deg": np.degrees(self.gamma[order]),
         }
         # what is 0 by symmetry is so to the last digit
-        ends = np.round(interval(self.draws, self.confidence), 12) + 0.0
+        lo, hi = np.round(interval(self.draws, self.confidence), 12) + 0.0
+        bed = half_width_of_bed(self.bed_spread, self.confidence) * np.abs(self.alpha)
+        values = {
+            "": self.alpha,
+            "_lo": lo,
+            "_hi": hi,
+            "_lo_next": self.alpha - np.hypot(self.alpha - lo, bed),
+            "_hi_next": self.alpha + np.hypot(hi - self.alpha, bed),
+        }
         for place, component in enumerate("zx"):
-            for end, values in zip(("", "_lo", "_hi"), (self.alpha, *ends), strict=True):
-                columns[column(component, end)] = values[place, order]
+            for quantity, of_nodes in values.items():
+                columns[column(component, quantity)] = of_nodes[place, order]
         columns["source"] = np.where(self.measured[order], "measured", "estimated")
         return columns
 

@@ -27,7 +27,7 @@ MAP_COLUMNS = [
     "medium",
     "beta_deg",
     "gamma_deg",
-    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi")),
+    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")),
     "source",
     "known_media",
     "chance_if_it_belongs",
