@@ -423,8 +423,8 @@ def function_spans(tree: ast.AST, prefix: str = "") -> list[tuple[str, tuple[int
     return spans
 
 
-def mutated_source(source: str, mutant: Mutant) -> str | None:
-    """The module with a mutant in it, or None where the passage is there no more."""
+def mutated_source(source: str, mutant: Mutant) -> tuple[str, int] | None:
+    """The module with a mutant in it and the line where it begins now, or None where the passage is there no more."""
     span = dict(function_spans(ast.parse(source))).get(mutant.function)
     if span is None:
         return None
@@ -437,7 +437,8 @@ def mutated_source(source: str, mutant: Mutant) -> str | None:
         if begin < 0:
             return None
     changed = text[:begin] + mutant.added + text[begin + len(mutant.removed) :]
-    return "".join([*head, changed, *rest])
+    first_line = span[0] + text.count("\n", 0, begin)
+    return "".join([*head, changed, *rest]), first_line
 
 
 # --- judging --------------------------------------------------------------------------------------------------
@@ -605,11 +606,12 @@ class Judge:
                     if (PACKAGE / mutant.module).exists()
                     else ""
                 )
-                changed = mutated_source(source, mutant)
-                if changed is None:
+                placed = mutated_source(source, mutant)
+                if placed is None:
                     mutant.verdict = "gone"
                     yield mutant
                     continue
+                changed, mutant.line = placed
                 trial = Trial(mutant, source, self.rounds_of(mutant, source))
                 if not trial.rounds:
                     mutant.verdict = "uncovered"
@@ -658,8 +660,8 @@ class Judge:
             if not trial.rounds:
                 mutant.verdict = "uncovered"
                 return False
-            changed = mutated_source(trial.source, mutant)
-            bench.put(mutant.module, changed or trial.source)
+            placed = mutated_source(trial.source, mutant)
+            bench.put(mutant.module, placed[0] if placed else trial.source)
             self._next_round(trial, bench)
             return True
         mutant.verdict = verdict
