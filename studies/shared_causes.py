@@ -4,6 +4,7 @@
     make shared ARGS="--sound 400 --seed 7"    more of them, others
     make shared ARGS="--faults gain-1.2 --directions 40 --repeats 1"
     make shared ARGS="--files 10"              the faults through logs and run sheet, 10 seeds in each of three media
+    make shared ARGS="--slips 20"              after how many pushes a mount that slips is told
     make shared ARGS="--power 5"               share told against size, by design, 5 seeds in each of four kinds of media
 
 Media: the published tables (left out of the known shapes), the same warped, 3D-RFT of small and of large friction, and
@@ -381,6 +382,50 @@ def print_power(seed: int, seeds: int) -> None:
         print(f"{kind} from half on\n{counts.astype(int).to_string()}")
 
 
+SLIPS_AT, SLIP_RUNS = 12, 60
+
+
+def judge_slip(job: tuple[int, int, float]) -> dict[str, object]:
+    """After how many further pushes `rftfit watch` tells a mount that slips, if within the campaign."""
+    seed, number, degrees = job
+    random = np.random.default_rng([seed, number])
+    kind = ("published", "warped", "frictional", "3D-RFT")[number % 4]
+    campaign = make_campaign(kind, random, 20, 3, 0.05)
+    alpha = _late(campaign, SLIPS_AT / campaign.beta.size, turn(campaign, degrees))
+    for count in range(SLIPS_AT + 1, SLIP_RUNS + 1):
+        runs = RunSlopes(
+            campaign.beta[:count],
+            campaign.gamma[:count],
+            alpha[:, :count],
+            campaign.se[:, :count],
+            campaign.gamma[:count] < 0,
+            np.arange(count),
+            {},
+        )
+        told, _ = find_causes(JointModel(runs, without=campaign.without))
+        if told:
+            by_turn = any(cause.cause.kind == "turn" for cause in told)
+            return {"degrees": degrees, "further": count - SLIPS_AT, "as a turn": by_turn}
+    return {"degrees": degrees, "further": np.nan, "as a turn": False}
+
+
+def print_slips(seed: int, campaigns: int) -> None:
+    """Print after how many pushes a mount that slips is told."""
+    jobs = [
+        (seed, number, degrees) for degrees in (0.0, 5.0, 10.0, 20.0) for number in range(campaigns)
+    ]
+    with Pool() as pool:
+        slips = pd.DataFrame(pool.map(judge_slip, jobs, chunksize=1))
+    print(f"mount slips at push {SLIPS_AT} of {SLIP_RUNS}, of {campaigns} campaigns each:")
+    for degrees, rows in slips.groupby("degrees"):
+        told = rows["further"].dropna()
+        middle = f", after {told.median():.0f} pushes (median), {told.max():.0f} at most"
+        as_turn = int(rows["as a turn"].sum())
+        print(
+            f"{degrees:g} degrees: told in {told.size}, as a turn in {as_turn}{middle * bool(told.size)}"
+        )
+
+
 GRIDS: dict[str, list[tuple[float, float]]] = {
     "3 x 3": [(b, g) for b in (-30, 0, 30) for g in (30, 60, 90)],
     "4 x 3": [(b, g) for b in (-60, -30, 0, 30) for g in (30, 60, 90)],
@@ -398,10 +443,14 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--files", type=int, default=0, help="seeds of each fault through files")
+    parser.add_argument("--slips", type=int, default=0, help="campaigns whose mount slips")
     parser.add_argument("--power", type=int, default=0, help="seeds of each size and design")
     chosen = parser.parse_args()
     if chosen.power:
         print_power(chosen.seed, chosen.power)
+        return 0
+    if chosen.slips:
+        print_slips(chosen.seed, chosen.slips)
         return 0
     if chosen.files:
         jobs_of_files = [

@@ -17,6 +17,7 @@ from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_
 from rftfit.errors import InputError
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
+STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 
 
 def read(path, table=None, *media):
@@ -147,6 +148,26 @@ def test_stress_by_run_or_by_direction(tmp_path):
     assert "all rows of the run r have one direction" in problems[0]
     _, problems = read(written(tmp_path / "s.csv", head, "0,90,-1,0.1,0"), table)
     assert "depth grows downward" in problems[0]
+
+
+@pytest.mark.parametrize("holds", ["alpha", "stress"])
+def test_labels_that_pushes_share_are_read(tmp_path, holds):
+    """As in the run sheet: an error of a session can be told of a table too."""
+    numbers = "0.35,0" if holds == "alpha" else "1,0.35,0"
+    names = HEAD if holds == "alpha" else STRESS_HEAD
+    path = written(
+        tmp_path / "a.csv",
+        f"{names},session,plate",
+        f"0,90,{numbers},wet day,p1",
+        f"30,90,{numbers},,p2",
+    )
+    pushes, problems = read(path, Table(holds=holds))
+    assert not problems
+    assert {(push.run.session, push.run.plate) for push in pushes} == {
+        ("wet day", "p1"),
+        ("", "p2"),
+    }
+    assert {push.run.rod for push in pushes} == {""}
 
 
 def test_nothing_in_a_block_is_lost_in_silence(tmp_path):

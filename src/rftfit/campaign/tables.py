@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
+from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import UNIT_AREA, Grid, Table
 from rftfit.campaign.files import decode, read_bytes
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed
@@ -49,6 +51,7 @@ _OF_RUN = (
     Column("medium", "name", "key of the config's media", needed=False),
     Column("excluded", "flag", "yes leaves the run out", needed=False),
     Column("reason", "text", "why the run is left out; needed where excluded is yes", needed=False),
+    *(column for column in SHEET_COLUMNS if column.name in LABELS),
 )
 
 
@@ -458,6 +461,7 @@ def _push(
         reason=said["reason"],
         note="",
         row=row,
+        **{label: said[label] for label in LABELS},
     )
     return Push(run, columns)
 
