@@ -282,7 +282,29 @@ def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tm
     assert "colour" in str(problems[0])
 
 
-STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+def test_labels_that_differ_in_capitals_or_spaces_are_pointed_out_once(tmp_path):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "raw").mkdir()
+    labels = ("wet day", "dry", "Wet-day", "dry", "Wet-day", "")
+    rows = [f"{10 * place},90,0.35,0,{label}" for place, label in enumerate(labels)]
+    written(tmp_path / "raw" / "t.csv", f"{HEAD},session", *rows)
+    config = written(
+        tmp_path / "config" / "config.yaml",
+        "title: a",
+        "raw: raw",
+        "run_sheet: raw/t.csv",
+        "table: {holds: alpha}",
+        "media: {sand: {title: sand}}",
+    )
+    _, problems = check_campaign(config)
+    alike = [problem for problem in problems if problem.code == "sheet.label-alike"]
+    assert [(one.place.row, one.place.column, one.found) for one in alike] == [
+        (4, "session", "Wet-day")
+    ]
+    assert "'wet day' as in row 2" in alike[0].allowed
+    assert alike[0].severity == "warning"
+
+
 DOWN = [f"0,90,{d},{0.3 * d},0" for d in (1, 2, 3, 4)]
 UP = [f"0,-90,{d},{-0.1 * d},0" for d in (4, 3, 2, 1)]
 

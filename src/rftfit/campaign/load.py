@@ -13,9 +13,10 @@ from typing import Any
 import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
+from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import PLATE_SHAPES, Config, Medium, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, folded, inside
-from rftfit.campaign.problems import CampaignError, Place, Problem, listed
+from rftfit.campaign.problems import CampaignError, Place, Problem, listed, shown
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
 from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
@@ -196,6 +197,7 @@ def check_campaign(
         if logs is not None:
             _check_robot(file, file.model.robot, within, logs, runs)
         of_sheet += _only_straight_down(file.model.media, sheet, runs)
+        of_sheet += _labels_alike(sheet, runs)
     if good_rows:
         runs, lost = _with_tare(sheet, runs)
         of_sheet += lost
@@ -230,6 +232,23 @@ def _no_campaign(root: Path) -> str:
         f"the file does not exist, so this is no campaign; go to the folder of one{shown and f' ({shown})'}, "
         "or make a new one: rftfit init FOLDER"
     )
+
+
+def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
+    """Point out labels that differ in capitals, spaces or marks alone: they count as two."""
+    problems: dict[tuple[str, str], Problem] = {}
+    for column in LABELS:
+        first_rows: dict[str, tuple[str, int]] = {}
+        for run in runs:
+            label = str(getattr(run, column))
+            plain = "".join(filter(str.isalnum, label.casefold()))
+            like, row = first_rows.setdefault(plain, (label, run.row))
+            if plain and like != label and (column, label) not in problems:
+                place = Place(sheet, run.row, column)
+                allowed = f"'{shown(like)}' as in row {row}, if the same is meant: labels that differ in any letter are two"
+                alike = Problem("sheet.label-alike", place, label, allowed, severity="warning")
+                problems[column, label] = alike
+    return [*problems.values()]
 
 
 def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]) -> list[Problem]:
