@@ -461,7 +461,10 @@ def _push(
         reason=said["reason"],
         note="",
         row=row,
-        **{label: said[label] for label in LABELS},
+        session=said["session"],
+        operator=said["operator"],
+        plate=said["plate"],
+        rod=said["rod"],
     )
     return Push(run, columns)
 
