@@ -989,8 +989,15 @@ def strokes(start_cm, late_s=0.0, count=8, **columns):
                 "alpha_z_N_per_cm3": np.where(sign > 0, 0.4, -0.02),
                 "alpha_z_se_N_per_cm3": 0.001,
                 "start_cm": start_cm + sign * late_s * np.sin(np.radians(gamma)) + wobble,
+                "beta_deg": np.arange(gamma.size) % 24,
+                "depth_from_cm": 2.0,
                 "exponent_z": 1.0,
+                "exponent_z_se": 0.002,
                 "power_misfit_z_ratio": 1.5,
+                "offset_cm": 0.01,
+                "offset_se_cm": 0.01,
+                "intercept_z_N_per_cm2": 0.0,
+                "free_slope_z_N_per_cm3": 0.4,
             }
             | columns
         )
@@ -1130,13 +1137,19 @@ def test_an_offset_of_curved_stress_does_not_tell_the_surface():
         ({"gamma_deg": math.nan}, LABORATORY),
         ({"alpha_z_se_N_per_cm3": 0.14}, LABORATORY),
         ({"direction": "extraction"}, LABORATORY),
-        ({}, "natural_sand"),
+        ({"direction": "extraction"}, "natural_sand"),
     ],
 )
 def test_which_strokes_tell_where_stress_begins(columns, role):
-    """Steep pushes, whose alpha is clear of zero and whose line has a slope; with a tare, not of a natural sand."""
+    """Steep pushes, whose alpha is clear of zero and whose line has a slope, with a tare."""
     found = surface(strokes(0.3, **columns), role)
     assert {one.verdict for one in found} == {"not checked"}
+
+
+def test_the_surface_of_a_natural_sand_is_not_judged_and_its_law_is():
+    beginning, law = surface(strokes(0.3), "natural_sand")
+    assert (beginning.verdict, beginning.code) == ("not checked", "natural-sand")
+    assert (law.verdict, law.code) == ("passed", "law-line")
 
 
 def test_what_trend_is_allowed():

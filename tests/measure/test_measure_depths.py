@@ -10,7 +10,7 @@ from disturbances import power_law
 from seeds import seeds
 
 from rftfit.campaign.load import load_campaign
-from rftfit.measure.depths import alpha_at_depths, power_of
+from rftfit.measure.depths import alpha_at_depths, curved_law
 from rftfit.page.tables import at_depths
 from rftfit.workflow import measure
 
@@ -39,10 +39,11 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
     page = at_depths(results).rows
-    found = power_of(results[medium].fits, verdicts)
-    assert found == pytest.approx(power, abs=0.03)
+    law = curved_law(results[medium].fits, verdicts)
+    assert law is not None
+    assert law.power == pytest.approx(power, abs=0.03)
     # the page has the power that the check has
-    assert f"depth^{found:.2f}" in str(verdicts.set_index("check").loc["linearity", "found"])
+    assert str(law) in str(verdicts.set_index("check").loc["linearity", "found"])
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:
@@ -58,15 +59,29 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("verdict", "power"),
-    [("failed", 1.2), ("accepted", 1.2), ("passed", np.nan), ("not checked", np.nan)],
+    ("verdict", "code", "law"),
+    [
+        ("failed", "linearity", "depth^1.20"),
+        ("accepted", "law-power", "depth^1.20"),
+        ("failed", "law-intercept", "c + alpha depth"),
+        ("failed", "law-crust", "None"),
+        ("passed", "linearity", "None"),
+        ("not checked", "law-open", "None"),
+    ],
 )
-def test_the_check_of_linearity_decides_what_is_curved(verdict, power):
+def test_the_check_of_linearity_decides_what_is_curved(verdict, code, law):
     """By steep pushes that are clear; the last three runs are none."""
     fits = pd.DataFrame({
         "direction": ["intrusion"] * 5 + ["extraction"], "gamma_deg": [90.0, 60, 45, 30, 90, -90],
+        "beta_deg": [0.0, 0, 0, 0, 30, 0],
         "exponent_z": [1.1, 1.2, 1.3, 2, 2, 2], "alpha_z_se_N_per_cm3": [0.01] * 4 + [0.2, 0.01],
         "alpha_z_N_per_cm3": 0.3,
     })  # fmt: skip
-    checks = pd.DataFrame({"check": ["surface", "linearity"], "verdict": ["failed", verdict]})
-    assert power_of(fits, checks) == pytest.approx(power, nan_ok=True)
+    checks = pd.DataFrame(
+        {
+            "check": ["surface", "linearity"],
+            "verdict": ["failed", verdict],
+            "code": ["surface-off", code],
+        }
+    )
+    assert str(curved_law(fits, checks)) == law

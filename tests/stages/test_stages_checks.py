@@ -162,7 +162,7 @@ def test_channels_that_end_below_their_range(lab):
     for row in plates(lab):
         if row["direction"] == "horizontal":
             change(lab, row["force_log"], partial(cut, run=row["run_id"]))
-    table, alpha, _, flags = judged(lab)
+    table, alpha, _, flags, _ = judged(lab)
     found = table.set_index("check").loc["channels"]
     assert " stops at " in found["sentence"]
     assert "look at the range of amplifier and logger" in found["sentence"]
@@ -183,15 +183,18 @@ def test_stress_that_is_no_line():
         for _ in range(5):
             stress = (depth - (0.3 if power == 1 else 0)) ** power + noise.normal(0, 0.05, 600)
             fit = RunFit(0, 90, laws=other_laws(depth, stress[None], 5), line=np.ones(1))
-            _, exponent, _, misfit = _other_laws(fit)
-            pushes.append((exponent[0], misfit[0]))
-        table = pd.DataFrame(pushes, columns=["exponent_z", "power_misfit_z_ratio"])
-        assert linearity(table).verdict == verdict
+            _, exponent, exponent_se, _, misfit = _other_laws(fit)
+            pushes.append((exponent[0], exponent_se[0], misfit[0]))
+        names = ["exponent_z", "exponent_z_se", "power_misfit_z_ratio"]
+        table = pd.DataFrame(pushes, columns=names).assign(
+            beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
+        )
+        assert linearity(table, 0.05, 0.05).verdict == verdict
 
 
 def test_copies_of_a_log_are_no_repeats(lab):
     copies(lab, LUCK, count=6)
-    table, alpha, _, flags = judged(lab)
+    table, alpha, _, flags, _ = judged(lab)
     found = table.set_index("check").loc["same_logs"]
     assert found["effect"] == "unusable"
     assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")

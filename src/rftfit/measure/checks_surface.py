@@ -14,6 +14,7 @@ import pandas as pd
 
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
+from rftfit.measure.checks_law import MOST_EXPONENT, check_crust, check_law, exponent_of
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
@@ -49,10 +50,10 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
 
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
     unchecked = ""
+    if measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
+        return Check.skip("surface", "rod-in-it"), Check.skip("linearity", "rod-in-it")
     if measured.medium.role != "laboratory":
         unchecked = "natural-sand"
-    elif measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
-        unchecked = "rod-in-it"
     known = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
     alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
     clear = np.abs(alpha) > _SIGMAS * se
@@ -60,11 +61,14 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
     pushes = known["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
         unchecked = "few-pushes"
-    if unchecked:
-        return Check.skip("surface", unchecked), Check.skip("linearity", unchecked)
     errors = measured.config.errors
     stated = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
     run_cm, session_cm = (max(_SURFACE_CM, one / 10) for one in stated)
+    crust = check_crust(measured.flags, known[pushes])
+    if unchecked:
+        # nothing else tells the surface
+        law = crust or check_law(known[pushes], run_cm, session_cm)
+        return Check.skip("surface", unchecked), law
     sine = np.where(pushes, 1, -1) * np.abs(np.sin(np.radians(known["gamma_deg"].to_numpy(float))))
     # the zero of a tare, which moves weak pulls, is one error of all that share it
     shared = known.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
@@ -94,7 +98,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         "most_mm": 10 * SURE * down_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
-    line = linearity(known[pushes])
+    line = crust or linearity(known[pushes], run_cm, session_cm)
     if line.verdict == FAILED or abs(float(known["exponent_z"][pushes].median()) - 1) > _CURVED:
         # a line through curved stress begins the deeper the deeper it ends
         deep = known["depth_to_cm"].to_numpy(float)
@@ -243,12 +247,16 @@ def _clear_step(stretch: Mask) -> float:
     return _STEP + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
-def linearity(pushes: pd.DataFrame) -> Check:
-    """Whether the stress of pushes grows in proportion to depth, or by another power of it."""
-    power, se = median_of_runs(pushes["exponent_z"].dropna().to_numpy(float))
-    misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
-    if math.isnan(power) or misfit.size < FEW_RUNS:
+def linearity(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
+    """Whether the stress of pushes grows in proportion to depth, or by another power of it.
+
+    `run_cm`, `session_cm`: of `check_law`.
+    """
+    of_directions = pushes.groupby(["beta_deg", "gamma_deg"])["power_misfit_z_ratio"]
+    misfit = of_directions.median().dropna().to_numpy(float)
+    if len(pushes.dropna(subset=["exponent_z"])) < FEW_RUNS or not misfit.size:
         return Check.skip("linearity", "linearity-few")
+    power, se = exponent_of(pushes, run_cm, session_cm)
     share = float(np.mean(misfit < 1))
     most, clear = max(_CURVED, SURE * se), _clear_share(misfit.size)
     values: dict[str, Any] = {
@@ -258,7 +266,10 @@ def linearity(pushes: pd.DataFrame) -> Check:
         "most": 1 + most,
         "clear": clear,
     }
-    return Check.judge("linearity", abs(power - 1) <= most or share < clear, **values)
+    is_line = abs(power - 1) <= most or share < clear
+    if is_line and most > MOST_EXPONENT:
+        return Check.skip("linearity", "linearity-open", **values)
+    return Check.judge("linearity", is_line, **values)
 
 
 def _looks_curved(pushes: pd.DataFrame) -> bool:

@@ -26,7 +26,7 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.lab_frame import lacks_force_x, measured_channel
-from rftfit.measure.laws import Laws, by_law, other_laws
+from rftfit.measure.laws import Laws, by_law, find_crust, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
 
@@ -54,6 +54,7 @@ _OF_COMPONENT = (
     "free_slope_{}_N_per_cm3",
     "free_stress_{}_percent",
     "exponent_{}",
+    "exponent_{}_se",
     "power_stress_{}_percent",
     "power_misfit_{}_ratio",
     "nonlinear_{}_p",
@@ -240,6 +241,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         # curvature that stays below the noise of one sample bends nothing that could be measured
         visible = config.transducer.precision_N / plate.area_cm2
         flags += () if level else _linearity_flags(slope, float(depth.max()), visible)
+        if run.direction == "intrusion" and (crust := find_crust(depth, fitted[0])) is not None:
+            flags += (remark("crust", depth=crust.depth_cm, percent=100 * crust.excess),)
     if of_table:
         slope, exact = _of_table(slope, depth, fitted, run)
         flags += exact
@@ -408,12 +411,12 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
 
 
 def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
-    """Stress by a line with a free intercept, exponent, and stress by a power: percent of the line's.
+    """Stress by a line with a free intercept, exponent and its error, and stress by a power: percent of the line's.
 
     Last the misfit of the power relative to that of the line with a free intercept.
     """
     if fit.laws is None:
-        return (np.full(2, np.nan),) * 4
+        return (np.full(2, np.nan),) * 5
     line, laws = np.where(fit.line == 0, np.nan, fit.line), ("free_intercept", "power")
     free, power = (
         100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1) for law in laws
@@ -422,7 +425,9 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
     exponent = np.where(fit.line == 0, np.nan, [one.exponent for one in fit.laws["power"]])
     of_line, left = (np.array([one.rest @ one.rest for one in fit.laws[law]]) for law in laws)
     misfit = left / np.where(of_line > 0, of_line, np.nan)
-    return free, exponent, np.where(np.isnan(exponent), np.nan, power), misfit
+    exponent_se = np.array([one.exponent_se for one in fit.laws["power"]])
+    power = np.where(np.isnan(exponent), np.nan, power)
+    return free, exponent, exponent_se, power, misfit
 
 
 def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:

@@ -10,7 +10,7 @@ import numpy as np
 
 from rftfit.campaign.config import Law
 from rftfit.conventions import FloatArray
-from rftfit.measure.slopes import Slope, combine_dof, free_intercept, weighted_sum_variance
+from rftfit.measure.slopes import FEWEST, Slope, combine_dof, free_intercept, weighted_sum_variance
 
 _STEPS, _SMALL, _LEAST_P, _MOST_P = 8, 1e-6, 0.2, 3.0
 _ONE_DEPTH = 1e-10
@@ -23,7 +23,8 @@ class Fitted:
 
     `alpha`: Stress over depth where the laws are compared, N/cm^3. `gain`: shape (n,); Its change for
     a change of the stress of each sample, 1/cm. `design`: shape (2, n); What each parameter does. `rest`:
-    shape (n,); Residuals, N/cm^2. `exponent`: Of depth; NaN where no power fits.
+    shape (n,); Residuals, N/cm^2. `exponent`: Of depth; NaN where no power fits. `exponent_gain`: shape (n,); Its
+    change for a change of each stress, cm^2/N.
     """
 
     alpha: float
@@ -32,6 +33,15 @@ class Fitted:
     rest: FloatArray
     exponent: float = 1.0
     lever: float = 0.0  # a line's own intercept has found the surface
+    exponent_gain: FloatArray | None = None
+
+    @property
+    def exponent_se(self) -> float:
+        """Standard error of the exponent by the scatter of the samples; NaN where there is none."""
+        if self.exponent_gain is None or self.rest.size < FEWEST or math.isnan(self.exponent):
+            return math.nan
+        variance, _ = weighted_sum_variance(self.rest[None], self.exponent_gain, self.design)
+        return math.sqrt(float(variance[0]))
 
 
 Laws = dict[str, list[Fitted]]
@@ -81,6 +91,7 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
             fits, p = False, 1.0
     gain = (of_log * shape - across * bent) / (square * alone * at_cm)
     alpha = float(gain @ stress)
+    exponent_gain = (bent - shape * across / square) / (alone * size) if size else None
     return Fitted(
         alpha,
         gain,
@@ -88,7 +99,46 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         stress - alpha * at_cm * shape - more * bent,
         p if fits else math.nan,
         float(gain @ (p * size * shape / above)) / (alpha or 1.0),
+        exponent_gain,
     )
+
+
+CRUST_DROP, CRUST_DEPTH, CRUST_SMOOTH = 0.1, 0.5, 30
+"""A crust that breaks: least drop of stress, relative to that at the end; share of the window that its peak lies in; samples
+of a window over those of a running mean."""
+
+
+@dataclass(frozen=True)
+class Crust:
+    """A peak of stress near the surface: its depth, cm, and how far it lies above the line through the deeper part, relative."""
+
+    depth_cm: float
+    excess: float
+
+
+def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
+    """Find a peak from which stress falls once and then grows to the end; None where there is none.
+
+    Stick-slip and stones, from which it falls again and again by about as much, are no crust.
+
+    `depth`, `stress`: shape (n,), cm and N/cm^2 of a push, in the order of recording.
+    """
+    width = max(depth.size // CRUST_SMOOTH, 3)
+    if depth.size < 3 * CRUST_SMOOTH or not depth[-1] > depth[0]:
+        return None
+    sense = 1.0 if stress[-1] >= 0 else -1.0
+    smooth = np.convolve(sense * stress, np.full(width, 1 / width), mode="valid")
+    below = depth[width // 2 :][: smooth.size]
+    drop = np.maximum.accumulate(smooth) - smooth
+    bottom = int(drop[below <= depth[-1] * CRUST_DEPTH * 1.5].argmax())
+    peak = int(smooth[: bottom + 1].argmax())
+    rest = smooth[bottom:]
+    falls_again = float((np.maximum.accumulate(rest) - rest).max())
+    is_deep = below[peak] > CRUST_DEPTH * depth[-1]
+    if is_deep or drop[bottom] < CRUST_DROP * smooth[-1] or falls_again > drop[bottom] / 2:
+        return None
+    slope = float(rest @ below[bottom:] / (below[bottom:] @ below[bottom:]))
+    return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))
 
 
 def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> Slope:

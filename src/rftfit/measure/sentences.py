@@ -45,6 +45,10 @@ FLAGS = {
         severity=3,
         weak=True,
     ),
+    "crust": Flag(
+        "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust",
+        severity=3,
+    ),
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
     "wrong-cells": Flag(_LOST_ROWS),
     "not-numbers": Flag(_LOST_ROWS),
@@ -361,8 +365,10 @@ _LATE = (
 _SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
 _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
 _LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
-_LINE_ALLOWED = (
-    "depth^{least:.2f} to depth^{most:.2f}, or less than {clear:.0%} fitted better by a power"
+_LINE_POWERS = "depth^{least:.2f} to depth^{most:.2f}"
+_LINE_ALLOWED = f"{_LINE_POWERS}, or less than {{clear:.0%}} fitted better by a power"
+_LAW_ALLOWED = (
+    f"{_LINE_POWERS}, and a begin {{start_most_mm:.1f}} mm from the surface of either sign"
 )
 _REPEATS_BLIND = (
     "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
@@ -475,6 +481,35 @@ CHECK_WORDS = {
         "distinguish the two.",
     ),
     "linearity-few": Words("too few pushes with a power of their own"),
+    "linearity-open": Words(
+        f"{_LINE_FOUND}; only beyond {_LINE_POWERS} would another power be told"
+    ),
+    "law-line": Words(
+        "stress of pushes grows as depth^{power:.2f}, or begins {start_mm:.1f} mm {side} the surface",
+        _LAW_ALLOWED,
+    ),
+    "law-open": Words(
+        "stress of pushes grows as depth^{power:.2f}; a power would be told only beyond "
+        + _LINE_POWERS
+    ),
+    "law-power": Words(
+        "stress of pushes grows as depth^{power:.2f}",
+        _LAW_ALLOWED,
+        "{found}: a line through zero is up to {off:.0%} off within its window, so alpha depends on the window; results/"
+        "alpha_at_depth has stress over depth at stated depths.",
+    ),
+    "law-crust": Words(
+        "stress of {count} of {size} pushes has a peak near the surface, {above:.0%} (median) above the line through the deeper part",
+        "less than half of the pushes",
+        "{found}: a crust that breaks. A line through zero holds below it at most: fit.submergence_cm leaves out what lies above.",
+    ),
+    "law-intercept": Words(
+        "stress of pushes is c + alpha depth with c = {intercept:.3g} N/cm^2 (median), as if it began {start_mm:.1f} mm {side} the "
+        "surface",
+        _LAW_ALLOWED,
+        "{found}: cohesion or a crust, or another surface than stated (surface_z_mm). A line through zero is up to "
+        "{off:.0%} off within its window.",
+    ),
     "steadiness": Words(
         "stress changes by {change} over the steady part (of {size} runs)",
         "{most} of either sign",

@@ -110,7 +110,7 @@ assert tuple(CHECKS) == get_args(CheckName)
 NEEDED: tuple[CheckName, ...] = ("shared", "axes")
 """Checks without which a fault of 20 % or more in many runs would pass; no medium is sound that lacks one of them."""
 
-COLUMNS = ["medium", "check", "verdict", "effect", "found", "allowed", "sentence"]
+COLUMNS = ["medium", "check", "verdict", "effect", "code", "found", "allowed", "sentence"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 
@@ -11,7 +10,7 @@ import pandas as pd
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import number
-from rftfit.measure.depths import power_of, steep_pushes
+from rftfit.measure.depths import curved_law, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, FEW_REPEATS, OF_CELL, STATED
 from rftfit.measure.slopes import FEWEST
 from rftfit.model.motion import rotation
@@ -164,9 +163,13 @@ def _law(results: Results) -> str:
     curved = []
     for medium in results:
         steep = steep_pushes(medium.fits)
-        power = power_of(medium.fits, results.table(f"checks/{medium.name}.csv"))
-        if math.isnan(power):
+        law = curved_law(medium.fits, results.table(f"checks/{medium.name}.csv"))
+        if law is None:
             continue
+        if law.law != "power":
+            curved.append(f"in {medium.title} as {law} (median of {len(steep)} pushes)")
+            continue
+        power = law.power
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window
         line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)

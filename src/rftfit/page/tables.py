@@ -15,7 +15,7 @@ from rftfit.figures.labels import PROFILES, in_brackets, name_of, percent, span
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.depths import power_of
+from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import DOUBTFUL, NOT_CHECKED
 from rftfit.model.fourier import TERMS
@@ -108,9 +108,9 @@ def at_depths(results: Results) -> Table:
     """One row a medium whose stress is curved: alpha of a level plate straight down at depths in its window."""
     depths, rows = results.config.fit.depths_cm, []
     for medium in results:
-        power = power_of(medium.fits, results.table(f"checks/{medium.name}.csv"))
-        row: dict[str, Any] = {"medium": medium.name, "power": power}
-        if math.isnan(power):
+        law = curved_law(medium.fits, results.table(f"checks/{medium.name}.csv"))
+        row: dict[str, Any] = {"medium": medium.name, "law": str(law)}
+        if law is None:
             continue
         for at, table in medium.alpha_at_depth.groupby("depth_cm"):
             cell = cell_at(table, 0, 90)
@@ -118,7 +118,7 @@ def at_depths(results: Results) -> Table:
                 row |= {f"{end}{at:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
         rows += [row] if len(row) > 2 else []
     head = ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}, at "
-    columns = [_medium(results), numbers("Power of depth", "power", 2)]
+    columns = [_medium(results), texts("Stress grows as", "law")]
     columns += [numbers(head + f"{at:g} cm", f"{at:g}", ends=f"_{{}}{at:g}") for at in depths]
     return Table("Alpha at stated depths", columns, rows)
 

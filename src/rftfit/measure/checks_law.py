@@ -1,0 +1,145 @@
+"""By which law stress grows with depth: in proportion, by another power, or from an intercept."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+from rftfit.measure.checks_runs import SURE
+from rftfit.measure.depths import median_over_directions
+from rftfit.measure.flags import Flags
+from rftfit.measure.laws import power_fit
+from rftfit.measure.verdicts import Check
+
+TOLERATED = 0.05
+"""Exponents that differ by less from 1 make no difference."""
+
+MOST_EXPONENT = 0.4
+"""Where only a larger departure of the exponent from 1 would be told, nothing was checked."""
+
+PATCHES = 0.03
+"""Standard deviation of an exponent by an uneven bed."""
+
+TOLERATED_START_CM = 0.05
+BEFOREHAND_DOF = 4.0
+"""Degrees of freedom for which the known errors count beside the scatter of directions."""
+
+
+class Estimate(NamedTuple):
+    """Median over directions, and its standard error."""
+
+    value: float
+    se: float
+
+
+def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
+    """Whether stress of pushes is proportional to depth where nothing else tells the surface.
+
+    Each direction counts once, repeats by their mean. `pushes`: of the table of fits, steep and clear. `run_cm`,
+    `session_cm`: standard deviations of the free surface, of a run and common to all.
+    """
+    pushes = pushes.dropna(subset=["exponent_z"])
+    if pushes.empty:
+        return Check.skip("linearity", "linearity-few")
+    power = exponent_of(pushes, run_cm, session_cm)
+    of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
+    start = combine(pushes, "offset_cm", of_start, session_cm)
+    intercepts = pushes.groupby(["beta_deg", "gamma_deg"])["intercept_z_N_per_cm2"].mean()
+    is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
+    most = TOLERATED + SURE * power.se
+    most_start_cm = TOLERATED_START_CM + SURE * start.se
+    values: dict[str, Any] = {
+        "power": power.value,
+        "least": 1 - most,
+        "most": 1 + most,
+        "off": largest_departure(pushes),
+        "start_mm": 10 * abs(start.value),
+        "side": "above" if start.value < 0 else "below",
+        "start_most_mm": 10 * most_start_cm,
+        "intercept": float(intercepts.median()),
+    }
+    if is_power and abs(power.value - 1) > most:
+        return Check.judge("linearity", False, code="law-power", **values)
+    if not is_power and abs(start.value) > most_start_cm:
+        return Check.judge("linearity", False, code="law-intercept", **values)
+    if most > MOST_EXPONENT:
+        return Check.skip("linearity", "law-open", **values)
+    return Check.judge("linearity", True, code="law-line", **values)
+
+
+def check_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
+    """Whether half of the pushes or more break a crust; None where not."""
+    broken = flags.runs_with("crust")
+    excess = [
+        float(dict(flag.values)["percent"]) / 100
+        for run_id, flag in broken.items()
+        if run_id in set(pushes["run_id"])
+    ]
+    if not excess or 2 * len(excess) < len(pushes):
+        return None
+    values: dict[str, Any] = {"count": len(excess), "size": len(pushes)}
+    return Check.judge(
+        "linearity", False, code="law-crust", above=float(np.median(excess)), **values
+    )
+
+
+def exponent_of(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Estimate:
+    """Exponent of depth that the directions have in common; arguments of `check_law`."""
+    pushes = pushes.dropna(subset=["exponent_z"])
+    ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
+    levers = np.array(
+        [exponent_lever(round(float(top), 2), round(float(end), 2)) for top, end in ends]
+    )
+    noise = np.nan_to_num(pushes["exponent_z_se"].to_numpy(float))
+    scatter = np.sqrt(noise**2 + (levers * run_cm) ** 2 + PATCHES**2)
+    return combine(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
+
+
+def combine(pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float) -> Estimate:
+    """Median of a quantity over directions, with the scatter that is known and the one that they show.
+
+    `scatter`: Standard deviation of each run. `session`: Of what all runs share.
+    """
+    runs = pd.DataFrame({"value": pushes[column].to_numpy(float), "variance": scatter**2})
+    directions = runs.groupby([pushes["beta_deg"].to_numpy(), pushes["gamma_deg"].to_numpy()])
+    values = directions["value"].mean().to_numpy(float)
+    weights = 1 / (directions["variance"].mean() / directions.size()).to_numpy(float)
+    middle = median_over_directions(pushes, column)
+    shown = float(weights @ (values - middle) ** 2)
+    factor = (BEFOREHAND_DOF + shown) / (BEFOREHAND_DOF + values.size - 1)
+    # the median of three numbers or more has a larger error than their mean
+    factor *= math.pi / 2 if values.size > 2 else 1.0
+    return Estimate(middle, math.sqrt(factor / float(weights.sum()) + session**2))
+
+
+@lru_cache(maxsize=512)
+def exponent_lever(top_cm: float, end_cm: float) -> float:
+    """Change of the exponent in a window for a surface that lies lower by 1 cm, 1/cm."""
+    depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
+    small = 0.02 * end_cm
+    lower, higher = (
+        power_fit(depth, depth + side * small, end_cm).exponent for side in (-0.5, 0.5)
+    )
+    return abs(lower - higher) / small
+
+
+def largest_departure(pushes: pd.DataFrame) -> float:
+    """Largest difference of the better law from the line through zero within the windows, relative, over the directions.
+
+    From a tenth of the window's end on, where stress is not yet noise.
+    """
+    off = []
+    for row in pushes.to_dict("records"):
+        depth = np.linspace(max(row["depth_from_cm"], 0.1 * row["depth_to_cm"]), row["depth_to_cm"])
+        if row["power_misfit_z_ratio"] < 1:
+            stress = depth ** row["exponent_z"]
+        else:
+            stress = row["intercept_z_N_per_cm2"] + row["free_slope_z_N_per_cm3"] * depth
+        line = float(stress @ depth / (depth @ depth)) * depth
+        off.append(float(np.abs(stress / line - 1).max()))
+    return float(np.median(off))
