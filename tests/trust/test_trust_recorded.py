@@ -127,7 +127,7 @@ def test_a_job_that_is_not_as_recorded_loses_its_state_file(now):
     states: Any = now
     edit(now)
     recorded = Recorded(states)
-    recorded.remove_outdated_states(recorded.findings_of())
+    recorded.make_outdated(recorded.findings_of())
     there = {name: (now.campaign.root / state_file(name)).is_file() for name in recorded.all}
     assert there == {
         "tare/sand": False,

@@ -37,6 +37,7 @@ FILES = (
     "results/ledger.csv",
 )
 LEDGER = "results/ledger.csv"
+FINDINGS = "results/findings.csv"
 
 _MOST = 5
 
@@ -195,16 +196,30 @@ def closing_lines(recorded: Recorded) -> list[str]:
     """Say what was found and how many runs it stands on, and name the results that are there."""
     root = recorded.root
     # a terminal may have no true minus sign
-    found = [
+    sentences = [
         f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
-        for row in _rows(root / "results/findings.csv")[:3]
+        for row in _rows(root / FINDINGS)[:3]
+        if recorded.is_current(FINDINGS)
     ]
-    shown = [line for name in FILES if (line := _shown(root, name))]
+    counts = ledger_line(root / LEDGER) if recorded.is_current(LEDGER) else ""
+    current = {path for path in recorded.maker if recorded.is_current(path)}
+    shown = [line for name in FILES if (line := _shown(current, name))]
     return [
-        *(["Found:", *found] if found else []),
-        *filter(None, [ledger_line(root / LEDGER)]),
+        *(["Found:", *sentences] if sentences else []),
+        *filter(None, [counts]),
         *(["To look at:", *shown] if shown else []),
+        *_not_remade(recorded, current),
         *others_line(recorded),
+    ]
+
+
+def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
+    """Say how many results are older than what they are made from, and were not asked for."""
+    old = [path for path in recorded.maker if path not in current]
+    if not old:
+        return []
+    return [
+        f"Not up to date, as other results were asked for: {count(len(old), 'file')}; rftfit run makes them."
     ]
 
 
@@ -228,17 +243,18 @@ def failed_checks(recorded: Recorded) -> list[str]:
     return [
         f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}"
         for medium in recorded.states.campaign.media_with_runs
+        if recorded.is_current(f"results/checks/{medium}.csv")
         for row in _rows(recorded.root / f"results/checks/{medium}.csv")
         if row.get("verdict") in ("failed", "accepted")
     ]
 
 
-def _shown(root: Path, name: str) -> str:
-    path = root / name
-    if not path.is_dir():
-        return f"  {name}" if path.is_file() else ""
-    found = sum(1 for inside in path.rglob("*") if inside.is_file())
-    return f"  {name}/ ({count(found, 'file')})" if found else ""
+def _shown(current: set[str], name: str) -> str:
+    """A line about a result, or about the files of a folder, that are up to date; empty where there is none."""
+    if name in current:
+        return f"  {name}"
+    inside = sum(path.startswith(f"{name}/") for path in current)
+    return f"  {name}/ ({count(inside, 'file')})" if inside else ""
 
 
 def ledger_line(path: Path) -> str:

@@ -7,11 +7,15 @@ that wrote it names the files and the state that are there now.
 from __future__ import annotations
 
 import json
+import os
+import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
+from rftfit.errors import OutputError
 from rftfit.results import FOLDER
 from rftfit.store import write_text
 from rftfit.store.digests import digests_of_files
@@ -108,6 +112,26 @@ class Finding:
     was: str = ""
 
 
+LONG_AGO_S = 1.0
+"""Time of a result that is to be made again, s since 1970."""
+
+PASSED_S = 10.0
+"""More than the step of the coarsest times of files, 2 s."""
+
+
+def set_time(path: Path, seconds: float) -> None:
+    """Set the time of a file that is there."""
+    try:
+        os.utime(path, (seconds, seconds))
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise OutputError(
+            f"{path}: its time is in the future or out of order, and cannot be set ({error.strerror}): delete this file, "
+            "then run again"
+        ) from error
+
+
 class Recorded:
     """The recorded jobs of a campaign, beside the files and states that are there now."""
 
@@ -192,7 +216,40 @@ class Recorded:
         names = (path.relative_to(self.root).as_posix() for path in found if path.is_file())
         return sorted(one for one in names if one not in self.maker and not one.startswith(_KEPT))
 
-    def remove_outdated_states(self, findings: Iterable[Finding]) -> None:
-        """Remove the state files of jobs that are not as recorded: with new ones Snakemake plans these jobs."""
+    @cached_property
+    def outdated(self) -> set[str]:
+        """Jobs that are not as recorded, and all that are made from their results."""
+        names: set[str] = set()
+        for name, record in self.all.items():
+            makers = (
+                self.maker[path].name
+                for path in (record.reads if record else ())
+                if path in self.maker
+            )
+            if record is None or self.findings(name) or not names.isdisjoint(makers):
+                names.add(name)
+        return names
+
+    def is_current(self, path: str) -> bool:
+        """Whether a result is there and all that it is made from is as recorded."""
+        return path in self.maker and self.maker[path].name not in self.outdated
+
+    def make_outdated(self, findings: Iterable[Finding]) -> None:
+        """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
+
+        Their state files go, to be written anew, and their results get a time before all others.
+        """
         for name in {one.job for one in findings}:
             (self.root / STATES / f"{name}.json").unlink(missing_ok=True)
+            record = self.all.get(name)
+            for path in record.writes if record else ():
+                set_time(self.root / path, LONG_AGO_S)
+
+    def bring_times_back(self) -> None:
+        """Give results that are dated in the future one time that has passed, so that what is made now is newer."""
+        now_s = time.time()
+        for folder in (FOLDER, STATES):
+            for path in (self.root / folder).rglob("*"):
+                with suppress(FileNotFoundError):
+                    if path.lstat().st_mtime > now_s and path.is_file():
+                        set_time(path, now_s - PASSED_S)
