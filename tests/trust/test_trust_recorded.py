@@ -1,13 +1,16 @@
 """What records say beside files and states: a campaign of three jobs, one made from the other."""
 
 import json
+import os
+import time
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from rftfit.errors import OutputError
 from rftfit.store.digests import sha256_of
-from rftfit.workflow.records import Record, Recorded, record_holds
+from rftfit.workflow.records import LONG_AGO_S, Record, Recorded, record_holds
 from rftfit.workflow.state import state_file
 
 CHAIN = (("tare", "sand"), ("slopes", "sand"), ("provenance", ""))
@@ -152,3 +155,44 @@ def test_whether_a_record_holds(now, happens):
     assert not record_holds(root, jobs["tare"][0], [result("tare"), "results/more.csv"])
     (root / state_file("tare/sand")).write_text('{"code": "other"}', encoding="utf-8")
     assert not record_holds(root, *jobs["tare"])
+
+
+def test_what_is_made_from_an_outdated_result_is_outdated(now):
+    states: Any = now
+    assert Recorded(states).outdated == {"robot_full_speeds"}
+    change(now)
+    recorded = Recorded(states)
+    assert recorded.outdated == {"robot_full_speeds", "slopes/sand", "provenance"}
+    assert recorded.is_current(result("tare"))
+    assert not recorded.is_current(result("slopes"))
+    assert not recorded.is_current(result("provenance"))
+    assert not recorded.is_current("results/never.csv")
+
+
+def test_times_in_the_future_are_brought_back_and_those_of_outdated_results_long_gone(now):
+    root = now.campaign.root
+    states: Any = now
+    hour_ahead = time.time() + 3600
+    for rule in ("tare", "provenance"):
+        os.utime(root / result(rule), (hour_ahead, hour_ahead))
+    before = (root / result("slopes")).stat().st_mtime
+    change(now)
+    recorded = Recorded(states)
+    recorded.bring_times_back()
+    recorded.make_outdated(recorded.findings_of())
+    times = {rule: (root / result(rule)).stat().st_mtime for rule, _ in CHAIN}
+    assert times["slopes"] == LONG_AGO_S < before
+    assert time.time() - 60 < times["tare"] == times["provenance"] < time.time() - 5
+
+
+def test_a_time_that_cannot_be_set_is_told_with_its_cure(now, monkeypatch):
+    states: Any = now
+    hour_ahead = time.time() + 3600
+    os.utime(now.campaign.root / result("tare"), (hour_ahead, hour_ahead))
+
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "utime", refuse)
+    with pytest.raises(OutputError, match="delete this file, then run again"):
+        Recorded(states).bring_times_back()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
+import time
 
 import pandas as pd
 import pytest
@@ -69,6 +71,9 @@ def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
     assert verified.returncode == 0
 
 
+IN_2037 = 2.13e9
+
+
 @contextlib.contextmanager
 def changed(path, content):
     """A file with another content for a while."""
@@ -126,8 +131,17 @@ def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(small, tmp_
     shutil.copytree(small.root, copy.root, ignore=shutil.ignore_patterns(".snakemake"))
     text = copy.config.read_text(encoding="utf-8")
     copy.config.write_text(text.replace("threshold: 0.05", "threshold: 0.3"), encoding="utf-8")
+    # a clock that was ahead: every result is newer than whatever is made now
+    for path in (copy.root / "results").rglob("*"):
+        os.utime(path, (IN_2037, IN_2037))
     done = copy.rftfit("run", "results/coefficients.csv", "results/penetration.csv")
     assert done.returncode == 0, done.stderr
+    assert max(p.stat().st_mtime for p in (copy.root / "results").rglob("*.csv")) < time.time()
+    # sentences and pictures are of before, so none is named
+    assert "Found:" not in done.stdout
+    assert "report.html" not in done.stdout
+    assert "results/coefficients.csv" in done.stdout
+    assert "Not up to date, as other results were asked for" in done.stdout
     assert "settings changed since the results were made: fourier, scaling" in done.stderr
     kept, before = (one.table("coefficients.csv")["kept"] for one in (copy, small))
     assert kept.sum() < before.sum()
