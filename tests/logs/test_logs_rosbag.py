@@ -1,6 +1,7 @@
 """ROS bags: the real ones, those of ROS 2, several topics, and every way in which one can be cut."""
 
 import builtins
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rftfit.logs import blocks
 from rftfit.logs.base import LogError
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
@@ -291,3 +293,72 @@ def test_a_definition_that_cannot_be_read(tmp_path, definition, said):
         bag.write(topic, 10**9, b"1234")
     with pytest.raises(LogError, match=said):
         RosBagReader().load(tmp_path / "a.bag")
+
+
+def write_ros1(path, definition, raw, *, packed=None):
+    bag = rosbag1.Writer(path)
+    if packed:
+        bag.set_compression(packed)
+    with bag:
+        topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, md5sum="0" * 32)
+        bag.write(topic, 10**9, raw)
+    return path
+
+
+NOTHING = "=" * 80 + "\nMSG: lab/Nothing\n"
+DOUBLED = "lab/D0 x\n" + "".join(
+    f"{'=' * 80}\nMSG: lab/D{level}\nlab/D{level + 1} a\nlab/D{level + 1} b\n"
+    for level in range(40)
+)
+HOSTILE = {
+    "an array of a thousand million messages without bytes": (
+        f"lab/Nothing[1000000000] x\nfloat64 y\n{NOTHING}",
+        bytes(8),
+    ),
+    "a list that says it has as many": (
+        f"lab/Nothing[] x\nfloat64 y\n{NOTHING}",
+        (10**9).to_bytes(4, "little") + bytes(8),
+    ),
+    "messages that hold two of the next, forty times": (
+        f"float64 y\n{DOUBLED}{'=' * 80}\nMSG: lab/D40\n",
+        bytes(8),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", HOSTILE)
+def test_a_type_made_to_take_for_ever_is_refused_at_once(tmp_path, what):
+    definition, raw = HOSTILE[what]
+    path = write_ros1(tmp_path / "a.bag", definition, raw)
+    begin = time.process_time()
+    with pytest.raises(LogError, match="no message on /force fits its type"):
+        RosBagReader().load(path)
+    assert time.process_time() - begin < 2
+
+
+@pytest.mark.parametrize(
+    "packed", [rosbag1.Writer.CompressionFormat.BZ2, rosbag1.Writer.CompressionFormat.LZ4]
+)
+def test_a_block_that_unpacks_to_any_size_is_refused(tmp_path, monkeypatch, packed):
+    """A few kilobytes of zeros: with the limit as it is they would be 64 MB."""
+    path = write_ros1(tmp_path / "a.bag", "uint8[] x", bytes(2 << 20), packed=packed)
+    assert path.stat().st_size < 20_000
+    monkeypatch.setattr(blocks, "MOST_OF_BLOCK", 1 << 20)
+    with pytest.raises(LogError):
+        RosBagReader().load(path)
+
+
+def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):
+    """A definition that does not parse: its text is the stranger's, and stays inside one line."""
+    definition = "float64[ x\nimport os\n\x1b[31m"
+    bag = rosbag2.Writer(tmp_path / "bag", version=9, storage_plugin=rosbag2.StoragePlugin.MCAP)
+    with bag:
+        topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, rihs01="0" * 64)
+        bag.write(topic, 10**9, bytes(12))
+    (mcap,) = (tmp_path / "bag").glob("*.mcap")
+    ros1 = write_ros1(tmp_path / "b.bag", definition, bytes(8))
+    for path in (mcap, ros1):
+        with pytest.raises(LogError) as refused:
+            RosBagReader().load(path)
+        assert "\n" not in str(refused.value)
+        assert "\x1b" not in str(refused.value)

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
+from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 
@@ -31,6 +32,7 @@ MOST_WORKERS = 4
 HEAD_BYTES = 65536
 """How much of a file a reader sees when it is asked whether it knows it."""
 
+_LONGEST_REASON = 300
 MOST_UNPACKED = 1 << 30
 """Bytes that a log may have when it is unpacked; a number has eight, however few the file gives it."""
 
@@ -290,8 +292,12 @@ def library_errors(path: Path, what: str) -> Iterator[None]:
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except Exception as error:
-        why = str(error) or type(error).__name__
-        raise LogError("damaged", f"{path}: {what}: {why}") from error
+        raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
+
+
+def on_one_line(error: Exception) -> str:
+    """Text of an error that may quote a stranger's file, without what a terminal or a reader of lines acts on."""
+    return escaped(" ".join(str(error).split())[:_LONGEST_REASON]) or type(error).__name__
 
 
 @contextmanager

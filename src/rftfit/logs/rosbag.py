@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
@@ -19,9 +19,12 @@ from rftfit.logs.base import (
     add_counts,
     check_size,
     file_errors,
+    library_errors,
     needed_package,
     ns_to_s,
+    on_one_line,
 )
+from rftfit.logs.blocks import limit_blocks
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"
@@ -29,6 +32,8 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 
 CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
+MOST_OF_MESSAGES = 128 << 20
+"""Bytes of the messages of a topic: 400,000 wrenches."""
 LOST = "lost packets (gap in header.seq)"
 
 # types of topics that every recording has and that are no transducer's
@@ -77,14 +82,15 @@ class RosBagReader(Reader):
         """
         with needed_package(path, "ROS bags", "rosbags", "ros"):
             import rosbags.typesys  # noqa: F401
-        with file_errors(path):
+        limit_blocks()
+        with file_errors(path), library_errors(path, "this bag cannot be read"):
             check_size(path)
             with path.open("rb") as file:
                 head = file.read(32)
             wanted = self.given.get("topic", "")
             ros1 = head.startswith(ROS1)
             topic = _ros1(path, wanted) if ros1 else _ros2(path, wanted, head)
-        return _log(path, topic)
+            return _log(path, topic)
 
 
 def _ros1(path: Path, wanted: str) -> Topic:
@@ -99,7 +105,7 @@ def _ros1(path: Path, wanted: str) -> Topic:
             topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
             number = _choose(path, topics, wanted)
             chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-            got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen)]
+            got = _collect(path, bag.messages(chosen))
     except LogError:
         raise
     except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
@@ -115,7 +121,8 @@ def _ros1(path: Path, wanted: str) -> Topic:
         store.register(get_types_from_msg(definition, kind))
     except TypesysError as error:
         raise LogError(
-            "type", f"{path}: the definition of {kind} in the bag is not readable: {error}"
+            "type",
+            f"{path}: the definition of {kind} in the bag is not readable: {on_one_line(error)}",
         ) from error
     return Topic(name, normalize_msgtype(kind), store.fielddefs, got, False, cut)
 
@@ -140,7 +147,7 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
         topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
         number = _choose(path, topics, wanted)
         chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-        got = [(time, bytes(raw)) for _, time, raw in bag.messages(chosen, None, None)]
+        got = _collect(path, bag.messages(chosen, None, None))
         if got and got[0][1].startswith(_ZSTD):
             text = "its messages are compressed, and only the folder's metadata.yaml says how"
             raise LogError("compressed", f"{path}: {text}: name the folder, not the file", len(got))
@@ -150,7 +157,7 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
     except Exception as error:  # each storage library has its own errors for a damaged file
         raise LogError(
             "damaged",
-            f"{path}: the bag is damaged or was not closed ({error}); `ros2 bag reindex` or "
+            f"{path}: the bag is damaged or was not closed ({on_one_line(error)}); `ros2 bag reindex` or "
             "`mcap recover` may repair it",
         ) from error
     finally:
@@ -173,6 +180,21 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
             )
         store.register(makers[definition.format]())
     return Topic(name, kind, store.fielddefs, got, True, False)
+
+
+def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple[int, bytes]]:
+    """Time of recording, ns, and bytes of messages, up to a size that a log may have."""
+    collected: list[tuple[int, bytes]] = []
+    size = 0
+    for _, recorded_ns, raw in messages:
+        collected.append((recorded_ns, bytes(raw)))
+        size += len(raw)
+        if size > MOST_OF_MESSAGES:
+            raise LogError(
+                "too_large",
+                f"{path}: more than {MOST_OF_MESSAGES >> 20} MB of messages on the topic; cut the bag into runs",
+            )
+    return collected
 
 
 def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> int:
@@ -336,6 +358,9 @@ def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, found: Recov
 # --- Where the numbers lie in a message: all messages of one layout become columns at once
 
 
+MOST_FIELDS = 20_000
+"""Of a message: a type without bytes may hold itself twice, and so on."""
+
 LONGEST_LIST = 64
 """Lists longer than this are pictures or scans, not quantities of a run."""
 
@@ -377,6 +402,7 @@ class MessageLayout:
         self.stamps: dict[str, int] = {}
         self.lengths: list[tuple[int, int]] = []
         self._message = message
+        self._fields = 0
         self._definitions = topic.definitions
         self._cdr = topic.cdr  # ROS 2 aligns numbers after four bytes of header; ROS 1 packs them
         self._order = ">" if topic.cdr and message[1:2] == b"\x00" else "<"
@@ -417,6 +443,9 @@ class MessageLayout:
         return place
 
     def _field(self, place: int, node: int, detail: Any, path: str | None) -> int:
+        self._fields += 1
+        if self._fields > MOST_FIELDS:
+            raise struct.error
         # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
         if node == 1:
             return self._base(place, detail[0], path)
@@ -430,13 +459,20 @@ class MessageLayout:
         (inner, what), count = detail[0], int(detail[1])
         if node == 4:
             place, count = self._length(place)
+        if count > len(self._message) - place and node == 3:
+            # each element takes a byte or more
+            raise struct.error
         if count > LONGEST_LIST:
             path = None
             if inner == 1 and what[0] in _TYPES:
                 width = np.dtype(_TYPES[what[0]]).itemsize
                 return self._aligned(place, width) + count * width
         for index in range(count):
-            place = self._field(place, inner, what, None if path is None else f"{path}{index}")
+            end = self._field(place, inner, what, None if path is None else f"{path}{index}")
+            if not place < end <= len(self._message):
+                # an element without bytes, of which there may be any number, or one beyond the end
+                raise struct.error
+            place = end
         return place
 
     def _base(self, place: int, kind: str, path: str | None) -> int:
