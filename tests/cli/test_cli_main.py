@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 
+import pooch
 import pytest
 
 import rftfit as package
@@ -58,23 +59,32 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     elsewhere.mkdir()
     here.mkdir()
     monkeypatch.chdir(here)
+    cache = tmp_path / "cache"
+    monkeypatch.setattr(pooch, "os_cache", lambda name: cache / name)
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
-    fail_with(monkeypatch, ZeroDivisionError("no sand\nleft"))
+    # a stranger's text must not stand on a line of its own
+    fail_with(monkeypatch, ZeroDivisionError("no sand\nimport os"))
     said = rftfit("check", "--strict", code=exit_codes.UNEXPECTED)
-    assert "ZeroDivisionError: no sand left" in said.err
-    assert str(here / CRASH_FILE) in said.err
-    report = (here / CRASH_FILE).read_text(encoding="utf-8")
+    assert "ZeroDivisionError: no sand import os" in said.err
+    (path,) = (cache / "rftfit" / "crashes").iterdir()
+    assert str(path) in said.err
+    assert path.name.startswith(CRASH_FILE)
+    if os.name == "posix":
+        assert path.stat().st_mode & 0o077 == path.parent.stat().st_mode & 0o077 == 0
+    report = path.read_text(encoding="utf-8")
     for text in (
         "Traceback (most recent call last)",
         "command: rftfit check --strict",
         package.__version__,
+        "ZeroDivisionError: 'no sand\\nimport os'",
     ):
         assert text in report
-    # a folder of the report's name: cannot be written, whoever runs this
-    (here / CRASH_FILE).unlink()
-    (here / CRASH_FILE).mkdir()
+    assert not [line for line in report.splitlines() if line.startswith("import")]
+    # nothing is written into the current folder, which a stranger may have filled with links
+    assert not [*here.iterdir()]
+    monkeypatch.setattr(pooch, "os_cache", lambda _: here.joinpath("\0"))
     assert str(elsewhere / CRASH_FILE) in rftfit("check", code=exit_codes.UNEXPECTED).err
-    assert (elsewhere / CRASH_FILE).is_file()
+    assert len([*elsewhere.iterdir()]) == 1
 
 
 @pytest.mark.parametrize(("text", "shown"), [("", main.STOPPED), ("Kept.", "Kept.")])

@@ -9,12 +9,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pooch
 import pytest
 from light_campaign import LABORATORY, SAND, alpha_frame, make_campaign, one_cell
 
 from rftfit import reference
 from rftfit.cli import example
-from rftfit.cli.main import CRASH_FILE, crash_message
+from rftfit.cli.main import crash_message
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.store import read_parquet, write_csv
@@ -26,9 +27,10 @@ LEG = ("predict", "--leg", "c_leg")
 
 
 def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
-    (tmp_path / CRASH_FILE).mkdir()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    nowhere = tmp_path / "file"
+    nowhere.touch()
+    monkeypatch.setattr(pooch, "os_cache", lambda name: nowhere / name)
+    monkeypatch.setattr(tempfile, "tempdir", str(nowhere))
     said = crash_message(ZeroDivisionError("no sand"), ["check"])
     assert said.startswith("Unexpected error: ZeroDivisionError: no sand")
     assert "The full report could not be written anywhere." in said

@@ -19,7 +19,8 @@ from rftfit.version import __version__
 # --- What a user sees of an error that the program did not expect: two lines and a file to send.
 
 
-CRASH_FILE = "rftfit-crash.txt"
+CRASH_FILE = "rftfit-crash-"
+"""Begin of the name of a report; the rest is drawn, so that nobody else has put a link there."""
 
 _LONGEST = 300
 
@@ -31,7 +32,7 @@ def crash_message(error: BaseException, words: list[str]) -> str:
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
     report = (
         f"rftfit {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
-        f"command: rftfit {' '.join(words)}\n\n{''.join(traceback.format_exception(error))}"
+        f"command: rftfit {' '.join(words)}\n\n{quoted_traceback(error)}"
     )
     path = _write(report)
     if path is None:
@@ -42,16 +43,37 @@ def crash_message(error: BaseException, words: list[str]) -> str:
     )
 
 
+def quoted_traceback(error: BaseException) -> str:
+    """Traceback of an error and of those behind it, whose texts, which may be a stranger's, are quoted."""
+    behind = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    earlier = f"{quoted_traceback(behind)}\n" if behind else ""
+    calls = "".join(traceback.format_tb(error.__traceback__))
+    return f"{earlier}Traceback (most recent call last):\n{calls}{type(error).__name__}: {str(error)!r}\n"
+
+
 def _write(text: str) -> Path | None:
-    """Write the report into the current folder, or where that cannot be written, a temporary one."""
-    for find_folder in (Path.cwd, lambda: Path(tempfile.gettempdir())):
+    """Write the report into the user's own cache, or where that cannot be written, a temporary folder.
+
+    Never into the current folder, which somebody else may have filled.
+    """
+    for find_folder in (_own_cache, lambda: Path(tempfile.gettempdir())):
         try:
-            path = find_folder() / CRASH_FILE
-            path.write_text(text, encoding="utf-8", errors="backslashreplace")
+            folder = find_folder()
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            handle, path = tempfile.mkstemp(".txt", CRASH_FILE, folder)
+            with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as report:
+                report.write(text)
         except (OSError, ValueError):
             continue
-        return path
+        return Path(path)
     return None
+
+
+def _own_cache() -> Path:
+    """Folder of the user's cache for this program."""
+    import pooch  # slow to import, and seldom needed
+
+    return Path(pooch.os_cache("rftfit")) / "crashes"
 
 
 def quiet_standard_output() -> None:
