@@ -16,6 +16,7 @@ from rftfit.errors import InputError, OutputError
 from rftfit.store import atomic_path, write_bytes
 from rftfit.store.digests import read_sums, sha256_of
 from rftfit.store.environment import shipped
+from rftfit.store.links import refuse_links_out
 
 SUMS = "logs.sha256"
 EXAMPLES = {
@@ -27,6 +28,7 @@ EXAMPLES = {
 
 def lay_out(source: Path, folder: Path) -> None:
     """Copy configuration and run sheet into the folder; what is there is never overwritten."""
+    refuse_links_out(folder, ("config", "raw"))
     for file in sorted((source / "config").iterdir()):
         target = folder / "config" / file.name
         if not target.exists():

@@ -16,6 +16,7 @@ from rftfit.cli import options
 from rftfit.cli.output import say
 from rftfit.errors import InputError
 from rftfit.store import write_text
+from rftfit.store.links import refuse_links_out
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,6 +58,7 @@ def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -
             f"{folder}: {', '.join(there)} would be overwritten, so nothing was written; name a "
             "new folder or move these files away"
         )
+    refuse_links_out(folder, sorted({name.partition("/")[0] for name in names}))
     for name, source in copied.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, folder / name)

@@ -95,6 +95,7 @@ def reenact(
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import directions_of, media_of
     from rftfit.lab.protocols import PROTOCOLS
+    from rftfit.store.links import refuse_links_out
 
     if live is not None:
         config = _copied(config, live)
@@ -108,6 +109,7 @@ def reenact(
             f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
             "which is what a re-enactment writes"
         )
+    refuse_links_out(places.root, [places.config.raw, places.config.run_sheet])
     # a misspelled word must not cost the logs that are there: everything is checked before
     if not media_of(places.config.media, media or None):
         raise InputError(

@@ -77,6 +77,13 @@ def run(
     unlock: Annotated[
         bool, typer.Option("--unlock", help="Clear the lock that a killed run has left, and stop.")
     ] = False,
+    results_at: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Let the results lie in this folder, as on another disk: `results` becomes a link to it, once and for all.",
+        ),
+    ] = None,
     snakefile: Annotated[Path | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Make all results that are missing, edited, damaged or out of date, from logs to figures.
@@ -87,7 +94,7 @@ def run(
     from rftfit.workflow.run import Workflow
 
     targets, extra = _split(words or [])
-    workflow = Workflow(config, targets, extra, cores, cluster, snakefile, say=warn)
+    workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
     if workflow.warnings:
         warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
     if unlock:

@@ -98,8 +98,11 @@ def _claimed(temporary: Path) -> Iterator[None]:
         yield
         return
     with contextlib.ExitStack() as stack:
+        if temporary.is_symlink():
+            # nobody writes a link of this name: somebody has guessed it
+            temporary.unlink()
         for _ in range(_ATTEMPTS):
-            handle = stack.enter_context(_opened(temporary, os.O_CREAT | os.O_TRUNC))
+            handle = stack.enter_context(_opened(temporary, os.O_CREAT | os.O_TRUNC | _NO_LINKS))
             lock(handle)
             # another process may have cleared it away before it was locked
             with contextlib.suppress(FileNotFoundError):

@@ -16,6 +16,7 @@ from typing import Any
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.pairs import readers
+from rftfit.store.links import RESULTS, put_results_at, refuse_links_out, results_elsewhere
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import Finding, Recorded
@@ -83,7 +84,7 @@ class JobsFailedError(WorkflowError):
 class Workflow:
     """One call of the workflow, for some results or all; `words` go to Snakemake itself.
 
-    `cluster`: Profile that puts the jobs on a cluster. `say`: Told what is made again and why, one line
+    `cluster`: Profile that puts the jobs on a cluster. `results_at`: Folder that the results are to lie in. `say`: Told what is made again and why, one line
     each. `on_job`: Told the state whenever a job has finished.
     """
 
@@ -93,6 +94,7 @@ class Workflow:
     cores: int | None = None
     cluster: str | None = None
     snakefile: Path | None = None
+    results_at: Path | None = None
     say: Callable[[str], None] = field(default=lambda _: None)
     on_job: Callable[[Progress, Job | None], None] = field(default=lambda *_: None)
 
@@ -103,6 +105,10 @@ class Workflow:
         self.reasons: list[str] = []
         self._durations = read_durations(self.root)
         _refuse_packages(self.root)
+        if self.results_at is not None:
+            put_results_at(self.root, self.results_at)
+        is_link = (self.root / RESULTS).is_symlink()
+        refuse_links_out(self.root, allowed=results_elsewhere(self.root) if is_link else ())
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""

@@ -1,0 +1,112 @@
+"""Links of a campaign that lead out of its folder: nothing is written through them.
+
+A folder that somebody else has filled may hold a link under any name that the program writes; archives keep links.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Collection
+from contextlib import suppress
+from pathlib import Path
+
+from rftfit.errors import InputError
+from rftfit.store.files import write_text
+
+RESULTS, SNAKEMAKE = "results", ".snakemake"
+_SHOWN = 3
+_ENVIRONMENTS = ("conda", "singularity", "apptainer")
+"""Of Snakemake, which makes them itself, with links."""
+
+
+def refuse_links_out(
+    root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE), allowed: Collection[Path] = ()
+) -> None:
+    """Refuse a folder in which something that is written to is a link, or lies below one, that leads out.
+
+    Parameters
+    ----------
+    root : Path
+        The campaign.
+    names : collection of str, optional
+        What is written to, below it.
+    allowed : collection of Path, optional
+        Folders elsewhere that the user has named (`results_elsewhere`).
+
+    Raises
+    ------
+    InputError
+        If there is such a link, or one that leads nowhere.
+    """
+    inside = [os.path.realpath(root), *map(os.path.realpath, allowed)]
+    out = []
+    seen = {f"{root}{os.sep}{SNAKEMAKE}{os.sep}{name}" for name in _ENVIRONMENTS}
+    waiting = [f"{root}{os.sep}{name}" for name in names]
+    while waiting:
+        path = waiting.pop()
+        target = path
+        if Path(path).is_symlink():
+            target = os.path.realpath(path)
+            if not any(target == one or target.startswith(one + os.sep) for one in inside):
+                out.append(path)
+                continue
+        if target in seen:
+            continue
+        seen.add(target)
+        with suppress(NotADirectoryError, FileNotFoundError), os.scandir(path) as entries:
+            waiting += [
+                entry.path
+                for entry in entries
+                if entry.is_symlink() or entry.is_dir(follow_symlinks=False)
+            ]
+    if out:
+        shown = ", ".join(
+            f"{path} -> {str(Path(path).readlink())!r}" for path in sorted(out)[:_SHOWN]
+        )
+        more = f" and {len(out) - _SHOWN} more" if len(out) > _SHOWN else ""
+        elsewhere = (
+            "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
+        )
+        raise InputError(
+            f"{shown}{more}: links that lead out of the campaign, through which nothing is written. Delete them"
+            f"{elsewhere * (RESULTS in names)}"
+        )
+
+
+def results_elsewhere(root: Path) -> list[Path]:
+    """Folder that the user has named for the results of a campaign; kept outside of the campaign."""
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        named = json.loads(_kept_in().read_text(encoding="utf-8")).get(os.path.realpath(root))
+        return [Path(named)] if named else []
+    return []
+
+
+def put_results_at(root: Path, folder: Path) -> None:
+    """Let the results of a campaign lie in another folder, by a link that the user has asked for.
+
+    Raises
+    ------
+    InputError
+        If the campaign has a folder of results already, or the folder is not there.
+    """
+    link, folder = root / RESULTS, folder.resolve()
+    if not folder.is_dir():
+        raise InputError(f"--results-at: found {str(folder)!r}; allowed: a folder that is there")
+    if os.path.lexists(link) and not link.is_symlink():
+        raise InputError(
+            f"{link}: there are results already; move that folder to {folder}, then say --results-at again"
+        )
+    if link.is_symlink():
+        link.unlink()
+    link.symlink_to(folder, target_is_directory=True)
+    every: dict[str, str] = {}
+    with suppress(OSError, ValueError):
+        every = json.loads(_kept_in().read_text(encoding="utf-8"))
+    write_text(_kept_in(), json.dumps(every | {os.path.realpath(root): str(folder)}, indent=1))
+
+
+def _kept_in() -> Path:
+    import pooch  # slow to import, and seldom needed
+
+    return Path(pooch.os_cache("rftfit")) / "results-at.json"
