@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import http.client
 import json
 import re
+import socket
 import time
+from pathlib import Path
 
 import pytest
 from bench import MEDIUM
@@ -13,20 +17,16 @@ from chromium import Chromium, find
 from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
-from rftfit.bench.server import HOST, Page
+from rftfit.bench.server import HOST, Page, _Handler
+from rftfit.bench.watch import MEASURED
 from rftfit.errors import InputError
 
 PROGRAM = find()
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
 @pytest.fixture
-def page(tmp_path):
-    made = Page(tmp_path)
+def page():
+    made = Page()
     yield made
     made.close()
 
@@ -83,43 +83,63 @@ def test_only_this_machine_is_listened_to(page):
     assert page.server_address[0] == "127.0.0.1"
 
 
-def test_the_address_is_the_same_after_a_restart_and_another_campaign_has_its_own(tmp_path):
-    first = Page(tmp_path)
-    second = Page(tmp_path)
-    assert second.token == first.token
-    assert second.port != first.port
-    first.close()
-    second.close()
-    again, other = Page(tmp_path), Page(tmp_path / "other")
-    assert again.address == second.address
-    assert other.token != again.token
-    (kept,) = [
-        path for path in (tmp_path / "cache").rglob("watch-*") if again.token in path.read_text()
-    ]
-    assert kept.stat().st_mode & 0o077 == 0
+def test_token_and_port_are_new_after_each_start(tmp_path):
+    """An open tab must not hand the token of the next watch to whoever has taken its port."""
+    pages = [Page() for _ in range(2)]
+    for page in pages:
+        page.close()
+    again = Page()
     again.close()
-    other.close()
-
-
-@pytest.mark.parametrize("text", ["", "x 99999999", "f" * 32 + " 99999", "f 80", "\xff"])
-def test_a_damaged_memory_of_the_address_is_forgotten(tmp_path, text):
-    first = Page(tmp_path)
-    first.close()
-    (kept,) = (
-        path for path in (tmp_path / "cache").rglob("watch-*") if first.token in path.read_text()
+    assert len({page.token for page in (*pages, again)}) == 3
+    assert again.token not in "".join(
+        path.read_text() for path in tmp_path.rglob("*") if path.is_file()
     )
-    kept.write_bytes(text.encode("latin-1"))
-    again = Page(tmp_path)
-    again.close()
-    assert len(again.token) == 32
-    assert again.token not in {first.token, "f" * 32}
 
 
-def test_a_port_that_is_taken_is_told(page, tmp_path):
+def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatch):
+    """250 of another user: most are closed at once, the rest after a while, and a push is judged meanwhile."""
+    monkeypatch.setattr(_Handler, "timeout", 1.0)
+    page = Page()
+    silent = []
+    for _ in range(250):
+        with contextlib.suppress(OSError):
+            silent.append(socket.create_connection((HOST, page.port), timeout=5))
+    first = bench.plates[0]
+    bench.push(first)
+    watch = bench.watch()
+    bench.settle(watch)
+    assert watch.state(MEDIUM, first) == MEASURED
+    time.sleep(1.5)
+    assert ask(page, f"/{page.token}/")[0] == 200
+    page.close()
+    for connection in silent:
+        connection.close()
+
+
+def test_a_full_table_of_files_is_no_verdict_on_a_log(bench, monkeypatch):
+    first = bench.plates[0]
+    bench.push(first)
+    opened = Path.open
+
+    def full(path, *words, **named):
+        if path.name.startswith(first):
+            raise OSError(errno.EMFILE, "Too many open files")
+        return opened(path, *words, **named)
+
+    watch = bench.watch()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", full)
+        bench.settle(watch)
+        assert first not in watch.media[MEDIUM].runs
+    bench.settle(watch)
+    assert watch.state(MEDIUM, first) == MEASURED
+
+
+def test_a_port_that_is_taken_is_told(page):
     with pytest.raises(
         InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"
     ):
-        Page(tmp_path, page.port)
+        Page(page.port)
 
 
 def test_what_is_told_is_on_the_page(bench):
@@ -147,7 +167,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
     bench.push(first)
     watch = bench.watch()
     bench.settle(watch)
-    page = Page(tmp_path)
+    page = Page()
 
     def until(browser, words):
         for _ in range(LONGEST_S * 20):
@@ -193,13 +213,14 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
         address = page.address
         page.close()
         until(browser, "no answer")
-        page = Page(tmp_path)
-        assert page.address == address
+        page = Page()
+        assert page.address != address
+        browser.open(page.address)
         until(browser, "connected")
         asked = {
             e["params"]["request"]["url"]
             for e in browser.events
             if e.get("method") == "Network.requestWillBeSent"
         }
-        assert all(url.startswith((address, "data:")) for url in asked)
+        assert all(url.startswith((address, page.address, "data:")) for url in asked)
         page.close()

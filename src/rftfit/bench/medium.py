@@ -11,8 +11,9 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
+from rftfit.logs.base import NO_HANDLE
 from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
-from rftfit.measure.flags import Remark, flag_table, reason_of, say
+from rftfit.measure.flags import Remark, flag_table, has, reason_of, say
 from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
@@ -41,6 +42,11 @@ class Measured(NamedTuple):
     def is_read(self) -> bool:
         """Whether its logs could be used."""
         return bool(self.rows["runs"]["status"] == "read")
+
+    @property
+    def is_of_the_log(self) -> bool:
+        """Whether what it says is of the log, and not of a machine with too many open files."""
+        return not has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
 
     @property
     def doubts(self) -> list[str]:

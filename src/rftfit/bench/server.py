@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import hmac
 import json
-import os
-import re
 import secrets
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import Event, Thread
+from threading import BoundedSemaphore, Event, Thread
+from typing import Any
 
 from rftfit.errors import InputError
-from rftfit.store.digests import digest_of
 
 HOST = "127.0.0.1"
 _BEAT_S = 10.0
+MOST_CONNECTIONS = 32
+LONGEST_SILENCE_S = 10.0
+"""After which a connection that asks for nothing ends."""
 _POLICY = (
     "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
     "frame-ancestors 'none'; base-uri 'none'"
@@ -37,26 +37,36 @@ class Client:
 
 
 class Page(ThreadingHTTPServer):
-    """The page of one campaign at `address`, which stays the same after a restart where its port is free."""
+    """The page of one campaign at `address`, which is another one after each start.
+
+    A page that stays open after the end must not hand its token to whoever takes the port.
+    """
 
     daemon_threads = True
 
-    def __init__(self, root: Path, port: int = 0) -> None:
+    def __init__(self, port: int = 0) -> None:
         self.asked, self.clients, self.closed = Event(), list[Client](), False
-        token, before = _kept(root)
+        self._free = BoundedSemaphore(MOST_CONNECTIONS)
         try:
-            super().__init__((HOST, port or before), _Handler)
+            super().__init__((HOST, port), _Handler)
         except OSError as error:
-            if port:
-                why = error.strerror or error
-                raise InputError(
-                    f"--port: found {port}: {why}; allowed: a port that is free"
-                ) from error
-            super().__init__((HOST, 0), _Handler)
-        self.token, self.port = token, int(self.server_address[1])
-        _keep(root, f"{token} {self.port}")
-        self.address = f"http://{HOST}:{self.port}/{token}/"
+            raise InputError(
+                f"--port: found {port}: {error.strerror or error}; allowed: a port that is free"
+            ) from error
+        self.token, self.port = secrets.token_hex(16), int(self.server_address[1])
+        self.address = f"http://{HOST}:{self.port}/{self.token}/"
         Thread(target=self.serve_forever, daemon=True).start()
+
+    def verify_request(self, *_: object) -> bool:
+        """Take no more connections than a few browsers have: each is an open file."""
+        return self._free.acquire(blocking=False)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread of its own, and give the place back."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def show(self, content: Callable[[str], str], *, changed: bool) -> None:
         """Send content by query to every browser, or to those alone that came meanwhile."""
@@ -74,35 +84,9 @@ class Page(ThreadingHTTPServer):
             client.there.set()
 
 
-def _file(root: Path) -> Path:
-    base = (
-        os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
-    )
-    return Path(base) / "rftfit" / f"watch-{digest_of(str(root))}"
-
-
-def _kept(root: Path) -> tuple[str, int]:
-    """Token and port of the last watch of this campaign; new ones where there was none, or its file is damaged."""
-    with suppress(OSError, ValueError):
-        kept = re.fullmatch("([0-9a-f]{32}) ([0-9]{1,5})", _file(root).read_text(encoding="ascii"))
-        if kept and int(kept[2]) < 65536:
-            return kept[1], int(kept[2])
-    return secrets.token_hex(16), 0
-
-
-def _keep(root: Path, text: str) -> None:
-    """Remember them for this user alone, so that a page that reconnects finds its address again."""
-    with suppress(OSError):
-        _file(root).parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(
-            "w", dir=_file(root).parent, delete=False
-        ) as file:  # of mode 600
-            file.write(text)
-        Path(file.name).replace(_file(root))
-
-
 class _Handler(BaseHTTPRequestHandler):
     server: Page
+    timeout = LONGEST_SILENCE_S
     protocol_version = "HTTP/1.1"
 
     def do_GET(self) -> None:

@@ -84,13 +84,16 @@ class Watch:
         if campaign.numbers:
             raise InputError(f"{campaign.sheet}: a table has no logs, so there is none to wait for")
         self.campaign: Campaign = campaign
+        self._has_to_look_again = False
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
         below = self._files.below(self.campaign.raw.as_posix())
         now = time.monotonic() if now is None else now
-        if not self._files.look(dict.fromkeys([*self._settings(), *below]), now):
+        is_new = self._files.look(dict.fromkeys([*self._settings(), *below]), now)
+        if not (is_new or self._has_to_look_again):
             return
+        self._has_to_look_again = False
         yield from self._reread()
         self.rows = {name: self._rows_of(name, below) for name in self.campaign.media_with_runs}
         for medium in list(self.media.values()):
@@ -162,6 +165,9 @@ class Watch:
             read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
             if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
                 continue  # written while it was read: it is measured when it is still
+            if not one.is_of_the_log:
+                self._has_to_look_again = True
+                continue
             was = medium.runs.get(name)
             medium.runs[name], medium.keys[name] = one, wanted[name]
             facts = self.facts(medium, name)

@@ -60,7 +60,7 @@ def watch(
     from rftfit.bench.watch import Watch
 
     found = Watch(config, wait, wanted(target, options.Body()))
-    page = None if no_page else Page(found.config.parent, port)
+    page = None if no_page else Page(port)
     asked = page.asked if page else Signal()
 
     def tell(kind: str, facts: Mapping[str, Any]) -> None:

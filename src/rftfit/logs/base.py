@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -31,6 +32,9 @@ MOST_WORKERS = 4
 
 HEAD_BYTES = 65536
 """How much of a file a reader sees when it is asked whether it knows it."""
+
+NO_HANDLE = "no_handle"
+"""Code of an error that is none of the log: this process or machine has too many open files."""
 
 _LONGEST_REASON = 300
 MOST_UNPACKED = 1 << 30
@@ -308,7 +312,8 @@ def file_errors(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
-        raise LogError("unreadable", f"{path}: cannot be read: {error.strerror}") from error
+        code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
+        raise LogError(code, f"{path}: cannot be read: {error.strerror}") from error
 
 
 def check_size(path: Path, most: int = 2 << 30) -> None:
