@@ -130,7 +130,10 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
     smooth = np.convolve(sense * stress, np.full(width, 1 / width), mode="valid")
     below = depth[width // 2 :][: smooth.size]
     drop = np.maximum.accumulate(smooth) - smooth
-    bottom = int(drop[below <= depth[-1] * CRUST_DEPTH * 1.5].argmax())
+    upper = drop[below <= depth[-1] * CRUST_DEPTH * 1.5]
+    if not upper.size:
+        return None
+    bottom = int(upper.argmax())
     peak = int(smooth[: bottom + 1].argmax())
     rest = smooth[bottom:]
     falls_again = float((np.maximum.accumulate(rest) - rest).max())

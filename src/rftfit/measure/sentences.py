@@ -46,8 +46,7 @@ FLAGS = {
         weak=True,
     ),
     "crust": Flag(
-        "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust",
-        severity=3,
+        "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust"
     ),
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
     "wrong-cells": Flag(_LOST_ROWS),
