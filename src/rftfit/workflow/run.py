@@ -321,7 +321,6 @@ def _check_installed(executor: str, folder: Path) -> None:
         raise InputError(
             f"the profile {folder.name} needs the package {plugin}, which is not installed; "
             f"install it with `python -m pip install {plugin}`"
-            + (" (or `rftfit[cluster]`)" if executor in _SUBMITS else "")
         )
     program = _SUBMITS.get(executor)
     if program is not None and shutil.which(program) is None:
