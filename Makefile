@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved shared compare strokes mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare strokes mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -140,6 +140,9 @@ shared: env ## what many runs share: false alarms, power and coverage of the joi
 
 curved: env ## intervals of the force at stated depths hold where stress is curved, 10 min
 	@$(BIN)/python studies/curved.py $(ARGS)
+
+laws: env ## by which law stress grows with depth is told of natural sands, of one push and of thirty, 2 min (ARGS=200: media)
+	@$(BIN)/python studies/depth_laws.py $(ARGS)
 
 compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute (ARGS=300: pairs)
 	@$(BIN)/python studies/compare_media.py $(ARGS)

@@ -1,6 +1,7 @@
 """By which law stress grows with depth: what is told of natural sands and of media pushed in one direction.
 
-    python studies/depth_laws.py [MEDIA]
+    make laws                50 media of each law
+    make laws ARGS=200       so many
 
 Tables of stress, each a campaign in files, go through the program's stages. A surface is off by 0.5 mm, a bed is uneven by 3 %
 over 1 cm, the transducer has noise of 1 % of the largest stress. Printed is how often the check of linearity fails, by
