@@ -14,7 +14,7 @@ from rftfit.compare.leg_angle import (
     common_offset,
     offset_of_curve,
 )
-from rftfit.compare.legs import leg_errors, predicted_curves
+from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 OFF_DEG = 5.0
@@ -25,8 +25,13 @@ def predicted():
     """Curves of the published media by their maps, each a table, by medium and leg."""
     config = paper_config(200)
     tables = [alpha_frame(medium, np.stack(alpha_grid(medium))) for medium in MEDIA]
-    curves = pd.concat([predicted_curves(medium)[0] for medium in results_of(tables, config)])
-    return curves[curves["profile"] == "map"]
+    curves = []
+    for medium in results_of(tables, config):
+        profile = medium.profile("map", draws=False)
+        for name, leg in config.legs.items():
+            curve, _ = leg_prediction(profile, leg, config)
+            curves.append(curve.assign(medium=medium.name, leg=name, profile="map"))
+    return pd.concat(curves)
 
 
 @pytest.fixture(scope="module")
