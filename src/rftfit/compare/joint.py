@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import ndtr, stdtrit
 
 from rftfit.conventions import FloatArray
 from rftfit.model.shapes import Shapes, published_shapes
@@ -459,8 +460,6 @@ class JointModel:
 
     def scan(self) -> Scan:
         """Score all candidates, and find the limit that the largest of sound scores hardly exceeds."""
-        from scipy import stats
-
         causes = self.causes()
         effects = np.column_stack([cause.effect for cause in causes])
         solved = self._solve(self.theta, effects)
@@ -487,7 +486,7 @@ class JointModel:
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
                 normal_limit = _limit(correlation, _NOMINAL_RATE)
-                limit[families == family] = stats.t.isf(stats.norm.sf(normal_limit), dof)
+                limit[families == family] = -stdtrit(dof, ndtr(-normal_limit))
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _MIXED_UP * self._error_beside_known_shape(effects))
         checked = sensible & ~mixed_up & (tolerated + (limit + _POWER) * se < most)
