@@ -115,9 +115,17 @@ def test_all_faults_at_once(room):
     assert codes == ["missing-key", "out-of-range", "unknown-key", "wrong-type"]
 
 
-def test_raw_by_a_link_that_leads_out_is_refused(room, tmp_path_factory):
-    (room.folder / "link").symlink_to(tmp_path_factory.mktemp("elsewhere"))
-    assert "a link leads out" in broken(room, "raw: raw", "raw: link")
+def test_raw_may_be_a_link_to_another_disk_and_nothing_else_may(room, tmp_path_factory):
+    room.write()
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "raw"
+    (room.folder / "raw").rename(elsewhere)
+    (room.folder / "raw").symlink_to(elsewhere)
+    campaign, problems = check_campaign(room.path)
+    assert campaign is not None
+    assert (problems, campaign.raw) == ([], room.folder / "raw")
+    (room.folder / "far.csv").symlink_to(elsewhere.parent / "far.csv")
+    (elsewhere.parent / "far.csv").write_text(room.text(), encoding="utf-8")
+    assert "a link leads out" in broken(room, "run_sheet: runs.csv", "run_sheet: far.csv")
 
 
 @pytest.mark.parametrize(

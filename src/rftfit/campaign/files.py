@@ -7,6 +7,7 @@ import posixpath
 import re
 import stat
 import unicodedata
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -136,10 +137,14 @@ class Entry(NamedTuple):
 
 
 class Folder:
-    """A folder and what lies inside it, with the look-ups remembered."""
+    """A folder and what lies inside it, with the look-ups remembered.
 
-    def __init__(self, base: Path | str) -> None:
+    `elsewhere`: Folders that links may lead to.
+    """
+
+    def __init__(self, base: Path | str, elsewhere: Sequence[str] = ()) -> None:
         self.base = os.path.realpath(base)
+        self.elsewhere = (*elsewhere,)
         self._parents: dict[str, str] = {}
         self._names: dict[str, tuple[str, ...]] = {}
         self._searches = 0
@@ -166,16 +171,20 @@ class Folder:
             mode = os.lstat(full).st_mode
             if stat.S_ISLNK(mode):
                 full = os.path.realpath(full)
-                mode = os.stat(full).st_mode if inside(full, self.base) else 0  # noqa: PTH116
+                mode = os.stat(full).st_mode if self._reaches(full) else 0  # noqa: PTH116
         except (OSError, ValueError):
             mode = None
-        if not inside(full, self.base):
+        if not self._reaches(full):
             return "outside"
         if mode is None:
             return "missing"
         if stat.S_ISREG(mode):
             return "file"
         return "folder" if stat.S_ISDIR(mode) else "other"
+
+    def _reaches(self, real: str) -> bool:
+        """Whether a path without links lies where look-ups may lead."""
+        return inside(real, self.base) or any(inside(real, folder) for folder in self.elsewhere)
 
     def nearest(self, path: str) -> str | None:
         """Find the file beside a missing one that was probably meant.
@@ -197,3 +206,14 @@ class Folder:
         except (OSError, ValueError):
             return ()
         return tuple(names) if len(names) <= _MOST_NAMES else ()
+
+
+def campaign_folder(root: Path, raw: str) -> Folder:
+    """The folder of a campaign, whose raw folder may be a link to another place: it is only read."""
+    folder = Folder(root)
+    try:
+        parts = plain_path(raw).split("/")
+    except BadPath:
+        return folder
+    above = [os.path.join(folder.base, *parts[: count + 1]) for count in range(len(parts))]  # noqa: PTH118
+    return Folder(root, [os.path.realpath(path) for path in above if os.path.islink(path)])  # noqa: PTH114

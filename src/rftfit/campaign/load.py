@@ -15,7 +15,7 @@ import numpy.typing as npt
 from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import PLATE_SHAPES, Config, Medium, RigidContact, RobotRuns
-from rftfit.campaign.files import Entry, Folder, folded, inside
+from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
 from rftfit.campaign.problems import CampaignError, Place, Problem, listed, shown
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
@@ -177,7 +177,8 @@ def check_campaign(
         if [problem.code for problem in file.problems] == ["config.missing"]:
             return None, [replace(file.problems[0], allowed=_no_campaign(root))]
         return None, file.problems
-    within = Folder(root)
+    written = file.data.get("raw") if isinstance(file.data, dict) else ""
+    within = campaign_folder(root, written if isinstance(written, str) else "")
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None

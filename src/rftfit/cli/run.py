@@ -104,7 +104,7 @@ def run(
     if dry_run:
         progress = workflow.dry_run()
     else:
-        with _display(workflow.seconds_left) as workflow.on_job:
+        with shown_jobs(workflow.seconds_left) as workflow.on_job:
             progress = workflow.run()
     if progress.nothing_to_do:
         say("Nothing to do: all results are up to date.")
@@ -153,7 +153,7 @@ def _split(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 @contextmanager
-def _display(
+def shown_jobs(
     seconds_left: Callable[[Progress], float | None],
 ) -> Iterator[Callable[[Progress, Job | None], None]]:
     """Show jobs as they finish: a bar and the time left in a terminal, one line for each in a pipe or file."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ from rftfit.campaign.problems import did_you_mean, listed
 from rftfit.cli import options
 from rftfit.cli.exit_codes import NOT_AS_RECORDED
 from rftfit.cli.output import count, json_text, say, say_some
-from rftfit.cli.run import others_line
+from rftfit.cli.run import others_line, shown_jobs
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +32,16 @@ def verify(
     all_: Annotated[
         bool, typer.Option("--all", help="List everything, however long the lists are.")
     ] = False,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again",
+            help="Make all results again in a temporary folder and compare them byte by byte; takes as long as a run.",
+        ),
+    ] = False,
+    cores: Annotated[
+        int | None, typer.Option(min=1, help="With --again: jobs at once; default: all cores.")
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Tell what results were made from, and whether all of it is still the same.
@@ -38,6 +49,8 @@ def verify(
     Every log and every result is read and its SHA-256 compared with the records of the stages; so are
     the rows of the run sheet, the values of the configuration and the program's own code. Ends with
     exit code 5 when anything differs.
+
+    Whoever changes a result can change its record too: with --again nothing is taken from records.
     """
     from rftfit.results import FOLDER
     from rftfit.workflow.provenance import (
@@ -51,6 +64,13 @@ def verify(
     from rftfit.workflow.state import read_states
 
     now = Recorded(read_states(config)[0])
+    if again:
+        if results:
+            raise InputError(
+                f"--again: found {results[0]}; allowed: no results, since all of them are made again"
+            )
+        _make_again(now, cores, 10**9 if all_ else _MOST, as_json)
+        return
     recorded, data = read_provenance(now.root / FOLDER)
     changes = changes_between(recorded, present_provenance(now.states))
     most = 10**9 if all_ else _MOST
@@ -88,6 +108,44 @@ def verify(
             say(line)
     if differ or not known:
         raise typer.Exit(NOT_AS_RECORDED)
+
+
+def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> None:
+    """Make the results again, and say which of those that are there differ."""
+    from rftfit.workflow.remake import remake
+
+    with nullcontext(_quiet) if as_json else shown_jobs(lambda _: None) as on_job:
+        remade = remake(now, cores, on_job)
+    if as_json:
+        facts = {
+            "same": remade.same,
+            "unlike": {one.path: one.difference for one in remade.unlike},
+            "not_made_again": remade.not_made,
+            "others": now.others(),
+        }
+        say(json_text(facts))
+    else:
+        say_some([str(one) for one in remade.unlike], most, "more that differ")
+        if remade.unlike:
+            findings = [finding for found in _stale(now).values() for finding in found]
+            say_some(list(dict.fromkeys(map(_text_of, findings))), most, "more reasons")
+        made = len(remade.same) + len(remade.unlike)
+        say(
+            f"{count(made, 'result')} made again: {len(remade.same)} with the same bytes, "
+            f"{len(remade.unlike)} otherwise."
+        )
+        if remade.not_made:
+            say(
+                f"Not made again, since rftfit run does not make them: {listed([*remade.not_made], _MOST)}."
+            )
+        for line in others_line(now):
+            say(line)
+    if remade.unlike:
+        raise typer.Exit(NOT_AS_RECORDED)
+
+
+def _quiet(*_: object) -> None:
+    """Show nothing of a run."""
 
 
 def _stale(now: Recorded) -> dict[str, list[Finding]]:

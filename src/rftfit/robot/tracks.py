@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from rftfit.campaign.config import Config, RobotRuns
-from rftfit.campaign.files import Folder, folded
+from rftfit.campaign.files import Folder, campaign_folder, folded
 from rftfit.campaign.load import root_of
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.reading import read_model
@@ -366,11 +366,12 @@ def check_robot(config_path: Path) -> RobotCheck:
     section = config.robot if config is not None else None
     if config is None or section is None:
         return RobotCheck()
-    names, media = _words_of_sheet(root, config.run_sheet)
+    folder = campaign_folder(root, config.raw)
+    names, media = _words_of_sheet(folder, config.run_sheet)
     # a campaign without runs on its medium (a part of a re-enactment) has no robot either
     if media and section.medium not in media:
         return RobotCheck()
-    problems = _problems_of_file(root, section)
+    problems = _problems_of_file(folder, section)
     trials: list[Trial] = []
     raw = Folder(root / config.raw)
     sheet = raw.look_up(section.runs or "")
@@ -382,22 +383,22 @@ def check_robot(config_path: Path) -> RobotCheck:
     return RobotCheck(section.medium, tuple(trials), tuple(problems))
 
 
-def _words_of_sheet(root: Path, run_sheet: str) -> tuple[set[str], set[str]]:
+def _words_of_sheet(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]:
     """Names of runs and media in the campaign's own sheet, right or wrong."""
-    entry = Folder(root).look_up(run_sheet)
+    entry = folder.look_up(run_sheet)
     if entry.status != "file":
         return set(), set()
     columns = Column("run_id", "text"), Column("medium", "text", needed=False)
-    rows, _ = read_rows(root / entry.path, Schema("sheet", columns, others="ignored", lenient=True))
+    rows, _ = read_rows(Path(folder.base, entry.path), Schema("sheet", columns, others="ignored", lenient=True))
     ids, media = ({row.text[column.name] for row in rows} - {""} for column in columns)
     return ids, media
 
 
-def _problems_of_file(root: Path, section: RobotRuns) -> list[Problem]:
-    entry = Folder(root).look_up(section.file or "")
+def _problems_of_file(folder: Folder, section: RobotRuns) -> list[Problem]:
+    entry = folder.look_up(section.file or "")
     if entry.status == "file":
         try:
-            read_robot(root / entry.path, entry.path)
+            read_robot(Path(folder.base, entry.path), entry.path)
         except CampaignError as error:
             return list(error.problems)
     return []

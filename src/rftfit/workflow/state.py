@@ -236,8 +236,8 @@ def robot_files(campaign: Campaign) -> list[str]:
         sheet = campaign.raw / robot.runs
         tracks = [sheet.parent / trial.track for trial in trials_of(campaign)]
         paths += [campaign.raw / REENACTED, sheet, *tracks]
-    found = (path.resolve().relative_to(campaign.root) for path in paths if path.is_file())
-    return sorted({path.as_posix() for path in found})
+    names = (os.path.relpath(path, campaign.root) for path in paths if path.is_file())
+    return sorted({name.replace(os.sep, "/") for name in names})
 
 
 def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
