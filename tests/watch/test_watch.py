@@ -226,7 +226,7 @@ def test_a_log_without_row_is_told_with_the_row_that_would_name_it(bench):
     bench.put(force)
     watch = bench.watch()
     (facts,) = told(bench.settle(watch), "file")
-    assert (facts["file"], facts["kinds"], facts["row"]["force_log"]) == (force, ["force"], force)
+    assert (facts["file"], facts["row"]) == (force, {"run_id": other, "force_log": force})
     bench.push(other)
     bench.settle(watch)
     assert watch.unnamed == {}

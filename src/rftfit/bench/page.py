@@ -50,7 +50,8 @@ def _items(words: Iterable[str], kind: str = "") -> str:
 
 def _problems(watch: Watch) -> str:
     loose = (
-        f"{one['file']} ({' and '.join(one['kinds']) or one['refused']}): no row names it; for a row: {one['row']}"
+        f"{one['file']}: no row names it"
+        + (f"; a row for it has {one['row']}" if one["row"] else "")
         for one in watch.unnamed.values()
         if one
     )

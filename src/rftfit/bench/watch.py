@@ -20,7 +20,6 @@ from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
-from rftfit.logs.inspect import kinds, recognised, survey_file, together
 from rftfit.measure.alpha import column
 from rftfit.measure.verdicts import FAILED
 from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
@@ -42,7 +41,7 @@ MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
 
 _NEXT = 3
 _MOST_UNNAMED = 20
-"""Files that no row names: so many are looked into."""
+"""Files that no row names: so many are told."""
 
 _PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.only-straight-down")
 """Warnings of the run sheet that hold until the last run is made."""
@@ -105,7 +104,7 @@ class Watch:
         changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
         if changed:
             yield from self._tell_media(changed)
-        yield from self._look_into(below)
+        yield from self._tell_unnamed(below)
 
     # --- config and run sheet
 
@@ -296,8 +295,8 @@ class Watch:
 
     # --- files that no row names
 
-    def _look_into(self, below: list[str]) -> Iterator[Event]:
-        """Report the files that no row names: the kind of each, and a row that would name it."""
+    def _tell_unnamed(self, below: list[str]) -> Iterator[Event]:
+        """Report the files that no row names, none of which is opened, and a row that would name each."""
         if self._files.stamps(self._settings()) is None:
             return  # a row for them may be in the sheet that is being written
         raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot
@@ -306,19 +305,23 @@ class Watch:
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
         loose = [path for path in below if path not in named and not path.startswith(tracks)]
         self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
-        for path, known in self.unnamed.items():
-            if known or not self._files.stamps([path]):
+        for path, facts in self.unnamed.items():
+            if facts or not self._files.stamps([path]):
                 continue
-            name = Path(path).relative_to(raw)
-            try:
-                surveys, refused = survey_file(recognised(Path(path)).reader, Path(path))
-                found, why = kinds(together(surveys)), str(refused or "")
-            except (InputError, OSError) as error:
-                found, why = [], str(error)
-            row = {"run_id": name.stem} | {f"{kind}_log": name.as_posix() for kind in found}
-            facts = {"file": name.as_posix(), "kinds": found, "refused": why, "row": row}
-            self.unnamed[path] = facts
-            yield Event("file", facts)
+            name = Path(path).relative_to(raw).as_posix()
+            self.unnamed[path] = {"file": name, "row": self._row_by_name(name)}
+            yield Event("file", self.unnamed[path])
+
+    def _row_by_name(self, file: str) -> dict[str, str]:
+        """Cells of a row that would name a file, as rows of the sheet name theirs; empty where none is alike."""
+        for run in self.campaign.runs:
+            for key in ("force_log", "motion_log"):
+                before, run_id, after = getattr(run, key).rpartition(run.run_id)
+                named_alike = file.startswith(before) and file.endswith(after)
+                name = file[len(before) : len(file) - len(after)]
+                if run_id and named_alike and name and "/" not in name:
+                    return {"run_id": name, key: file}
+        return {}
 
 
 def _stamps_now(row: _Row) -> tuple[Stamp, ...]:

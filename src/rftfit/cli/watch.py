@@ -92,11 +92,8 @@ def as_text(kind: str, facts: Mapping[str, Any]) -> str:
     elif kind == "problem":
         lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
     elif kind == "file":
-        what = " and ".join(facts["kinds"]) or facts["refused"]
-        lines = [
-            f"{facts['file']} ({what}): no row of the run sheet names it",
-            f"a row for it has {facts['row']}",
-        ]
+        lines = [f"{facts['file']}: no row of the run sheet names it, so it is not opened"]
+        lines += [f"a row for it has {facts['row']}"] if facts["row"] else []
     elif kind == "withdrawn":
         lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
     elif kind == "push" and not facts["first"]:

@@ -389,7 +389,9 @@ def _words_of_sheet(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]
     if entry.status != "file":
         return set(), set()
     columns = Column("run_id", "text"), Column("medium", "text", needed=False)
-    rows, _ = read_rows(Path(folder.base, entry.path), Schema("sheet", columns, others="ignored", lenient=True))
+    rows, _ = read_rows(
+        Path(folder.base, entry.path), Schema("sheet", columns, others="ignored", lenient=True)
+    )
     ids, media = ({row.text[column.name] for row in rows} - {""} for column in columns)
     return ids, media
 
