@@ -26,7 +26,8 @@ def flip_a_bit(path):
 
 def double_alpha(path):
     table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    table.loc[0, "alpha_z_N_per_cm3"] = str(2 * float(table.loc[0, "alpha_z_N_per_cm3"]))
+    doubled = 2 * float(table["alpha_z_N_per_cm3"].iloc[0])
+    table["alpha_z_N_per_cm3"] = [f"{doubled:.6g}", *table["alpha_z_N_per_cm3"].iloc[1:]]
     table.to_csv(path, index=False, lineterminator="\n")
 
 

@@ -7,8 +7,9 @@ import shutil
 
 import pooch
 import pytest
-from campaigns import make_campaign
+from campaigns import Folder, make_campaign
 
+from rftfit.bench.watch import Watch
 from rftfit.errors import InputError
 from rftfit.store import write_text
 from rftfit.store.links import put_results_at, refuse_links_out, results_elsewhere
@@ -130,3 +131,57 @@ def test_an_unfinished_file_is_written_through_no_link(tmp_path, elsewhere):
     write_text(tmp_path / "table.csv", "theirs")
     assert contents(elsewhere) == before
     assert (tmp_path / "table.csv").read_text(encoding="utf-8") == "theirs"
+
+
+WRITING = {
+    "export": ("export", "--medium", "poppy_LP", "--output"),
+    "predict": ("predict", "--medium", "poppy_LP", "--leg", "c_leg", "--output"),
+    "scale": ("scale", "--alpha", "0.3", "--output"),
+    "plan": ("plan", "--pushes", "2", "--output"),
+    "inspect": ("inspect", "log.csv", "--plot"),
+}
+
+
+@pytest.mark.parametrize("dangling", [False, True])
+@pytest.mark.parametrize("place", ["file", "folder"])
+@pytest.mark.parametrize("command", sorted(WRITING))
+def test_no_command_writes_its_output_through_a_link(tmp_path, elsewhere, command, place, dangling):
+    stranger = Folder(tmp_path / "stranger's")
+    stranger.root.mkdir()
+    (stranger.root / "log.csv").write_text("time_s,force_N\n0,1\n1,2\n2,3\n", encoding="utf-8")
+    ending = "png" if command.startswith("inspect") else "json" if command == "export" else "csv"
+    name = f"out.{ending}" if place == "file" else f"out/new.{ending}"
+    target = elsewhere / ("none" if dangling else "mine.txt" if place == "file" else "")
+    (stranger.root / "out").with_suffix(f".{ending}" if place == "file" else "").symlink_to(target)
+    before = contents(elsewhere)
+    done = stranger.rftfit(*WRITING[command], name, *(["--force"] if place == "file" else []))
+    assert done.returncode == 2, done.stdout
+    assert str(target.resolve()) in done.stderr
+    assert contents(elsewhere) == before
+
+
+PLANTED = (
+    "rftfit-crash.txt",
+    ".rftfit-crash.txt",
+    "results",
+    ".snakemake",
+    "results/logs/snakemake.log",
+    "config/runs.csv.part",
+    ".cache",
+)
+
+
+@pytest.mark.parametrize("dangling", [False, True])
+@pytest.mark.parametrize("place", PLANTED)
+def test_what_only_reads_changes_nothing_through_any_link(campaign, elsewhere, place, dangling):
+    link = campaign.root / place
+    link.parent.mkdir(parents=True, exist_ok=True)
+    link.symlink_to(elsewhere / ("none" if dangling else "mine.txt"))
+    before = contents(elsewhere), campaign.raw_digests()
+    log = next((campaign.root / "raw").rglob("*_force.csv")).relative_to(campaign.root)
+    for command in (("check",), ("check", "--diagnose"), ("inspect", str(log))):
+        assert campaign.rftfit(*command).returncode in (0, 2)
+    watch = Watch(campaign.config, wait_s=0.0)
+    for now in (0.0, 10.0):
+        assert [*watch.step(now)] or now
+    assert (contents(elsewhere), campaign.raw_digests()) == before

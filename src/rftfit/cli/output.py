@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rftfit.errors import InputError, OutputError
+from rftfit.store.links import refuse_target_by_link
 from rftfit.version import __version__
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ def check_target(
 
     A table begins with its mark; a picture has it somewhere among what it says of itself.
     """
+    refuse_target_by_link(path)
     if path.is_dir():
         raise OutputError(f"{path}: this is a folder; name a file for the {what}")
     try:

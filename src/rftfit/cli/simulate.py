@@ -13,6 +13,7 @@ import rftfit
 from rftfit.cli import options
 from rftfit.cli.output import check_target, comments, count, json_text, say, warn
 from rftfit.errors import InputError, OutputError
+from rftfit.store.links import refuse_target_by_link
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ def check_folder(folder: Path, force: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: this is a file; name a folder for the results")
     check_target(folder / MOTION, MARK, "motion", force)
+    for name in OTHERS:
+        refuse_target_by_link(folder / name)
     there = [name for name in OTHERS if (folder / name).exists()]
     # beside a table of our own they are our own
     if there and not force and not (folder / MOTION).exists():

@@ -74,6 +74,24 @@ def refuse_links_out(
         )
 
 
+def refuse_target_by_link(path: Path) -> None:
+    """Refuse to write a file whose name is a link, or lies below the current folder by its name but not in fact.
+
+    Raises
+    ------
+    InputError
+        With the place that the link leads to, which may be named instead.
+    """
+    real = os.path.realpath(path)
+    here = os.path.realpath(".")
+    is_below = not path.is_absolute() and ".." not in path.parts
+    leads_out = is_below and os.path.commonpath([here, os.path.realpath(path.parent)]) != here
+    if path.is_symlink() or leads_out:
+        raise InputError(
+            f"{path}: a link leads from here to {real!r}, and nothing is written through a link; name that place itself, or another file"
+        )
+
+
 def results_elsewhere(root: Path) -> list[Path]:
     """Folder that the user has named for the results of a campaign; kept outside of the campaign."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
