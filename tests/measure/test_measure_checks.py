@@ -18,7 +18,7 @@ from rftfit.lab.plan import directions_of
 from rftfit.lab.truth import table_s5
 from rftfit.measure import checks
 from rftfit.measure.alpha import column
-from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work, other_axes
+from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work
 from rftfit.measure.checks_channels import against_known, check_channels
 from rftfit.measure.checks_runs import (
     check_drift,
@@ -61,8 +61,10 @@ def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     return Measured(config or no_table, medium, sheet or {}, tables, copies)
 
 
-def axes(table, config=None):
-    one = measured(alpha=table, config=config)
+def axes(table, config=None, evidence=None):
+    evidence = evidence or {"as-given": 0.0}
+    of_all_runs = pd.DataFrame({"axes": [*evidence], "log_bayes_factor": [*evidence.values()]})
+    one = measured(alpha=table, axes=of_all_runs, config=config)
     return {
         check.check: check for check in (check_work(one), check_symmetry(one), check_up_down(one))
     }
@@ -98,7 +100,8 @@ def test_a_single_run_that_gives_energy_back_is_flagged():
     work = axes(table)["work"]
     assert (work.verdict, work.flags) == ("passed", (remark("gives-back", run_id=f"run{at}"),))
     table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
-    assert (axes(table)["work"].verdict, axes(table)["work"].flags) == ("failed", ())
+    of_all_runs = axes(table, evidence={"as-given": 0.0, "both-reversed": 50.0})["work"]
+    assert (of_all_runs.verdict, of_all_runs.flags) == ("failed", ())
 
 
 @pytest.mark.parametrize("grid", GRID_NAMES)
@@ -242,14 +245,6 @@ def test_how_much_harder_than_down_up_may_be():
         assert found.found == f"alpha_z(0, 90) = 0.2, alpha_z(0, -90) = {-0.2 - more:.3g} N/cm^3"
     assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
-
-
-def test_errors_are_exchanged_with_the_axes():
-    cells = Cells.of(few_cells([(30, 45, 0.3, 0.1, 0.01, 0.02), (30, -45, 0.3, 0.1, 0.01, 0.02)]))
-    other = cells.turned(np.array([[0, 1], [1, 0]]))
-    # alpha_x of a pull is filed turned
-    np.testing.assert_allclose(other.force, [[0.1, -0.1], [0.3, -0.3]])
-    np.testing.assert_allclose(other.se, [[0.02, 0.02], [0.01, 0.01]])
 
 
 def test_runs_of_several_cells_that_give_energy_back_are_each_flagged():
@@ -593,32 +588,13 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
-@pytest.mark.parametrize(
-    ("z", "x", "named"),
-    [
-        ("-z", "+x", "Z looks reversed"),
-        ("+z", "-x", "X looks reversed"),
-        ("-z", "-x", "Z and x both look reversed, or the logs of plates and rods exchanged"),
-        ("+x", "+z", "X and z look exchanged"),
-        ("-x", "+z", "X and z look exchanged, with"),
-        ("+x", "-z", "X and z look exchanged, with"),
-        ("-x", "-z", "X and z look exchanged, and both reversed"),
-    ],
-)
-def test_wrong_axes_are_named(medium, z, x, named):
-    wrong = measured_with(on_grid(medium, "few"), z, x)
-    assert axes(wrong)["work"].verdict == "failed"
-    name, mended = other_axes(Cells.of(wrong)) or ("", None)
-    assert name.startswith(named)
-    assert mended is not None
-    assert (mended.n_negative_work, mended.takes_energy) == (0, True)
-
-
-def test_axes_that_mend_nothing_are_not_named():
-    """Forces that give energy back whatever the axes are called."""
-    rows = [(0, 45, z, x, 0.001, 0.001) for z in (-0.2, 0.2) for x in (-0.2, 0.2)] * 3
-    assert axes(few_cells(rows))["work"].verdict == "failed"
-    assert other_axes(Cells.of(few_cells(rows))) is None
+def test_axes_that_all_runs_tell_are_the_cause_of_energy_given_back(medium):
+    wrong = measured_with(on_grid(medium, "few"), "-z", "+x")
+    told = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 4.1})["work"]
+    assert (told.verdict, told.code, told.flags) == ("failed", "work-axes", ())
+    assert str(remark("axes-z-reversed")) in told.sentence
+    of_runs = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 3.9})["work"]
+    assert (of_runs.verdict, of_runs.code) == ("failed", "work")
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)

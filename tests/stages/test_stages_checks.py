@@ -97,7 +97,7 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
             None,
             "work",
             "unusable",
-            "X and z look exchanged.*none of them with that put right.*: look at transducer.axes.$",
+            "Axes look wrong in all runs, with x and z exchanged.*: look at transducer.axes.$",
         ),
         (
             axes(x="+F1", y="-F2"),
@@ -222,6 +222,5 @@ def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
     assert (good.returncode, "No check fails." in good.stdout) == (0, True)
     done = Folder(tmp_path / "bad").rftfit("check", "--diagnose", "--strict")
     assert done.returncode == 2
-    assert f"{MEDIUM}, unusable: Z looks reversed (" in done.stdout
-    assert "none of them with that put right" in done.stdout
+    assert f"{MEDIUM}, unusable: Axes look wrong in all runs, with z reversed (" in done.stdout
     assert not list(tmp_path.glob("*/results"))

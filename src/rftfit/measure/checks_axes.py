@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
+from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
@@ -27,7 +28,7 @@ their pairs are off from one turn by less than their error."""
 
 
 def check_work(measured: Measured) -> Check:
-    """Whether the medium takes energy in all cells but a few; other axes that would mend it are named."""
+    """Whether the medium takes energy in all cells but a few; where all runs tell other axes, these are named."""
     alpha, sheet = measured.tables["alpha"], measured.sheet
     cells = Cells.of(alpha)
     if not (count := cells.gamma.size):
@@ -46,11 +47,9 @@ def check_work(measured: Measured) -> Check:
         ),
         "where": "the columns of the table" if measured.config.table else "transducer.axes",
     }
-    if (other := other_axes(cells)) is not None:
+    if other := told_axes(measured):
         # the axes are those of all runs
-        name, turned = other
-        values |= {"axes": name, "after": turned.n_negative_work or "none"}
-        return Check.judge("work", cells.takes_energy, code="work-axes", **values)
+        return Check.judge("work", cells.takes_energy, code="work-axes", axes=other, **values)
     flags = flags_on(runs, "gives-back")
     return Check.judge("work", cells.takes_energy, flags, rows=rows_of(runs, sheet), **values)
 
@@ -86,8 +85,9 @@ def check_up_down(measured: Measured) -> Check:
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
         return Check.skip("up_down", "up_down-no-cell")
-    down, up = cells.force[0, [cells.push, cells.pull]]
-    return Check.judge("up_down", cells.push_exceeds_pull, down=down, up=up)
+    (down, up), errors = (part[0, [cells.push, cells.pull]] for part in (cells.force, cells.se))
+    exceeds = bool(abs(up) - down <= _SIGMAS * math.hypot(*errors))
+    return Check.judge("up_down", exceeds, down=down, up=up)
 
 
 @dataclass(frozen=True)
@@ -125,14 +125,6 @@ class Cells:
         pairs = np.stack([first, image[first]])
         side = np.where(gamma < 0, -1.0, 1.0)
         return cls(gamma, side, force, se, turn, push, pull, pairs)
-
-    def turned(self, matrix: FloatArray) -> Cells:
-        """What the table would be with other axes: `matrix` acts on the force (z, x)."""
-        sides = np.stack([np.ones_like(self.side), self.side])
-        turn = matrix[:, :, None] * sides[:, None] * sides[None]
-        force = np.einsum("ijn,jn->in", turn, self.force)
-        se = np.sqrt(np.einsum("ijn,jn->in", turn**2, self.se**2))
-        return replace(self, force=force, se=se)
 
     @property
     def work(self) -> tuple[FloatArray, FloatArray]:
@@ -200,39 +192,3 @@ class Cells:
         alike = _ALIKE * np.abs(z).max()
         off = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + alike**2, 1e-12))
         return float(off.max()), int(one[off.argmax()])
-
-    @property
-    def push_exceeds_pull(self) -> bool:
-        """Whether pushing a level plate down takes more than pulling it up."""
-        if self.push is None or self.pull is None:
-            return True
-        (down, up), errors = (part[0, [self.push, self.pull]] for part in (self.force, self.se))
-        return bool(abs(up) - down <= _SIGMAS * math.hypot(*errors))
-
-    @property
-    def rank(self) -> tuple[int, int]:
-        """Number of these tests that fail, and of cells that give energy back: the fewer the better."""
-        passed = self.takes_energy + self.mirror_images_agree + self.push_exceeds_pull
-        return 3 - passed, self.n_negative_work
-
-
-_OTHER_AXES = {
-    "Z looks reversed": [[-1, 0], [0, 1]],
-    "X looks reversed": [[1, 0], [0, -1]],
-    "Z and x both look reversed, or the logs of plates and rods exchanged": [[-1, 0], [0, -1]],
-    "X and z look exchanged": [[0, 1], [1, 0]],
-    "X and z look exchanged, with z reversed": [[0, -1], [1, 0]],
-    "X and z look exchanged, with x reversed": [[0, 1], [-1, 0]],
-    "X and z look exchanged, and both reversed": [[0, -1], [-1, 0]],
-}
-
-
-def other_axes(cells: Cells) -> tuple[str, Cells] | None:
-    """The other axes with which a table that gives energy back is as it should be, if there are any."""
-    if cells.takes_energy:
-        return None
-    tried = {name: cells.turned(np.array(matrix)) for name, matrix in _OTHER_AXES.items()}
-    best = min(tried, key=lambda name: tried[name].rank)
-    return (
-        (best, tried[best]) if tried[best].takes_energy and tried[best].rank < cells.rank else None
-    )

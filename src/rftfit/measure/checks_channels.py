@@ -14,8 +14,8 @@ from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import SAME_DIRECTION_DEG
-from rftfit.measure.checks_axes import Cells, other_axes
 from rftfit.measure.checks_runs import check_drift, check_rods
+from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.flags import Remark, remark, say
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
@@ -114,7 +114,7 @@ def _already_explained(measured: Measured) -> tuple[set[str], bool]:
     """Runs whose logs look like those of rods; whether other axes or a drift of all runs explain the rest."""
     exchanged = {flag.run_id for flag in check_rods(measured).flags}
     drifting = len(check_drift(measured).flags) == len(measured.tables["fits"])
-    return exchanged, drifting or other_axes(Cells.of(measured.tables["alpha"])) is not None
+    return exchanged, drifting or told_axes(measured) is not None
 
 
 def against_known(measured: Measured, exchanged: set[str], explained: bool) -> list[Cause]:

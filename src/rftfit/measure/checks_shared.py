@@ -15,6 +15,15 @@ _CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""
 
 
+def told_axes(measured: Measured) -> Remark | None:
+    """Other axes that explain alpha clearly better than the given ones; None where there are none."""
+    axes = measured.tables["axes"]
+    others = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
+    if others.empty or not others["log_bayes_factor"].iloc[-1] > _CLEAR:
+        return None
+    return remark(f"axes-{others['axes'].iloc[-1]}")
+
+
 def check_axes(measured: Measured) -> Check:
     """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
     axes = measured.tables["axes"]
@@ -23,10 +32,9 @@ def check_axes(measured: Measured) -> Check:
     if not others:
         return Check.skip("axes", "axes-no-runs")
     best = max(others, key=lambda name: others[name])
-    if others[best] > _CLEAR:
+    if other := told_axes(measured):
         power = others[best] / math.log(10)
         where = "the columns of the table" if measured.config.table else "transducer.axes"
-        other = remark(f"axes-{best}")
         return Check.judge("axes", False, code="axes-others", axes=other, power=power, where=where)
     open_axes = [remark(f"axes-{name}") for name in others if others[name] > -_CLEAR]
     if open_axes:

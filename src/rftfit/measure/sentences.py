@@ -416,7 +416,7 @@ CHECK_WORDS = {
     "work-axes": Words(
         _WORK_FOUND,
         "{allowed}",
-        "{axes} ({negative}; {after} of them with that put right): look at {where}.",
+        "axes look wrong in all runs, with {axes} ({negative}): look at {where}.",
     ),
     "work-no-cell": Words("no cell has alpha"),
     "axes": Words(
