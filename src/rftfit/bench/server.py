@@ -43,6 +43,7 @@ class Page(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 128
 
     def __init__(self, port: int = 0) -> None:
         self.asked, self.clients, self.closed = Event(), list[Client](), False
