@@ -336,6 +336,11 @@ class Source(Model, Generic[Q]):
     time; `docs/dialects.md` lists them. Examples: `options: {sheet: "Values *"}`, `options: {topic:
     /ft_sensor/wrench}`, `options: {rate_Hz: 500}`.
     """
+    missing: list[float] = []
+    """values that mean no data, as the file has them, before factor and offset
+
+    A row with such a value in a column that is used is left out and counted. Example: `missing: [-9999, -999999]`.
+    """
     columns: dict[Q, Chosen] = {}
     """quantity: column; default: the columns are named by the quantities
 
@@ -753,6 +758,8 @@ class Table(Model):
     Example: `columns: {beta_deg: tilt, alpha_z_N_per_cm3: "kz (MPa/m)"}`. A column that is not
     named here and has another name is not read, and you are warned.
     """
+    missing: list[float] = []
+    """values of depth, stress and alpha that mean no data, as the file has them: such rows are left out and counted"""
     angle_unit: Literal["deg", "rad"] = "deg"
     """unit of beta and gamma"""
     depth_unit: Literal["cm", "mm", "m", "in"] = "cm"

@@ -35,6 +35,7 @@ from rftfit.campaign.rows import (
     sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
+from rftfit.campaign.spikes import find_spikes
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
@@ -184,7 +185,8 @@ class Push:
     """Rows of the table that belong to one run, in their order.
 
     `columns` (n,): Depth and stress, or alpha, error and number of runs, by name; cm, N; of stress also
-    ``other_sense``: whether the depth changes against the sense of gamma.
+    ``other_sense``: whether the depth changes against the sense of gamma, and ``alone``: whether depth or stress is
+    far from those of the rows before and after.
     """
 
     run: Run
@@ -236,6 +238,7 @@ def read_pushes(
     titles = titles or {key: key for key in named or [key_of(path.stem) or "medium"]}
     known = tuple(titles)
     checked = _Checked(rows, schema, problems)
+    checked.no_data(table.missing)
     checked.measures(table, tolerance)
     checked.media(known)
     pushes = checked.runs(known, within)
@@ -334,6 +337,22 @@ class _Checked:
         allowed += f"; this is the first of {at.size} rows" if at.size > 1 else ""
         note = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems).note
         note(column, code, found, allowed)
+
+    def no_data(self, missing: Iterable[float]) -> None:
+        """Leave out the rows with a value that the config names as no data."""
+        columns = self.rows.columns
+        absent = [np.isin(columns[name], [*missing]) for name in _NUMBERS if name in columns]
+        if not (at := np.flatnonzero(np.any(absent, axis=0))).size:
+            return
+        columns["bad"][at] = True
+        for name in _NUMBERS:
+            if name in columns:
+                columns[name][at] = 0.0
+        allowed = (
+            f"values other than those of table.missing in the config; {at.size} rows are left out"
+        )
+        draft = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems)
+        draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
     def measures(self, table: Table, tolerance: float) -> None:
         """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
@@ -439,9 +458,10 @@ def _push(
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
-        columns["other_sense"], again = rows_against_gamma(depth, gamma)
+        columns["alone"] = _rows_alone(columns)
+        columns["other_sense"], again = _rows_against_gamma(depth, gamma, columns["alone"])
         if not draft.yes("excluded"):
-            _note_depths(draft, own, columns["other_sense"], again, name, given)
+            _note_depths(draft, own | columns, columns["other_sense"], again, name, given)
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
         run_id=name,
@@ -469,6 +489,23 @@ def _push(
     return Push(run, columns)
 
 
+def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
+    """Rows (n,) whose depth or stress stands alone, far from the rows before and after them."""
+    stress = ("stress_z_N_per_cm2", "stress_x_N_per_cm2")
+    read = [columns[name] for name in ("depth_cm", *stress) if name in columns]
+    return np.asarray(np.any([find_spikes(values) for values in read], axis=0))
+
+
+def _rows_against_gamma(
+    depth: FloatArray, gamma: float, alone: npt.NDArray[np.bool_]
+) -> tuple[npt.NDArray[np.bool_], int]:
+    """As `rows_against_gamma`, of the rows that do not stand alone."""
+    kept = np.flatnonzero(~alone)
+    against = np.zeros(depth.size, dtype=bool)
+    against[kept], again = rows_against_gamma(depth[kept], gamma)
+    return against, int(kept[again]) if again else 0
+
+
 def _note_depths(
     draft: DraftRow,
     own: dict[str, npt.NDArray[Any]],
@@ -482,6 +519,10 @@ def _note_depths(
     ask = "give each push a run_id of its own"
     if not given:
         ask = "which column identifies the runs? Its name is run_id, or is given as run_id in table.columns of the config"
+    if (alone := np.flatnonzero(own["alone"])).size:
+        draft.row = int(own["row"][alone[0]])
+        text = f"depth and stress near those of the rows before and after; {alone.size} rows of the run {name} are left out"
+        draft.note("depth_cm", "stands-alone", f"{depth[alone[0]]:g} cm", text, severity="warning")
     times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
     if again:
         draft.row = int(own["row"][again])

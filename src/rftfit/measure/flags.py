@@ -17,6 +17,9 @@ from rftfit.measure.sentences import FLAGS, SENTENCES
 
 DUPLICATE = "duplicated row"
 BACKWARDS = "time runs backwards"
+HELD = "repeats the position before, while the arm moves"
+NO_DATA = "holds a value that means no data (`missing` in the config)"
+LONE = "stands alone, far from the readings before and after it"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
 
 _ROW_CODES = {
@@ -26,6 +29,9 @@ _ROW_CODES = {
     FINITE: "not-finite",
     DUPLICATE: "duplicated-rows",
     BACKWARDS: "time-backwards",
+    HELD: "held-positions",
+    LONE: "lone-readings",
+    NO_DATA: "no-data",
     REPEATED: "repeated-rows",
 }
 """Codes of the reasons for which a reader of logs leaves out rows."""

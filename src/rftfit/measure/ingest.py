@@ -32,6 +32,7 @@ from rftfit.measure.flags import (
 )
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import Pair, gaps, load_pairs, readers, same_table
+from rftfit.measure.readings import find_holds
 from rftfit.measure.samples import PHASES, samples_table
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import Compliance, Surface, find_compliance, place_surface
@@ -115,7 +116,8 @@ class Trace:
     `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
     `force` (2, n) as z, x in N, its `zero` removed. `phase` is an index into `PHASES`, `why` a `RowStatus`,
     `rows` the data lines of force and motion log. `flags` do not stop the run; `alignment` and `surface`
-    are there where they were looked for; `channels`: of `channel_facts`.
+    are there where they were looked for; `channels`: of `channel_facts`. `hold_s`: how long a position stays
+    in the log while the arm moves, 0 where that moves no depth.
     """
 
     run: Run
@@ -133,6 +135,7 @@ class Trace:
     alignment: Alignment | None = None
     surface: Surface | None = None
     channels: dict[str, object] = field(default_factory=dict)
+    hold_s: float = 0.0
 
     @property
     def note(self) -> tuple[Remark, ...]:
@@ -189,7 +192,9 @@ def _trace(
     phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
     phase[moving & (time < start)] = _APPROACH
     phase[in_stroke] = _STROKE
+    hold_s, in_steps = _position_in_steps(path, start, end)
     flags = [
+        *in_steps,
         *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
         *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
@@ -212,7 +217,27 @@ def _trace(
         alignment,
         surface,
         lab_frame.channel_facts(readings.channels, in_stroke),
+        hold_s,
     )
+
+
+_HELD_SE = 0.25
+"""Of the time that a position is held: the error of the clock where it may be held, or that of a coarse sensor."""
+_LEAST_STEP_CM = 0.03
+
+
+def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
+    """How long a position stays while the arm moves, s, and its flag; 0 and none where steps are small."""
+    inside = (path.time >= start) & (path.time <= end)
+    parts = [part[inside] for part in (path.x, path.z)]
+    position = max(parts, key=lambda part: np.ptp(part) if part.size else 0.0)
+    holds = find_holds(position)
+    if holds.rows < 2 or holds.step < _LEAST_STEP_CM:
+        return 0.0, []
+    hold_s = holds.rows * float(np.median(np.diff(path.time[inside])))
+    step_mm = 10 * holds.step
+    in_steps = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
+    return hold_s, [in_steps]
 
 
 _RAMP_S = 0.1
@@ -367,7 +392,7 @@ def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
         "sample_step_s": trace.step_s,
         "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s,
-        "clock_se_s": clock.offset_se(trace.step_s),
+        "clock_se_s": math.hypot(clock.offset_se(trace.step_s), _HELD_SE * trace.hold_s),
         "zero_var_z_N2": zero.variance[0],
         "zero_var_x_N2": zero.variance[1],
         "zero_dof": zero.dof,

@@ -35,6 +35,7 @@ class RowStatus(IntEnum):
     TOO_DEEP = 14
     TOO_SHALLOW = 15
     OTHER_SENSE = 16
+    ALONE = 17
 
     @property
     def code(self) -> str:

@@ -18,6 +18,7 @@ from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
+from rftfit.measure.readings import without_holds, without_missing, without_spikes
 
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
 FORCE_TO_N = {
@@ -243,10 +244,12 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     force_reader, motion_reader = readers(campaign)
 
     def force(run: Run, log: Log) -> Log:
+        log = without_missing(log, config.force_log.missing)
         log = loads(log, campaign.calibration, units)
         return _complete(mapped(log, config.force_log, units, "force_log"), run, _FORCE, "force")
 
     def motion(run: Run, log: Log) -> Log:
+        log = without_missing(log, config.motion_log.missing)
         log = mapped(log, config.motion_log, units, "motion_log")
         if "z" in log.columns:
             log = completed(log, run, units, config.arm.middle_x_mm / 10)
@@ -261,10 +264,11 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
         pushed = force_reader.load_many([campaign.raw / run.force_log for run in part])
         moved = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
         for (name, run), log in zip(new.items(), unloaded, strict=True):
-            zeros[name] = _usable(campaign, name, log, partial(force, run))
+            zeros[name] = _usable(campaign, name, log, partial(force, run), _FORCE[1:])
         for run, one, other in zip(part, pushed, moved, strict=True):
-            loaded = _usable(campaign, run.force_log, one, partial(force, run))
-            path = _usable(campaign, run.motion_log, other, partial(motion, run))
+            loaded = _usable(campaign, run.force_log, one, partial(force, run), _FORCE[1:])
+            path = _usable(campaign, run.motion_log, other, partial(motion, run), _MOTION[1:])
+            path = without_holds(path) if isinstance(path, Log) else path
             yield run, Pair(loaded, path, zeros.get(run.zero_log))
 
 
@@ -307,13 +311,17 @@ def _no_column(log: Log, lacking: list[str], kind: str) -> LogError:
 
 
 def _usable(
-    campaign: Campaign, file: str, log: Log | LogError, quantities: Callable[[Log], Log]
+    campaign: Campaign,
+    file: str,
+    log: Log | LogError,
+    quantities: Callable[[Log], Log],
+    measured: Sequence[str],
 ) -> Log | LogError:
-    """Clean a log, or say why it cannot be used, by the name the run sheet gives it."""
+    """Clean a log and the quantities that it measured, or say why it cannot be used, by the name in the run sheet."""
     try:
         if isinstance(log, LogError):
             raise log
-        return clean(quantities(log))
+        return without_spikes(clean(quantities(log)), measured)
     except LogError as error:
         # the folder of the raw data is the reader's business, not the ledger's
         text = str(error).replace(str(campaign.raw / file), file)

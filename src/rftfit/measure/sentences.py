@@ -49,6 +49,13 @@ FLAGS = {
         "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust"
     ),
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
+    "lone-readings": Flag(_LOST_ROWS),
+    "no-data": Flag(_LOST_ROWS),
+    "held-positions": Flag(_LOST_ROWS),
+    "position-in-steps": Flag(
+        "the position changes every {rows} rows, by {step_mm:.2g} mm: a coarse sensor, or a position that is read seldom and "
+        "held; which of them it is moves the depth by {off_mm:.2g} mm, and the interval holds both"
+    ),
     "wrong-cells": Flag(_LOST_ROWS),
     "not-numbers": Flag(_LOST_ROWS),
     "repeated-rows": Flag(_LOST_ROWS),
@@ -63,6 +70,9 @@ FLAGS = {
     "no-scatter": Flag(
         "stress lies exactly on a line through zero: no scatter is known, so alpha has no interval",
         shared="if all runs have it",
+    ),
+    "rows-alone": Flag(
+        "{count} rows are left out: their depth or stress stands alone, far from that of the rows before and after them"
     ),
     "rows-other-sense": Flag(f"{{count}} rows are left out: {OTHER_SENSE}"),
     "no-force-x": Flag("the force along x was not measured", shared="always"),
@@ -328,6 +338,7 @@ SENTENCES = {
     "yielded": "force beyond that of the push against something rigid: depth not known",
     "too-deep": f"{_OUTSIDE}deeper than fit.max_depth_cm of the config",
     "other-sense": OTHER_SENSE,
+    "alone": "stands alone, far from the rows before and after it",
     "too-shallow": f"{_OUTSIDE}above fit.submergence_cm of the config",
 }
 """The one sentence of each code; readers of logs and tracks raise errors with code and sentence of their own."""

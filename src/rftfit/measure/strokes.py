@@ -20,8 +20,12 @@ DEPTH_TOLERANCE_CM = 0.1
 SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
 _TURN_CM = 0.05
-"""A way back that is shorter is noise, or the arm putting itself right."""
+"""A way back that is shorter is the arm putting itself right."""
+_TIMES_NOISE, _TIMES_RESOLUTION = 8.0, 1.5
+"""A way back, or aside, that is no more than noise or the flicker between two steps of the sensor."""
 _CORNER_CM, _CORNER_DEG = 0.1, 10.0
+_FEWEST_AT_REST = 3
+"""With fewer positions in it nobody saw that the arm rested: its clock may have been set forward."""
 _LEAST_TURN_DEG = 10.0
 _LONGEST_STEP_S = 0.5
 _MOST_NAMED = 6
@@ -72,7 +76,8 @@ class IntruderPath:
         x, z, angle = (np.abs(np.diff(part)[1::2]) for part in self.at(ends))
         far = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
         gap = np.diff(ends)[1::2]
-        rest = (gap > least_s) & (far < 0.5 * gap)
+        first, last = np.searchsorted(self.time, np.stack([ends[1:-1:2], ends[2::2]]))
+        rest = (gap > least_s) & (far < 0.5 * gap) & (last - first >= _FEWEST_AT_REST)
         kept = np.concatenate([[True], np.repeat(rest, 2), [True]]) if ends.size else ends > 0
         return np.asarray(ends[kept].reshape(-1, 2))
 
@@ -82,6 +87,13 @@ class IntruderPath:
         off = [part[1:-1] - part[:-2] - share * (part[2:] - part[:-2]) for part in (self.x, self.z)]
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
         return float(np.median(np.abs(off), axis=1).max()) / 0.826
+
+    def least_turn_cm(self) -> float:
+        """Way that is seen as one, cm: not noise, not the flicker of a sensor between two steps."""
+        steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
+        resolution = float(steps[steps > 0].min(initial=np.inf))
+        flicker = _TIMES_RESOLUTION * resolution if math.isfinite(resolution) else 0.0
+        return max(_TIMES_NOISE * self._noise(), flicker)
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
         """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
@@ -172,21 +184,23 @@ def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[floa
     time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
     if x.size < 3:
         return [(start, end)]
-    at = [float(time[turn]) for turn in _reversals(x - x.mean(), z - z.mean())]
-    if not at and (corner := _corner(x, z)) is not None:
+    least = motion.least_turn_cm()
+    turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least))
+    at = [float(time[turn]) for turn in turns]
+    if not at and (corner := _corner(x, z, max(_CORNER_CM, least))) is not None:
         at = [float(time[corner])]
     if not at:
         return [(start, end)]
     return [part for ends in pairwise([start, *at, end]) for part in _straight(motion, *ends)]
 
 
-def _reversals(x: FloatArray, z: FloatArray) -> list[int]:
-    """Where a path about its middle turns back along its own main direction, noise left out."""
+def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
+    """Where a path about its middle turns back along its own main direction by more than `least_cm`."""
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
     way = x * math.cos(main) + z * math.sin(main)
     back = [float((np.maximum.accumulate(one) - one).max()) for one in (way, -way)]
     turns: list[int] = []
-    if min(back) <= _TURN_CM:
+    if min(back) <= least_cm:
         return turns
     rising: bool | None = None
     low = high = 0
@@ -194,24 +208,24 @@ def _reversals(x: FloatArray, z: FloatArray) -> list[int]:
     for at, value in enumerate(values):
         low = at if value < values[low] else low
         high = at if value > values[high] else high
-        if not rising and value - values[low] > _TURN_CM:
+        if not rising and value - values[low] > least_cm:
             turns += [] if rising is None else [low]
             rising, high = True, at
-        elif rising is not False and values[high] - value > _TURN_CM:
+        elif rising is not False and values[high] - value > least_cm:
             turns += [] if rising is None else [high]
             rising, low = False, at
     return turns
 
 
-def _corner(x: FloatArray, z: FloatArray) -> int | None:
-    """Where a path is farthest from its chord, if it has a corner there."""
+def _corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
+    """Where a path is farthest from its chord, if it has a corner there, more than `least_cm` aside."""
     dx, dz = x[-1] - x[0], z[-1] - z[0]
     off = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
     corner = int(off.argmax())
     ends = np.array([[x[0], x[corner], x[-1]], [z[0], z[corner], z[-1]]])
     before, after = np.diff(ends).T
     lengths = float(np.hypot(*before)), float(np.hypot(*after))
-    if off[corner] < _CORNER_CM or min(lengths) < SHORTEST_CM:
+    if off[corner] < least_cm or min(lengths) < SHORTEST_CM:
         return None
     cosine = float(before @ after) / (lengths[0] * lengths[1])
     return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner

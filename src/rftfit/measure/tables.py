@@ -42,12 +42,14 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
         stress = np.stack([table[f"stress_{c}_N_per_cm2"] for c in "zx"])
         if np.unique(stress[stress != 0]).size >= _FEWEST_READINGS:
             rows[-1]["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
-        other = table["other_sense"]
-        if left := int(other.sum()):
-            ledger.flag(run, remark("rows-other-sense", count=left))
-            ledger.add(run, run.force_log, DROPPED, left, remark(RowStatus.OTHER_SENSE.code))
-        phase = np.where(other, PHASES.index("other"), PHASES.index("stroke"))
-        why = np.where(other, RowStatus.OTHER_SENSE, RowStatus.GOOD).astype(np.int8)
+        why = np.full(size, RowStatus.GOOD, dtype=np.int8)
+        why[table["other_sense"]] = RowStatus.OTHER_SENSE
+        why[table["alone"]] = RowStatus.ALONE
+        for status in (RowStatus.OTHER_SENSE, RowStatus.ALONE):
+            if left := int(np.count_nonzero(why == status)):
+                ledger.flag(run, remark(f"rows-{status.code}", count=left))
+                ledger.add(run, run.force_log, DROPPED, left, remark(status.code))
+        phase = np.where(why == RowStatus.GOOD, PHASES.index("stroke"), PHASES.index("other"))
         parts[run.run_id] = (
             np.arange(size, dtype=float),
             phase,

@@ -1,0 +1,98 @@
+"""Readings that stand alone: far from all readings before and after them, as no force and no position can be.
+
+A loose contact, a lost packet or a code for "no data" gives single readings. A true step stays on the other side, and
+a force that slips falls from a peak that it has risen to: both are close to the readings on one of their sides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+
+Mask = npt.NDArray[np.bool_]
+
+TIMES_USUAL_STEP = 20.0
+"""A reading is far from others by so many times a small step near it, or more: by 9 standard deviations of noise."""
+LONGEST = 3
+"""So many equal readings in a row may stand alone together; a channel that holds longer is told otherwise."""
+MOST_SHARE = 0.25
+"""With a larger share of such readings, nobody knows which readings are the good ones."""
+_SIDE = 5
+"""Readings on each side whose median is the level there."""
+_FEWEST = 2
+"""Readings that there are on each side of one that is judged."""
+_BLOCK = 50
+"""Readings that one usual step is taken from."""
+_PASSES = 3
+"""Where many readings are bad, some are found only when others are out of the way."""
+
+
+def find_spikes(values: FloatArray) -> Mask:
+    """Mark the readings of one channel that stand alone.
+
+    Parameters
+    ----------
+    values : ndarray
+        Readings in the order of time, shape (n,), finite.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (n,).
+    """
+    alone = np.zeros(values.size, dtype=bool)
+    for _ in range(_PASSES):
+        left = np.flatnonzero(~alone)
+        spikes = _find_once(values[left])
+        if not spikes.any():
+            break
+        alone[left[spikes]] = True
+    return alone
+
+
+def _find_once(values: FloatArray) -> Mask:
+    """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
+    nothing = np.zeros(values.size, dtype=bool)
+    starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+    level = values[starts]
+    if level.size < 2 * _SIDE + 1:
+        return nothing
+    step = np.abs(np.diff(level))
+    far = TIMES_USUAL_STEP * _usual_steps(step)
+    # most logs hold no jump at all: whatever stands alone is entered and left by one
+    entered = np.concatenate([[np.inf], step]) > far / _SIDE
+    left = np.concatenate([step, [np.inf]]) > far / _SIDE
+    lengths = np.diff(np.append(starts, values.size))
+    candidates = np.flatnonzero(entered & left & (lengths <= LONGEST))
+    # beside the first and the last readings there is one side alone, and a log may begin with a step
+    candidates = candidates[(candidates >= _FEWEST) & (candidates < level.size - _FEWEST)]
+    if not candidates.size:
+        return nothing
+    mirrored = np.pad(level, _SIDE, mode="reflect")
+    places = candidates[:, None] + _SIDE
+    sides = np.arange(1, _SIDE + 1)
+    before = np.median(mirrored[places - sides], axis=1)
+    after = np.median(mirrored[places + sides], axis=1)
+    # between the two levels lies what was read while the force changed from one to the other
+    above = level[candidates] - np.maximum(before, after)
+    below = np.minimum(before, after) - level[candidates]
+    off = np.maximum(above, below)
+    spikes = np.zeros(level.size, dtype=bool)
+    spikes[candidates[off > far[candidates]]] = True
+    return np.repeat(spikes, lengths)
+
+
+def _usual_steps(step: FloatArray) -> FloatArray:
+    """Lower quartile of the steps near each reading, the largest of three blocks, shape (n + 1,).
+
+    Steps to and from bad readings are large: a quarter of such readings makes half of the steps.
+    """
+    count = max(step.size // _BLOCK, 1)
+    blocks = np.array([np.quantile(block, 0.25) for block in np.array_split(step, count)])
+    padded = np.pad(blocks, 1, mode="edge")
+    near = np.maximum(np.maximum(padded[:-2], padded[2:]), blocks)
+    sizes = [block.size for block in np.array_split(step, count)]
+    usual = np.repeat(near, sizes)
+    return np.append(usual, usual[-1])

@@ -1,0 +1,127 @@
+"""Which readings of a log count: those that stand alone, mean no data, or repeat a position of before do not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rftfit.campaign.spikes import MOST_SHARE, find_spikes
+from rftfit.conventions import FloatArray
+from rftfit.logs.base import Log, LogError
+from rftfit.measure.flags import HELD, LONE, NO_DATA
+
+_FEWEST_LEVELS = 8
+_AT_REST = 5.0
+"""A position that stays for so many usual holds is that of an arm at rest."""
+_REGULAR = 0.1
+"""Of a step: positions of a sensor with steps of its own are whole steps apart, those of a moving arm are not."""
+_USUAL = 1.5
+
+
+def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
+    """Leave out the rows in which a quantity stands alone, and count them.
+
+    Parameters
+    ----------
+    log : Log
+        In the order of time.
+    quantities : sequence of str
+        Columns that are looked at; one that the log lacks is no fault.
+
+    Returns
+    -------
+    Log
+
+    Raises
+    ------
+    LogError
+        If more than `MOST_SHARE` of the readings of a quantity stand alone.
+    """
+    alone = np.zeros(log.size, dtype=bool)
+    for quantity in quantities:
+        if quantity not in log.columns:
+            continue
+        spikes = find_spikes(log.columns[quantity])
+        if spikes.mean() > MOST_SHARE:
+            text = (
+                f"{log.path}: {spikes.sum()} of {spikes.size} readings of {quantity} stand alone, far from "
+                f"those before and after them; allowed: {MOST_SHARE:.0%} of them. Look at the cable and the "
+                "logger, or name the values that mean no data under `missing`"
+            )
+            raise LogError("spikes", text, log.rows)
+        alone |= spikes
+    return log.take(~alone, LONE)
+
+
+def without_missing(log: Log, missing: Sequence[float]) -> Log:
+    """Leave out the rows in which a column holds a value that the config names as no data, and count them."""
+    if not missing:
+        return log
+    absent = np.zeros(log.size, dtype=bool)
+    for values in log.columns.values():
+        absent |= np.isin(values, missing)
+    return log.take(~absent, NO_DATA)
+
+
+# --- Positions that are written again and again until a slower program reads the arm anew.
+
+
+class Holds(NamedTuple):
+    """How long positions stay the same while the arm moves.
+
+    `rows`: Usual number of equal positions in a row, 1 where each is new. `step`: Usual change from one to the next.
+    `is_regular`: Whether all positions are whole steps apart, as those of a coarse sensor, too, would be.
+    """
+
+    rows: int
+    step: float
+    is_regular: bool
+
+
+def find_holds(position: FloatArray) -> Holds:
+    """Judge the positions of one axis in the order of time, shape (n,)."""
+    starts, lengths = _runs(position)
+    level = position[starts]
+    if level.size < _FEWEST_LEVELS:
+        return Holds(1, 0.0, is_regular=True)
+    moving = lengths[1:-1]
+    usual = float(np.median(moving[moving <= _AT_REST * np.median(moving)]))
+    steps = np.abs(np.diff(level))
+    step = float(np.median(steps))
+    in_steps = (level - level[level.size // 2]) / step
+    off = np.abs(in_steps - np.round(in_steps))
+    return Holds(round(usual), step, is_regular=bool(np.mean(off > _REGULAR) < _REGULAR))
+
+
+def without_holds(log: Log) -> Log:
+    """Leave out the rows that repeat the position of an arm that moves, and count them.
+
+    Only where positions are no whole steps apart: else they may be those of a coarse sensor, and each row counts.
+    """
+    position = moving_axis(log)
+    holds = find_holds(position)
+    if holds.rows < 2 or holds.is_regular:
+        return log
+    starts, lengths = _runs(position)
+    since = np.arange(position.size) - np.repeat(starts, lengths)
+    length = np.repeat(lengths, lengths)
+    # an arm that rested began to move within the last hold; its rest is read as often as its way
+    at_rest = (length > _USUAL * holds.rows) & (since <= length - holds.rows)
+    return log.take((since == 0) | (at_rest & (since % holds.rows == 0)), HELD)
+
+
+def moving_axis(log: Log) -> FloatArray:
+    """Position along the axis that moves most; the angle of a leg whose axle stays where it is."""
+    x, z, angle = (log.columns[name] for name in ("x", "z", "angle"))
+    ranges = [np.ptp(x), np.ptp(z)]
+    if not max(ranges) > 0:
+        return angle
+    return x if ranges[0] > ranges[1] else z
+
+
+def _runs(position: FloatArray) -> tuple[np.ndarray, np.ndarray]:
+    """First places and lengths of equal positions in a row."""
+    starts = np.flatnonzero(np.concatenate([[True], position[1:] != position[:-1]]))
+    return starts, np.diff(np.append(starts, position.size))

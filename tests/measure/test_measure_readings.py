@@ -1,0 +1,157 @@
+"""Readings that count and those that do not: single bad ones, codes for no data, positions that are held."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from seeds import seeds
+
+from rftfit.campaign.spikes import MOST_SHARE, find_spikes
+from rftfit.logs.base import Log, LogError
+from rftfit.measure.readings import find_holds, without_holds, without_missing, without_spikes
+
+RATE_HZ, SPEED_CM_PER_S, N_PER_CM, NOISE_N = 50.0, 0.5, 20.0, 0.02
+
+
+def push(random, seconds=14.0):
+    """Time, height (cm) and force (N) of a push at constant speed after a second of rest in air."""
+    time = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    height = 1.0 - SPEED_CM_PER_S * np.clip(time - 1.0, 0, None)
+    force = N_PER_CM * np.clip(-height, 0, None)
+    return time, height, force + NOISE_N * random.normal(size=time.size)
+
+
+def log_of(**columns):
+    return Log(
+        Path("push.csv"), columns, dict.fromkeys(columns, "N"), next(iter(columns.values())).size
+    )
+
+
+BAD = {
+    "zeros": lambda _, force: np.zeros(force.size),
+    "a code": lambda _, force: np.full(force.size, -99.99),
+    "full bits": lambda random, force: 2.0 ** random.integers(12, 24, force.size) / 4200,
+    "100 N too much": lambda _, force: force + 100.0,
+}
+
+
+@pytest.mark.parametrize("share", [0.002, 0.03, 0.1])
+@pytest.mark.parametrize("kind", sorted(BAD))
+def test_single_bad_readings_are_left_out_and_the_slope_is_right(kind, share):
+    random = np.random.default_rng(1)
+    _, height, force = push(random)
+    bad = random.random(force.size) < share
+    readings = np.where(bad, BAD[kind](random, force), force)
+    alone = find_spikes(readings)
+    below = height < -1.0
+
+    def slope(kept):
+        depth = -height[below & kept]
+        return float(depth @ readings[below & kept] / (depth @ depth))
+
+    # of one in ten some stand side by side, as what lasts a little longer does
+    some_are_neighbours = share == 0.1 and kind == "100 N too much"
+    assert slope(~alone) == pytest.approx(N_PER_CM, rel=0.03 if some_are_neighbours else 5e-4)
+    assert (alone & ~bad).sum() <= 0.1 * bad.sum()
+    if share == 0.1:
+        assert (
+            abs(slope(np.ones_like(alone)) / N_PER_CM - 1) > 0.03
+        )  # without it the slope is wrong
+
+
+def stick_slip(random, time):
+    """Force that rises by springs of some stiffness and slips by a part of itself, at a few to 30 Hz."""
+    rate_hz = random.uniform(2, 30)
+    phase = (time * rate_hz + random.random()) % 1
+    return random.uniform(0.02, 0.3) * (phase - 0.5)
+
+
+def crust(random, time):
+    """Force that falls by half within one reading, and rises again."""
+    breaks = random.uniform(4, 10)
+    return np.where(time < breaks, 0.5 * np.exp(-((time - breaks) ** 2)), 0.0)
+
+
+def stones(random, time):
+    """Some stones that are pushed aside, each over 0.06 to 0.3 s."""
+    bumps = np.zeros(time.size)
+    for middle in random.uniform(3, time[-1], 6):
+        bumps += random.uniform(0.05, 0.4) * np.exp(
+            -(((time - middle) / random.uniform(0.06, 0.3)) ** 2)
+        )
+    return bumps
+
+
+@pytest.mark.parametrize("happens", [stick_slip, crust, stones])
+def test_what_sand_does_is_left_in(happens):
+    """All of it but a few readings of the shortest bumps, 3 to 5 readings long."""
+    shares = []
+    for seed in range(seeds(100, 25)):
+        random = np.random.default_rng(seed)
+        time, _, force = push(random)
+        shares.append(find_spikes(force * (1 + happens(random, time))).mean())
+    assert np.mean(shares) < 0.002
+    assert max(shares) <= 0.01
+
+
+def test_noise_and_steps_of_a_sensor_are_left_in():
+    random = np.random.default_rng(3)
+    assert not find_spikes(random.normal(size=20_000)).any()
+    assert not find_spikes(np.round(random.normal(size=20_000))).any()
+    assert find_spikes(random.standard_t(3, 20_000)).mean() < 0.002
+    assert not find_spikes(np.repeat([0.0, 5.0, 0.0], 100)).any()
+    assert not find_spikes(np.zeros(100)).any()
+    assert not find_spikes(np.array([1.0, 9.0])).any()
+
+
+def test_a_log_of_which_nobody_knows_the_good_readings_is_refused():
+    random = np.random.default_rng(4)
+    time, _, force = push(random)
+    bad = random.random(force.size) < MOST_SHARE + 0.08
+    log = log_of(
+        time=time, F3=np.where(bad & (force > 5), force + 500 * random.random(force.size), force)
+    )
+    with pytest.raises(LogError, match=r"of 700 readings of F3 stand alone.*allowed: 25%") as told:
+        without_spikes(log, ["F1", "F3"])
+    assert told.value.code == "spikes"
+
+
+def test_rows_with_a_code_for_no_data_are_counted():
+    log = log_of(time=np.arange(5.0), F3=np.array([1.0, -9999, 2, -9999, 3]))
+    kept = without_missing(log, [-9999])
+    assert kept.columns["F3"].tolist() == [1.0, 2.0, 3.0]
+    assert [*kept.dropped.values()] == [2]
+    assert without_missing(log, []) is log
+
+
+def held(position, rows):
+    """A position that is read every so many rows."""
+    return position[np.arange(position.size) // rows * rows]
+
+
+@pytest.mark.parametrize("rows", [3, 5, 10, 25])
+def test_a_position_that_is_read_seldom_counts_when_it_is_new(rows):
+    random = np.random.default_rng(rows)
+    time, height, _ = push(random)
+    # an arm never moves quite steadily
+    height = height + 0.02 * np.sin(2.3 * time) * (time > 1)
+    motion = log_of(
+        time=time, x=np.zeros(time.size), z=held(height, rows), angle=np.zeros(time.size)
+    )
+    holds = find_holds(motion.columns["z"])
+    assert (holds.rows, holds.is_regular) == (rows, False)
+    new = without_holds(motion)
+    moving = (time > 2) & (time < 13)
+    between = np.interp(time[moving], new.columns["time"], new.columns["z"])
+    assert np.abs(between - height[moving]).mean() < 0.1 * SPEED_CM_PER_S * rows / RATE_HZ / 2
+    # the rest in air is one, not a slow way down
+    assert np.interp(0.8, new.columns["time"], new.columns["z"]) == pytest.approx(1.0)
+
+
+def test_a_coarse_sensor_is_no_position_that_is_held():
+    time, height, _ = push(np.random.default_rng(5))
+    motion = log_of(
+        time=time, x=np.zeros(time.size), z=np.round(height, 1), angle=np.zeros(time.size)
+    )
+    assert find_holds(motion.columns["z"]).is_regular
+    assert without_holds(motion) is motion
