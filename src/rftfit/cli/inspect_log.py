@@ -164,6 +164,11 @@ def _survey_lines(found: Survey) -> list[str]:
         *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
         *(f"    NaN or infinite in {name}: {number}" for name, number in found.not_finite.items()),
         *(
+            f"  no value in {c.name}: {found.used - c.values}, left out where this column is used"
+            for c in found.columns
+            if c.values < found.used
+        ),
+        *(
             f"  {number} ({number / whole:.1%} of all) missing: {reason}"
             for reason, number in found.missing.items()
         ),

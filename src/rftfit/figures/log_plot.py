@@ -30,7 +30,9 @@ def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     logs = []
     for found in surveys:
         names = [column.name for column in found.columns]
-        own = reader.only(names) if len(surveys) > 1 or found.unread else reader
+        own = reader
+        if len(surveys) > 1 or found.unread:
+            own = reader.only(names, keeps_blanks=True)
         logs.append(thinned(own.stream(found.path), found.used))
     return draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
 
@@ -58,10 +60,14 @@ def draw_log(*logs: Log, time_name: str = "time") -> Figure:
     figure.set_layout_engine("constrained")
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
     # counted from the first row: clocks run since midnight
-    first = _time(logs[0], time_name)[:1]
+    times = _time(logs[0], time_name)
+    first = times[np.isfinite(times)][:1]
     for panel, (log, name) in zip(panels, panels_of, strict=True):
         time = _time(log, time_name)
-        panel.plot(*_broken(time - first if first.size else time, log.columns[name]), linewidth=0.7)
+        values = log.columns[name]
+        there = np.isfinite(time) & np.isfinite(values)
+        since_start = (time - first if first.size else time)[there]
+        panel.plot(*_broken(since_start, values[there]), linewidth=0.7)
         unit = log.units.get(name, "")
         panel.set_ylabel(f"{name} ({unit})" if unit else name)
     unit = logs[0].units.get(time_name, "s" if time_name in logs[0].columns else "rows")

@@ -25,7 +25,11 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 FINITE = "NaN or infinite"
+BLANK = "no value in a cell"
 """Why a row is left out."""
+
+NO_VALUE_AT_ALL = "no value in any row"
+"""Why a column is not read."""
 
 MOST_WORKERS = 4
 """Beyond this, reading the file is what takes the time."""
@@ -100,8 +104,30 @@ class Log:
 
     def finite(self) -> Log:
         """Return the log without the rows in which a column is NaN or infinite."""
-        keep, bad = finite_rows(self.columns)
+        return self.without_blanks({}, keeps_blanks=True)
+
+    def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
+        """Return the same, and without the rows with `blank` cells unless `keeps_blanks`.
+
+        `blank`: Column to the rows in which the file has no value, and this log NaN.
+        """
+        if blank and not keeps_blanks:
+            whole_rows = ~np.logical_or.reduce([*blank.values()])
+            return self.take(whole_rows, BLANK).finite()
+        keep, bad = finite_rows(filled_columns(self.columns, blank))
         return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
+
+    def without_blank_columns(self) -> Log:
+        """Return the log without the columns that have no value in any row; they are named as not read."""
+        blank = {name for name, values in self.columns.items() if np.isnan(values).all()}
+        if not self.size or not blank or blank == self.columns.keys():
+            return self
+        return replace(
+            self,
+            columns={name: values for name, values in self.columns.items() if name not in blank},
+            units={name: unit for name, unit in self.units.items() if name not in blank},
+            unread={**self.unread, **dict.fromkeys(sorted(blank), NO_VALUE_AT_ALL)},
+        )
 
 
 class Reader:
@@ -113,6 +139,7 @@ class Reader:
     `marks`: First bytes of its files, for the default of `detect`.
     `takes`: Names of its options, and `given`: the values that the config gives them.
     `asked`: Columns to be read, where a reader can choose; None: all.
+    `keeps_blanks`: Whether rows with a cell that has no value are handed on, with NaN there.
     """
 
     name = ""
@@ -122,11 +149,16 @@ class Reader:
     takes: tuple[str, ...] = ()
     given: Mapping[str, Any] = {}  # never changed, only replaced
     asked: frozenset[str] | None = None
+    keeps_blanks = True
 
-    def only(self, columns: Collection[str]) -> Self:
-        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing."""
+    def only(self, columns: Collection[str], *, keeps_blanks: bool = False) -> Self:
+        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing.
+
+        A row with a blank cell in one of them is left out, unless `keeps_blanks`.
+        """
         reader = copy(self)
         reader.asked = frozenset(columns)
+        reader.keeps_blanks = keeps_blanks
         return reader
 
     def wanted(self, names: Collection[str]) -> Collection[str]:
@@ -185,7 +217,8 @@ class Reader:
 
     def load(self, path: Path) -> Log:
         """Read a file as a whole; raises `LogError` if it cannot be used at all."""
-        return join_blocks(self.stream(path))
+        log = join_blocks(self.stream(path))
+        return log.without_blank_columns() if self.keeps_blanks else log
 
     def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
         """Read many files, in their order; an unusable one comes back as its error."""
@@ -226,6 +259,16 @@ def finite_rows(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str
                 bad[name] = lost
                 keep &= finite
     return keep, bad
+
+
+def filled_columns(
+    columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Put a 0 into the blank cells, so that what is NaN here is NaN in the file."""
+    return {
+        name: np.where(blank[name], 0.0, values) if name in blank else values
+        for name, values in columns.items()
+    }
 
 
 def join_blocks(blocks: Iterable[Log]) -> Log:

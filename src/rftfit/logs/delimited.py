@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES
 from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
 from rftfit.logs.text import (
+    NO_VALUE,
     Kind,
     Layout,
     Line,
@@ -24,6 +25,7 @@ from rftfit.logs.text import (
     decoded,
     each_line,
     lines_of,
+    plain_minus,
     text_head,
     utf16_of,
 )
@@ -77,11 +79,17 @@ class DelimitedReader(TextReader):
             header.append(_cells(lines.pop(0), delimiter) if wanted else [])
         given, below = header
         rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
+        given = without_mark(given, rows)
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
         names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
         rate = text.rate_Hz
 
-        seen = looked_at(rows, names, text.decimal, ORDERS.get(text.dates, ""))
+        def further() -> Iterator[list[str]]:
+            for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
+                if line.whole and _counts(line, text.comment):
+                    yield _cells(line, delimiter)
+
+        seen = looked_at(rows, names, text.decimal, ORDERS.get(text.dates, ""), further)
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
         clocks: dict[str, RestartingClock] = {}
         for name, stamp in seen.stamps.items():
@@ -97,7 +105,7 @@ class DelimitedReader(TextReader):
             return {**columns, "time": index / rate} if rate else columns
 
         layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
-        layout = replace(layout, dates=seen.dates)
+        layout = replace(layout, dates=seen.dates, no_value=NO_VALUE, mixed=seen.mixed)
         if rate:
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
@@ -131,33 +139,72 @@ def _most_frequent(widths: Sequence[int]) -> int:
     return max(set(widths), key=lambda number: (widths.count(number), number))
 
 
+_OFTEN = 10
+"""A column with NaN in one of so many of the first rows is one with rows that have no value."""
+
+
 class Seen(NamedTuple):
     """What the first rows show of the columns.
 
     `stamps`: Columns of times as text, and the first of them. `dates`: Their order. `unread`: Columns
-    that hold neither numbers nor times, with their first cell and why they are not read.
+    that hold neither numbers nor times, with their first cell and why they are not read. `mixed`: Places
+    of columns of numbers in which words or no values at all were seen.
     """
 
     kinds: tuple[Kind, ...]
     stamps: dict[str, str]
     dates: str
     unread: dict[str, str]
+    mixed: frozenset[int] = frozenset()
 
 
 def looked_at(
-    rows: Iterable[Sequence[str]], names: Sequence[str], decimal: str = ".", dates: str = ""
+    rows: Iterable[Sequence[str]],
+    names: Sequence[str],
+    decimal: str = ".",
+    dates: str = "",
+    further: Callable[[], Iterable[Sequence[str]]] = tuple,
 ) -> Seen:
-    """Tell which columns hold numbers, or times as text: those in which most of the first rows do."""
-    table = [[cell.strip() for cell in cells] for cells in rows if len(cells) == len(names)]
+    """Tell which columns hold numbers, or times as text, by their cells that have a value.
+
+    A column with words is one of numbers if any cell is a number: its words are no values. `further`
+    gives the rows below, which are looked at for the columns without a number in the first ones.
+    """
+    table = _of_width(rows, len(names))
+    columns = [*zip(*table, strict=True)] or [()] * len(names)
+    plain = _NUMBERS[decimal].fullmatch
+    numbers = [sum(bool(plain(plain_minus(cell))) for cell in column) for column in columns]
+    without = {
+        place
+        for place, column in enumerate(columns)
+        if not numbers[place] and not any(map(is_stamp, column))
+    }
+    if without and len(without) < len(names):
+        below = [*zip(*_of_width(further(), len(names)), strict=True)]
+        for place in without if below else ():
+            columns[place] = (*columns[place], *below[place])
+            numbers[place] = sum(bool(plain(plain_minus(cell))) for cell in below[place])
     kinds: list[Kind] = []
     first_stamps: dict[str, str] = {}
     unread: dict[str, str] = {}
-    for name, column in zip(names, zip(*table, strict=True), strict=False):
-        if sum(bool(_NUMBERS[decimal].fullmatch(cell)) for cell in column) * 2 > len(table):
+    mixed: set[int] = set()
+    for place, (name, column) in enumerate(zip(names, columns, strict=True)):
+        filled = [cell for cell in column if cell not in NO_VALUE]
+        stamps = list(filter(is_stamp, filled))
+        timed = len(stamps) * 2 > len(filled)
+        if not column or numbers[place] * 2 > len(filled) or (numbers[place] and not timed):
             kinds.append("number")
+            if not column:
+                continue
+            without_number = sum(cell.casefold() == "nan" for cell in filled)
+            if numbers[place] * 2 <= len(filled) or without_number * _OFTEN >= len(column):
+                mixed.add(place)
             continue
-        stamps = list(filter(is_stamp, column))
-        timed = len(stamps) * 2 > len(table)
+        if not filled and not name.startswith("column "):
+            # they may begin below
+            kinds.append("number")
+            mixed.add(place)
+            continue
         order = dates or order_of(stamps)
         if timed and order:
             kinds.append("stamp")
@@ -165,13 +212,33 @@ def looked_at(
             continue
         kinds.append("skip")
         why = "day or month first? `dates` says it" if timed else "no number and no time"
-        first = next(filter(None, column), "")
-        if first or not name.startswith("column "):
-            unread[name] = f"{first!r} ({why})" if first else "no value in the first rows"
-    if "number" in kinds:
-        return Seen(tuple(kinds), first_stamps, dates, unread)
+        if filled:
+            unread[name] = f"{filled[0]!r} ({why})"
+    if any(kind == "number" and place not in mixed for place, kind in enumerate(kinds)):
+        return Seen(tuple(kinds), first_stamps, dates, unread, frozenset(mixed))
     # where no column holds numbers, none is left out: each row then says what is wrong with it
     return Seen(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
+
+
+def _of_width(rows: Iterable[Sequence[str]], width: int) -> list[list[str]]:
+    """Cells without the blanks around them, of the rows that have one for each column."""
+    return [[cell.strip() for cell in cells] for cells in rows if len(cells) == width]
+
+
+_MARK = re.compile(r"\s*(#+|%+|//+)\s*")
+"""What stands before a line of comment: `#` of gnuplot, NumPy and LAMMPS, `%` of MATLAB and TeX."""
+
+
+def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Take the mark of a comment off a row of names; a column may be called ``#`` all the same."""
+    mark = _MARK.match(names[0]) if names else None
+    if mark is None:
+        return names
+    rest = names[0][mark.end() :].strip()
+    if rest:
+        return [rest, *names[1:]]
+    widths = [len(cells) for cells in rows]
+    return names if not widths or _most_frequent(widths) >= len(names) else names[1:]
 
 
 # --- What an unknown text looks like

@@ -14,7 +14,7 @@ import numpy as np
 from rftfit.campaign.config import TextFormat
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.logs.base import Log, LogError, MixedClocksError, Reader, add_counts
+from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader, add_counts
 from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
 from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, head_of
@@ -31,6 +31,7 @@ class ColumnSummary:
     """One column of a log; the numbers are NaN if there is no usable row.
 
     `resolution`: Smallest step between two distinct values; NaN if there are not two.
+    `values`: How many rows have a number in this column.
     """
 
     name: str
@@ -39,6 +40,7 @@ class ColumnSummary:
     lowest: float
     highest: float
     resolution: float
+    values: int
 
 
 @dataclass
@@ -136,12 +138,16 @@ def survey(blocks: Iterable[Log]) -> Survey:
         if first is None:
             first, quantities = log, guesses(log)
             meant = {column: MEANING[quantity] for quantity, column in quantities.items()}
-        found = [_summary(log, name, meant.get(name, "-")) for name in log.columns]
-        columns = [_merged(*pair) for pair in zip(columns or found, found, strict=True)]
+        of_block = [_summary(log, name, meant.get(name, "-")) for name in log.columns]
+        columns = (
+            [_merged(*pair) for pair in zip(columns, of_block, strict=True)]
+            if columns
+            else of_block
+        )
         if "time" in quantities:
-            clock.add(log.columns[quantities["time"]])
+            clock.add(finite_values(log.columns[quantities["time"]]))
         if "arm_moving" in quantities and len(lines) < 2:
-            lines.update(np.unique(log.columns[quantities["arm_moving"]])[:2].tolist())
+            lines.update(finite_values(np.unique(log.columns[quantities["arm_moving"]]))[:2])
         rows, used = rows + log.rows, used + log.size
         dropped, missing = add_counts(dropped, log.dropped), add_counts(missing, log.missing)
         not_finite = add_counts(not_finite, log.not_finite)
@@ -168,15 +174,28 @@ def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | No
     try:
         found = survey(reader.stream(path))
         dead = {name: "no finite number" for name, n in found.not_finite.items() if n == found.rows}
+        dead |= {
+            column.name: NO_VALUE_AT_ALL
+            for column in found.columns
+            if found.used and not column.values
+        }
         if dead and len(dead) < len(found.columns):
             # a channel that was never connected costs the others nothing
             names = {column.name for column in found.columns}
-            found = survey(reader.only(names - dead.keys()).stream(path))
+            alive = reader.only(names - dead.keys(), keeps_blanks=True)
+            found = survey(alive.stream(path))
             found = replace(found, unread={**found.unread, **dead})
         return [found], None
     except MixedClocksError as error:
-        parts = [survey_file(reader.only(group), path)[0] for group in error.groups]
+        parts = [
+            survey_file(reader.only(group, keeps_blanks=True), path)[0] for group in error.groups
+        ]
         return [one for part in parts for one in part], error
+
+
+def finite_values(values: FloatArray) -> FloatArray:
+    """Return the numbers of a column without its blank cells, which are NaN."""
+    return values[np.isfinite(values)]
 
 
 def together(surveys: Sequence[Survey]) -> Survey:
@@ -189,12 +208,13 @@ def together(surveys: Sequence[Survey]) -> Survey:
 
 
 def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
-    values, unit = log.columns[name], log.units.get(name, "")
+    values, unit = finite_values(log.columns[name]), log.units.get(name, "")
     if values.size == 0:
-        return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan)
+        return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan, 0)
     steps = np.diff(np.unique(values))
     resolution = float(steps.min()) if steps.size else np.nan
-    return ColumnSummary(name, quantity, unit, float(values.min()), float(values.max()), resolution)
+    lowest, highest = float(values.min()), float(values.max())
+    return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size)
 
 
 def _merged(one: ColumnSummary, other: ColumnSummary) -> ColumnSummary:
@@ -203,6 +223,7 @@ def _merged(one: ColumnSummary, other: ColumnSummary) -> ColumnSummary:
         lowest=float(np.fmin(one.lowest, other.lowest)),
         highest=float(np.fmax(one.highest, other.highest)),
         resolution=float(np.fmin(one.resolution, other.resolution)),
+        values=one.values + other.values,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from rftfit.logs.base import PacketCount, ns_to_s
 from rftfit.logs.delimited import KIND_LINES, looked_at
-from rftfit.logs.text import Layout, Plan, TextReader, lines_of, text_head
+from rftfit.logs.text import NO_VALUE, Layout, Plan, TextReader, lines_of, text_head
 from rftfit.logs.units import unique
 
 RECEIVED = "received"
@@ -73,7 +73,7 @@ class RostopicReader(TextReader):
             return {"time": times[clock], RECEIVED: times[RECEIVED], **columns}
 
         return Plan(
-            Layout(names, tuple(kinds.values())),
+            Layout(names, tuple(kinds.values()), no_value=NO_VALUE, mixed=seen.mixed),
             {name: _unit(name) for name in names},
             start,
             derive,

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import fnmatch
 import math
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.base import Log, LogError, Reader, check_unpacked, library_errors, ns_to_s
-from rftfit.logs.stamps import of_moment, seconds_of
-from rftfit.logs.text import NUMBER
+from rftfit.logs.arrays import MOST_COLUMNS
+from rftfit.logs.base import BLANK, Log, LogError, Reader, check_unpacked, library_errors, ns_to_s
+from rftfit.logs.delimited import looked_at
+from rftfit.logs.stamps import (
+    CLOCK_TIME,
+    PERIOD_S,
+    RestartingClock,
+    is_stamp,
+    of_moment,
+    seconds_of,
+)
+from rftfit.logs.text import NO_VALUE, NUMBER, PLAIN_NUMBER, numbers_among_words, plain_minus
 from rftfit.logs.units import is_units_row, names_and_units, unit_word
 
 MOST_ROWS = 1_048_576
@@ -83,21 +94,37 @@ class XlsxReader(Reader):
             # closed by hand: rows that nobody asks for keep the file open
             with closing(book):
                 sheet, notes = _choose(path, book, self.given.get("sheet", ""))
+
+                def formulas() -> list[Any]:
+                    with path.open("rb") as again:
+                        written = openpyxl.load_workbook(again, read_only=True)
+                        with closing(written):
+                            same_sheet = written[sheet.title]
+                            same_sheet.reset_dimensions()
+                            cells = same_sheet.iter_rows(values_only=True)
+                            with closing(row for row in cells) as rows:
+                                return list(islice(rows, _HEADER_ROWS))
+
                 with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-                    for log in self._logs(path, islice(rows, MOST_ROWS)):
-                        yield replace(log, notes=notes)
+                    for log in self._logs(path, islice(rows, MOST_ROWS), formulas):
+                        yield replace(log, notes=(*notes, *log.notes))
                     # the library makes up all rows above a stray one
                     if next(rows, None) is not None:
                         text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
                         text = f"{path}: found {text}: save the workbook anew"
                         raise LogError("too_large", text, MOST_ROWS)
 
-    def _logs(self, path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[Log]:
+    def _logs(
+        self, path: Path, rows: Iterator[tuple[Any, ...]], formulas: Callable[[], list[Any]]
+    ) -> Iterator[Log]:
         head = list(islice(rows, _HEADER_ROWS))
         first = _begin(head)
         block = head[first:]
         # cells beside the table are no names and no units
         width = 1 + max((p for row in block[:2] for p in _places(row)), default=-1)
+        header = head[first - 1] if first else ()
+        while width < len(header) and header[width] is not None:
+            width += 1  # a name above cells that are filled further below
         above = [
             ["" if cell is None else str(cell) for cell in row[: width or None]]
             for row in head[:first]
@@ -110,20 +137,39 @@ class XlsxReader(Reader):
             below = above.pop()
         cells = above[-1] + [""] * (max(map(len, block), default=0) - len(above[-1]))
         names, units = names_and_units(cells, below)
-        chosen, unread = _number_columns(block, names, given=len(above[-1]))
-        self.check_asked(path, unread)
-        wanted = self.wanted([names[place] for place in chosen])
-        chosen = [place for place in chosen if names[place] in wanted] or chosen
-        times = [p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)]
-        units = ["s" if place in times else unit for place, unit in enumerate(units)]
+        table = _table_of(block, names, given=len(above[-1]))
+        if table.blank:
+            for place, text in _formulas_of(formulas()[first:], table.blank).items():
+                table.unread[names[place]] = f"{text!r} ({_NO_RESULT})"
+                table.numbers.remove(place)
+        self.check_asked(path, table.unread)
+        wanted = self.wanted([names[place] for place in table.numbers])
+        chosen = [place for place in table.numbers if names[place] in wanted] or table.numbers
+        moments = {
+            p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
+        }
+        units = ["s" if place in moments else unit for place, unit in enumerate(units)]
+        clocks = {
+            names[place]: RestartingClock(PERIOD_S[CLOCK_TIME])
+            for place in moments
+            if isinstance(block[0][place], dt.time)
+        }
+        notes = tuple(CLOCK_TIME.replace("time", name, 1) for name in clocks)
+
+        def log_of(rows_of_block: list[Any]) -> Log:
+            log = _sheet_log(path, names, units, chosen, rows_of_block, table, self.keeps_blanks)
+            for name, clock in clocks.items():
+                log.columns[name] = clock.follow(log.columns[name])
+            return replace(log, notes=notes)
+
         filled = 0
         for row in rows:
             block.append(row)
             filled += len(row)
             if len(block) >= _ROWS_AT_A_TIME or filled >= _NUMBERS_AT_A_TIME:
-                yield _sheet_log(path, names, units, chosen, block, unread)
+                yield log_of(block)
                 block, filled = [], 0
-        log = _sheet_log(path, names, units, chosen, block, unread)
+        log = log_of(block)
         if log.rows:
             yield log
 
@@ -179,36 +225,96 @@ def _begin(head: Sequence[Sequence[Any]]) -> int:
         table = {p for p in own if sum(p in found for found in below) * 2 >= len(below)}
         # the second may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
-            return start
+            # names such as 1, 2, 3 are text, where the numbers below are none
+            are_names = start + 1 < len(head) and not any(
+                isinstance(head[start][place], str)
+                <= isinstance(_cell(head[start + 1], place), str)
+                for place in table
+            )
+            return start + 1 if are_names else start
     return len(head)
 
 
+def _cell(row: Sequence[Any], place: int) -> Any:
+    return row[place] if place < len(row) else None
+
+
+_ERRORS = frozenset({*NO_VALUE, "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!"})
+"""Cells without a value: texts of other programs, and errors of formulas."""
+
+
 def _number(cell: Any) -> float | None:
-    """Return a number, or a date or time in s."""
+    """Return a number, also one that is stored as text, or a date or time in s; of all else None."""
     if type(cell) in (float, int):
         return float(cell)
-    seconds = seconds_of(cell.strip()) if isinstance(cell, str) else of_moment(cell)
+    if not isinstance(cell, str):
+        seconds = of_moment(cell)
+        return None if math.isnan(seconds) else seconds
+    text = plain_minus(cell.strip())
+    if PLAIN_NUMBER.fullmatch(text):
+        return float(text)
+    seconds = seconds_of(text)
     return None if math.isnan(seconds) else seconds
 
 
 def _is_moment(cell: Any) -> bool:
+    if isinstance(cell, str):
+        return is_stamp(cell.strip())
     return not isinstance(cell, float | int | None)
 
 
-def _number_columns(
-    rows: Sequence[Sequence[Any]], names: Sequence[str], given: int
-) -> tuple[list[int], dict[str, str]]:
-    """Places of the columns that hold numbers or times in the first rows, and why named others are not read."""
-    chosen, unread = [], {}
-    rows = [row for row in rows if any(cell is not None for cell in row)]
+class _Table(NamedTuple):
+    """The columns of a sheet.
+
+    `numbers`: Places of those that hold numbers or times. `mixed`: Of these, those with words among the
+    numbers; a word there is no value. `blank`: Of these, those without a value in the first rows.
+    `unread`: Why named others are not read.
+    """
+
+    numbers: list[int]
+    mixed: frozenset[int]
+    blank: frozenset[int]
+    unread: dict[str, str]
+
+
+_NO_RESULT = (
+    "a formula whose result the workbook does not hold: open and save it in a spreadsheet program"
+)
+
+
+def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], given: int) -> _Table:
+    """Tell from the first rows which columns hold numbers: those with a number among their filled cells."""
+    numbers, mixed, blank, unread = [], set[int](), set[int](), {}
+    filled_rows = [row for row in rows if any(cell is not None for cell in row)]
     for place, name in enumerate(names):
-        cells = [row[place] for row in rows if len(row) > place and row[place] is not None]
-        numbers = sum(_number(cell) is not None for cell in cells)
-        if not rows or numbers * 2 > len(rows):
-            chosen.append(place)
-        elif cells and place < given:
-            unread[name] = f"{str(cells[0])!r} (no number and no time)"
-    return chosen, unread
+        cells = [cell for row in rows if (cell := _cell(row, place)) is not None]
+        filled = [cell for cell in cells if not _is_blank(cell)]
+        count = sum(_number(cell) is not None for cell in filled)
+        if not filled and (place < given or not rows):
+            numbers.append(place)
+            blank.add(place)
+        elif count and (place < given or count * 2 > len(filled_rows)):
+            numbers.append(place)
+        elif filled and place < given:
+            unread[name] = f"{str(filled[0])!r} (no number and no time)"
+        if count * 2 <= len(filled):
+            mixed.add(place)
+    return _Table(numbers, frozenset(mixed), frozenset(blank), unread)
+
+
+def _is_blank(cell: Any) -> bool:
+    return cell is None or (isinstance(cell, str) and cell.strip() in _ERRORS)
+
+
+def _formulas_of(rows: Sequence[Sequence[Any]], places: Collection[int]) -> dict[int, str]:
+    """Return the first formula of each of these columns, where it has one."""
+    first: dict[int, str] = {}
+    for row in rows:
+        for place in places:
+            text = str(_cell(row, place) or "")
+            if text.startswith(("=", "<openpyxl")):  # the latter: of a range
+                first.setdefault(place, text)
+    return first
 
 
 def _sheet_log(
@@ -217,25 +323,39 @@ def _sheet_log(
     units: Sequence[str],
     chosen: list[int],
     block: list[Any],
-    unread: Mapping[str, str],
+    table: _Table,
+    keeps_blanks: bool,
 ) -> Log:
     most = max(chosen, default=-1)
     # below a table somebody may have typed something beside it
     rows = [row for row in block if any(cell is not None for cell in row[: most + 1])]
     kept: list[list[Any]] = []
+    not_numbers = without_value = 0
     for row in rows:
-        cells = [row[place] for place in chosen] if len(row) > most else [None]
+        cells = [_cell(row, place) for place in chosen]
         # most cells are numbers: looking at each of them by a function takes as long as reading
         if not _PLAIN.issuperset(map(type, cells)):
-            cells = [_number(cell) for cell in cells]
-            if None in cells:
+            numbers = [_number(cell) for cell in cells]
+            without = [
+                place for place, number in zip(chosen, numbers, strict=True) if number is None
+            ]
+            if any(not _is_blank(_cell(row, p)) for p in without if p not in table.mixed):
+                not_numbers += 1
                 continue
+            if len(without) == len(chosen):
+                without_value += 1
+                continue
+            cells = [math.nan if number is None else number for number in numbers]
         kept.append(cells)
-    dropped = {NUMBER: len(rows) - len(kept)} if len(kept) < len(rows) else {}
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
     columns = {names[place]: values[index] for index, place in enumerate(chosen)}
+    blank = {name: rows for name, column in columns.items() if (rows := np.isnan(column)).any()}
+    counts = {NUMBER: not_numbers, BLANK: without_value}
+    dropped = {reason: count for reason, count in counts.items() if count}
     stated = {names[p]: units[p] for p in chosen}
-    return Log(path, columns, stated, len(rows), dropped, unread=unread).finite()
+    size = len(kept) + sum(dropped.values())
+    log = Log(path, columns, stated, size, dropped, unread=table.unread)
+    return log.without_blanks(blank, keeps_blanks=keeps_blanks)
 
 
 class ParquetReader(Reader):
@@ -254,41 +374,150 @@ class ParquetReader(Reader):
         import pyarrow.parquet as pq
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
-            chosen = _fields(file.schema_arrow)
-            wanted = self.wanted([name for name, _ in chosen.values()])
-            chosen = {f: own for f, own in chosen.items() if own[0] in wanted} or chosen
+            fields, unread = _fields(file)
+            self.check_asked(path, unread)
+            wanted = self.wanted([name for columns in fields.values() for name in columns.names])
+            chosen = {
+                f: c for f, c in fields.items() if not {*c.names}.isdisjoint(wanted)
+            } or fields
             if not chosen:
-                raise LogError("header", f"{path}: no column of this table holds numbers")
-            check_unpacked(path, 8 * len(chosen) * file.metadata.num_rows)
-            units = dict(chosen.values())
-            at_a_time = max(1, _NUMBERS_AT_A_TIME // len(chosen))
+                listed = "; ".join(f"{name}: {why}" for name, why in unread.items())
+                raise LogError(
+                    "header", f"{path}: no column of this table holds numbers ({listed})"
+                )
+            count = sum(len(columns.names) for columns in chosen.values())
+            check_unpacked(path, 8 * count * file.metadata.num_rows)
+            units = {name: c.unit for c in chosen.values() for name in c.names}
+            at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
             for batch in file.iter_batches(at_a_time, columns=list(chosen)):
-                if batch.num_rows:
-                    columns = {name: _numbers(batch.column(f)) for f, (name, _) in chosen.items()}
-                    yield Log(path, columns, units, batch.num_rows).finite()
+                if not batch.num_rows:
+                    continue
+                numbers: dict[str, np.ndarray] = {}
+                blank: dict[str, np.ndarray] = {}
+                for field, columns in chosen.items():
+                    array = batch.column(field)
+                    values, missing = columns.read(array)
+                    if missing is None and array.null_count:
+                        missing = np.asarray(array.is_null())
+                    for index, name in enumerate(columns.names):
+                        numbers[name] = values if values.ndim == 1 else values[:, index]
+                        if missing is not None:
+                            blank[name] = missing
+                kept = {name: values for name, values in numbers.items() if name in wanted}
+                log = Log(path, kept or numbers, units, batch.num_rows, unread=unread)
+                blank = {name: rows for name, rows in blank.items() if name in log.columns}
+                yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
 
-def _fields(schema: Any) -> dict[str, tuple[str, str]]:
-    """Column of the file to the name and unit that it has here."""
+class _Field(NamedTuple):
+    """A column of the file: the names and the unit that it has here, one name or one for each place of a list.
+
+    `read`: Makes numbers of it, and tells which rows have none, or None where the nulls tell.
+    """
+
+    names: list[str]
+    unit: str
+    read: Callable[[Any], tuple[np.ndarray, np.ndarray | None]]
+
+
+def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
+    """Columns of the file that hold numbers, and why others are not read."""
     from pyarrow import types
 
-    checks = (types.is_integer, types.is_floating, types.is_timestamp, types.is_boolean)
-    fields = [field for field in schema if any(check(field.type) for check in checks)]
-    names, units = names_and_units(field.name for field in fields)
-    chosen = {}
-    for field, name, unit in zip(fields, names, units, strict=True):
+    schema = file.schema_arrow
+    names, units = names_and_units(field.name for field in schema)
+    fields, unread = {}, {}
+    head: Any = None
+    for field, name, unit in zip(schema, names, units, strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
-        own = "s" if types.is_timestamp(field.type) else unit
-        chosen[field.name] = (name, own or unit_word(stated.decode("utf-8", "replace")))
-    return chosen
+        own = unit or unit_word(stated.decode("utf-8", "replace"))
+        kind = field.type
+        if types.is_timestamp(kind) or types.is_duration(kind):
+            fields[field.name] = _Field([name], "s", _seconds)
+        elif any(is_kind(kind) for is_kind in _number_types()):
+            fields[field.name] = _Field([name], own, _numbers)
+        elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
+            if not any(is_kind(kind.value_type) for is_kind in _number_types()):
+                unread[name] = f"lists of {kind.value_type}"
+                continue
+            head = _first_rows(file) if head is None else head
+            width = _list_width(head, field.name)
+            if 0 < width <= MOST_COLUMNS:
+                listed = [f"{name} column {number}" for number in range(1, width + 1)]
+                fields[field.name] = _Field(listed, own, partial(_list_numbers, width))
+            else:
+                most = f"more than {MOST_COLUMNS}" if width else "so no columns"
+                unread[name] = f"lists of {width} numbers a row, {most}"
+        elif types.is_string(kind) or types.is_large_string(kind):
+            head = _first_rows(file) if head is None else head
+            cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
+            seen = looked_at([[cell, "0"] for cell in cells], ["text", "number"])
+            if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
+                unread[name] = seen.unread.get("text", "text without a value in the first rows")
+            elif seen.kinds[0] == "stamp":
+                fields[field.name] = _Field([name], "s", partial(_text_seconds, seen.dates))
+            else:
+                fields[field.name] = _Field([name], own, _text_numbers)
+        else:
+            unread[name] = f"values of the type {kind}"
+    return fields, unread
 
 
-def _numbers(array: Any) -> np.ndarray:
+def _number_types() -> tuple[Callable[[Any], bool], ...]:
+    from pyarrow import types
+
+    return (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
+
+
+def _first_rows(file: Any) -> dict[str, Any]:
+    for batch in file.iter_batches(_HEADER_ROWS):
+        return dict(zip(batch.schema.names, batch.columns, strict=True))
+    return {name: [] for name in file.schema_arrow.names}
+
+
+def _list_width(head: Mapping[str, Any], name: str) -> int:
+    widths = [len(cells) for cells in head[name].to_pylist() if cells] if len(head[name]) else []
+    return max(set(widths), key=widths.count, default=0)
+
+
+def _list_numbers(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    """Numbers of lists, shape (rows, width); a list of another length has no value in any place."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    whole = pc.fill_null(pc.equal(pc.list_value_length(array), width), False)
+    inner = pc.list_flatten(array.filter(whole)).cast(pa.float64())
+    there = np.asarray(whole)
+    values = np.full((there.size, width), np.nan)
+    values[there] = np.asarray(inner.to_numpy(zero_copy_only=False)).reshape(-1, width)
+    return values, ~there if not there.all() else None
+
+
+def _text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
+    numbers = numbers_among_words(array)
+    return _numbers(numbers)[0], np.asarray(numbers.is_null())
+
+
+def _text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
+    cells = ["" if cell is None else cell.strip() for cell in array.to_pylist()]
+    seconds = np.array([seconds_of(cell, order) for cell in cells], dtype=float)
+    return seconds, np.isnan(seconds)
+
+
+def _seconds(array: Any) -> tuple[np.ndarray, None]:
+    """Seconds of dates and of lengths of time."""
     import pyarrow as pa
 
-    if pa.types.is_timestamp(array.type):
-        missing = np.asarray(array.is_null())
-        stamps = array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64()).fill_null(0)
-        return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False)))
-    return np.asarray(array.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=float)
+    missing = np.asarray(array.is_null())
+    zone = getattr(array.type, "tz", None)
+    unit = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
+    stamps = array.cast(unit).cast(pa.int64()).fill_null(0)
+    return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False))), None
+
+
+def _numbers(array: Any) -> tuple[np.ndarray, None]:
+    import pyarrow as pa
+
+    numbers = array.cast(pa.float64()).to_numpy(zero_copy_only=False)
+    return np.asarray(numbers, dtype=float), None

@@ -29,7 +29,7 @@ NO_TIME = "not a time"
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 """Why a line is left out."""
 
-OF_CELLS = frozenset({NUMBER, NO_TIME, base.FINITE, GROUPED})
+OF_CELLS = frozenset({NUMBER, NO_TIME, base.FINITE, base.BLANK, GROUPED})
 """Reasons that lie in a cell: whoever does not read its column keeps the line."""
 
 BLOCK_BYTES = 1 << 22
@@ -209,8 +209,11 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 Kind = Literal["number", "integer", "stamp", "same", "skip"]
 
 _TYPES: dict[str, Any] = {"number": float, "integer": np.int64, "stamp": float, "same": bool}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+"""A number with a decimal point."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+NO_VALUE = ("", " ", "-", "--", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None")
+"""What a cell without a value holds in the tables of other programs."""
 _INTEGER = re.compile(r"-?\d{1,19}")
 _EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
 _LINES_BY_HAND = 64
@@ -232,6 +235,8 @@ class Layout:
     `same`: What the cells of kind "same" should hold.
     `regrouped`: Places of columns whose digits a spreadsheet has regrouped.
     `dates`: Order of day, month and year in dates (``dmy``); empty: as each shows it.
+    `no_value`: Cells that say that there is no value; the others of the row count all the same.
+    `mixed`: Places of columns of numbers with words among them; a word there is no value.
     """
 
     names: tuple[str, ...]
@@ -244,6 +249,8 @@ class Layout:
     same: str = ""
     regrouped: frozenset[int] = frozenset()
     dates: str = ""
+    no_value: tuple[str, ...] = ()
+    mixed: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -266,7 +273,8 @@ class Rows:
 
     `columns`: Of the good rows; float64, int64 or bool. `index`: Of each good row, which data line
     it is, from 0: a bad line keeps its place. `rows`: Data lines; the good ones and `dropped` (by
-    reason) add up to it.
+    reason) add up to it. `blank`: Column to the good rows in which it has no value, and NaN here; only
+    columns with such a row.
     """
 
     columns: dict[str, np.ndarray]
@@ -274,6 +282,7 @@ class Rows:
     rows: int
     dropped: dict[str, int]
     not_finite: dict[str, int] = field(default_factory=dict)
+    blank: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def take(self, keep: np.ndarray, reason: str) -> Rows:
         """Leave out the rows where `keep` is False."""
@@ -281,26 +290,32 @@ class Rows:
         if not lost:
             return self
         columns = {name: values[keep] for name, values in self.columns.items()}
+        blank = {name: rows[keep] for name, rows in self.blank.items()}
         dropped = base.add_counts(self.dropped, {reason: lost})
-        return replace(self, columns=columns, index=self.index[keep], dropped=dropped)
+        return replace(self, columns=columns, index=self.index[keep], dropped=dropped, blank=blank)
 
 
-def parse(layout: Layout, body: bytes, rest: bytes = b"") -> Rows:
+def parse(layout: Layout, body: bytes, rest: bytes = b"", *, keep_blanks: bool = False) -> Rows:
     """Parse whole lines.
 
     `rest`: A last line without an end: whoever wrote it was stopped in it, even if the cells happen
-    to add up, so it is counted and left out.
+    to add up, so it is counted and left out. `keep_blanks`: Keep rows with cells that have no value;
+    these cells are NaN.
     """
     parts = _parse(layout, body)
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
-    keep, bad = base.finite_rows(rows.columns)
+    if rows.blank and not keep_blanks:
+        rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
+    keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
 
 
 def _parse(layout: Layout, body: bytes) -> list[Rows]:
     """Parse a block, or its halves when it has a bad line."""
+    if b"\xe2" in body or b"\xef" in body:
+        body = _MINUS.sub(b"-", body)
     if not layout.regrouped:
         fast = _fast(layout, body)
         if fast is not None:
@@ -315,6 +330,16 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
         if 0 < place < len(body) and body[place : place + 1] != b"\n":
             return [*_parse(layout, body[:place]), *_parse(layout, body[place:])]
     return [_by_hand(layout, body)]
+
+
+_MINUS_SIGNS = "\u2212\u2013\ufe63\uff0d"
+_MINUS = re.compile(rb"(?:%b)(?=[\d.,])" % "|".join(_MINUS_SIGNS).encode())
+"""A minus as typesetting writes it: the mathematical sign, the dash, the small and the wide one."""
+
+
+def plain_minus(cell: str) -> str:
+    """Write a minus as programs do."""
+    return cell if cell.isascii() else _MINUS.sub(b"-", cell.encode()).decode()
 
 
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
@@ -354,7 +379,14 @@ def _together(parts: list[Rows]) -> Rows:
     names = parts[0].columns
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in names}
     dropped = base.add_counts(*(part.dropped for part in parts))
-    return Rows(columns, np.concatenate(index), int(starts[-1]), dropped)
+    blank = {
+        name: np.concatenate(
+            [part.blank.get(name, np.zeros(part.index.size, bool)) for part in parts]
+        )
+        for name in names
+        if any(name in part.blank for part in parts)
+    }
+    return Rows(columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank)
 
 
 def count_lines(body: bytes) -> int:
@@ -398,18 +430,54 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
         dense = _EMPTY_LINES.sub(b"\n", body).lstrip(b"\n")
         return _fast(layout, dense) if len(dense) < len(body) else None
     columns = {}
+    blank = {}
     for place in layout.wanted:
-        values = table.column(str(place))
+        cells = table.column(str(place)).combine_chunks()
         if layout.kinds[place] == "same":
-            values = pc.equal(values, layout.same.encode())
-        elif layout.kinds[place] == "stamp":
-            values = seconds_of_column(values.combine_chunks(), layout.dates)
+            columns[layout.names[place]] = pc.equal(cells, layout.same.encode()).to_numpy(
+                zero_copy_only=False
+            )
+            continue
+        if place in layout.mixed:
+            try:
+                cells = numbers_among_words(cells, layout.decimal)
+            except pa.ArrowInvalid:
+                return None
+        elif layout.kinds[place] == "stamp" and layout.no_value:
+            values_without = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value))
+            cells = pc.if_else(values_without, pa.scalar(None, pa.string()), cells)
+        missing = np.asarray(cells.is_null()) if cells.null_count else None
+        if layout.kinds[place] == "stamp":
+            filled = cells.drop_null()
+            values = seconds_of_column(filled, layout.dates) if len(filled) else np.empty(0)
             if values is None:
                 return None
-            columns[layout.names[place]] = values
-            continue
-        columns[layout.names[place]] = values.to_numpy()
-    return Rows(columns, np.arange(table.num_rows), table.num_rows, {})
+            if missing is not None:
+                times = np.full(missing.size, np.nan)
+                times[~missing] = values
+                values = times
+        elif missing is not None and layout.kinds[place] == "integer":
+            return None
+        else:
+            values = cells.to_numpy(zero_copy_only=False)
+        if missing is not None:
+            blank[layout.names[place]] = missing
+        columns[layout.names[place]] = values
+    return Rows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
+
+
+def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
+    """Read the numbers of an Arrow column of text; all else is no value."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.utf8_trim(cells.cast(pa.string()), " \t")
+    pattern = PLAIN_NUMBER.pattern if decimal == "." else PLAIN_NUMBER.pattern.replace(r"\.", ",")
+    is_number = pc.match_substring_regex(cells, f"^(?:{pattern})$")
+    numbers = pc.if_else(is_number, cells, pa.scalar(None, pa.string()))
+    # the cast knows no plus sign
+    numbers = pc.replace_substring(pc.utf8_ltrim(numbers, "+"), ",", ".")
+    return numbers.cast(pa.float64())
 
 
 @lru_cache(64)
@@ -420,6 +488,8 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
 
     types = {"number": pa.float64(), "integer": pa.int64(), "stamp": pa.string()}
     names = [str(place) for place in range(width)]
+    column_types = {name: types.get(layout.kinds[int(name)], pa.binary()) for name in names}
+    column_types |= {str(place): pa.binary() for place in layout.mixed}
     return {
         "read_options": pacsv.ReadOptions(
             # blocks are parsed side by side already; in one piece its columns need no copy
@@ -431,10 +501,10 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
             delimiter=layout.delimiter, quote_char='"' if layout.quote else False
         ),
         "convert_options": pacsv.ConvertOptions(
-            column_types={name: types.get(layout.kinds[int(name)], pa.binary()) for name in names},
+            column_types=column_types,
             include_columns=[str(place) for place in layout.wanted],
             decimal_point=layout.decimal,
-            null_values=[],
+            null_values=list(layout.no_value),
             check_utf8=False,
         ),
     }
@@ -474,15 +544,18 @@ def _by_hand(layout: Layout, body: bytes) -> Rows:
                 column.append(value)
             index.append(rows)
         rows += 1
-    columns = {
-        layout.names[place]: np.array(column, dtype=_TYPES[layout.kinds[place]])
-        for place, column in zip(layout.wanted, values, strict=True)
-    }
-    return Rows(columns, np.array(index, dtype=np.int64), rows, dropped)
+    columns = {}
+    blank = {}
+    for place, column in zip(layout.wanted, values, strict=True):
+        name = layout.names[place]
+        if None in column:
+            blank[name] = np.array([value is None for value in column])
+        columns[name] = np.array(column, dtype=_TYPES[layout.kinds[place]])  # NaN of None
+    return Rows(columns, np.array(index, dtype=np.int64), rows, dropped, blank=blank)
 
 
 def _row(layout: Layout, line: bytes) -> list[Any] | str:
-    """Values of the wanted cells, or the reason why the line is bad."""
+    """Values of the wanted cells, None of one without a value, or the reason why the line is bad."""
     cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote)
     most = len(layout.names)
     if cells is None or not most - layout.optional <= len(cells) <= most:
@@ -496,6 +569,8 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
                 return NUMBER
             values.append(int(cell))
+        elif cell in layout.no_value:
+            values.append(None)
         elif kind == "stamp":
             values.append(seconds_of(cell, layout.dates))
             if math.isnan(values[-1]):
@@ -505,9 +580,14 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
                 if place in layout.regrouped and _GROUPED.fullmatch(cell):
                     return GROUPED
                 cell = "." if "." in cell else cell.replace(",", ".")
-            if not (_NUMBER.fullmatch(cell) or _NOT_FINITE.fullmatch(cell)):
+            if PLAIN_NUMBER.fullmatch(cell):
+                values.append(float(cell))
+            elif place in layout.mixed:
+                values.append(None)
+            elif _NOT_FINITE.fullmatch(cell):
+                values.append(float(cell))
+            else:
                 return NUMBER
-            values.append(float(cell))
     return values
 
 
@@ -629,7 +709,11 @@ class TextReader(base.Reader, ABC):
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
             plan = replace(plan, notes=(*plan.notes, *notes))
         first = 0
-        for rows in base.parallel_map(lambda block: parse(layout, *block), blocks):
+
+        def parsed(block: Block) -> Rows:
+            return parse(layout, *block, keep_blanks=self.keeps_blanks)
+
+        for rows in base.parallel_map(parsed, blocks):
             if rows.rows:
                 yield _log(path, plan, rows, first)
             first += rows.rows

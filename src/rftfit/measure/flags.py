@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.logs.base import FINITE
+from rftfit.logs.base import BLANK, FINITE
 from rftfit.logs.text import CELLS, CUT, NUMBER
 from rftfit.measure.sentences import FLAGS, SENTENCES
 
@@ -27,6 +27,7 @@ _ROW_CODES = {
     CELLS: "wrong-cells",
     NUMBER: "not-numbers",
     FINITE: "not-finite",
+    BLANK: "blank-cells",
     DUPLICATE: "duplicated-rows",
     BACKWARDS: "time-backwards",
     HELD: "held-positions",

@@ -14,7 +14,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import BLANK, Log, LogError
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure import lab_frame
 from rftfit.measure.alignment import Alignment, find_clock
@@ -294,7 +294,7 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
         {
             reason: count
             for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason != REPEATED
+            if reason not in (REPEATED, BLANK)
         }
         for log in (force, motion)
     ]

@@ -288,9 +288,8 @@ def readers(campaign: Campaign) -> tuple[Reader, Reader]:
     gauges = calibration.gauges if calibration is not None else ()
 
     def reader(source: AnyLog, key: str) -> Reader:
-        every = source_reader(source, config.dialect, key)
-        asks = source.columns or (gauges and key == "force_log")
-        return every.only(columns_asked(source, gauges)) if asks else every
+        every_column = source_reader(source, config.dialect, key)
+        return every_column.only(columns_asked(source, gauges))
 
     return reader(config.force_log, "force_log"), reader(config.motion_log, "motion_log")
 

@@ -58,6 +58,7 @@ FLAGS = {
     ),
     "wrong-cells": Flag(_LOST_ROWS),
     "not-numbers": Flag(_LOST_ROWS),
+    "blank-cells": Flag(_LOST_ROWS),
     "repeated-rows": Flag(_LOST_ROWS),
     "damaged-rows": Flag(_LOST_ROWS),
     "readings-repeated": Flag(
