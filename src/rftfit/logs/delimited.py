@@ -26,6 +26,7 @@ from rftfit.logs.text import (
     each_line,
     lines_of,
     plain_minus,
+    rewritten,
     text_head,
     utf16_of,
 )
@@ -67,7 +68,10 @@ class DelimitedReader(TextReader):
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
         every = each_line(head, text.encoding)
         skipped = list(islice(every, text.skip_lines))
-        lines = [*islice((one for one in every if _counts(one, text.comment)), KIND_LINES + 2)]
+        counted = (one for one in every if _counts(one, text.comment))
+        lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
+        printed = printed_marks([line.text for line in lines], delimiter)
+        lines = [line._replace(text=printed.plain(line.text)) for line in lines]
         start = skipped[-1].stop if skipped else 0
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
@@ -78,6 +82,11 @@ class DelimitedReader(TextReader):
             start = lines[0].stop if wanted else start
             header.append(_cells(lines.pop(0), delimiter) if wanted else [])
         given, below = header
+        if printed.arrow and given and is_stamp(given[0].strip()):
+            given[0] = "time"
+        given = given or list(printed.labels)
+        for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
+            start = lines.pop(0).stop
         rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
         given = without_mark(given, rows)
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
@@ -87,7 +96,7 @@ class DelimitedReader(TextReader):
         def further() -> Iterator[list[str]]:
             for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
                 if line.whole and _counts(line, text.comment):
-                    yield _cells(line, delimiter)
+                    yield printed.plain(line.text).split(delimiter)
 
         seen = looked_at(rows, names, text.decimal, ORDERS.get(text.dates, ""), further)
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
@@ -105,11 +114,75 @@ class DelimitedReader(TextReader):
             return {**columns, "time": index / rate} if rate else columns
 
         layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
-        layout = replace(layout, dates=seen.dates, no_value=NO_VALUE, mixed=seen.mixed)
+        layout = replace(
+            layout, dates=seen.dates, no_value=NO_VALUE, mixed=seen.mixed, rewrites=printed.rewrites
+        )
         if rate:
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
         return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
+
+
+_MOST_HEADER_ROWS = 6
+"""Rows of names, of units, and of whatever else a program writes between them and the numbers."""
+
+
+def _further_header_rows(rows: Sequence[list[str]]) -> int:
+    """Count the rows of words between a header and the first row with a number, as TOA5 and AGS4 have them."""
+    for place, cells in enumerate(rows[:_MOST_HEADER_ROWS]):
+        if any(_is_value(cell) for cell in cells):
+            return place
+        if len(cells) != len(rows[0]) or not any(cell.strip() for cell in cells):
+            break
+    return 0
+
+
+def _is_value(cell: str) -> bool:
+    plain = plain_minus(cell.strip())
+    return is_stamp(plain) or any(number.fullmatch(plain) for number in _NUMBERS.values())
+
+
+class Printed(NamedTuple):
+    """What a monitor of a serial port, and who prints to it, put before the numbers of each line.
+
+    `arrow`: The Arduino monitor's ``12:03:36.100 -> ``. `labels`: Those of ``force:1.2``, a name for
+    each cell. `rewrites`: What to put in place of what, so that cells are left.
+    """
+
+    arrow: bool
+    labels: tuple[str, ...]
+    rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...]
+
+    def plain(self, line: str) -> str:
+        """Return a line of cells."""
+        return rewritten(line.encode(), self.rewrites).decode() if self.rewrites else line
+
+
+_ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
+_LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
+
+
+def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
+    """Find the stamps of a serial monitor and the labels of a serial plotter, in most of some lines."""
+    rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
+    filled = [line for line in lines if line.strip()]
+    arrow = sum(bool(_ARROW.match(line.encode())) for line in filled) * 2 > len(filled)
+    if arrow:
+        rewrites.append((_ARROW, rb"\1" + delimiter.encode()))
+        filled = [rewritten(line.encode(), tuple(rewrites)).decode() for line in filled]
+    labels = [
+        tuple(match[1] if (match := _LABELLED.fullmatch(cell)) else "" for cell in cells)
+        for line in filled
+        if (cells := cells_of(line, delimiter))
+    ]
+    usual = max(set(labels), key=labels.count, default=())
+    if not any(usual) or not labels.count(usual) > max(1, len(labels) / 2):
+        return Printed(arrow, (), tuple(rewrites))
+    between = r"\s" if delimiter == " " else re.escape(delimiter)
+    for label in sorted({*usual} - {""}, key=len, reverse=True):
+        before = rf"(^|{between})[ \t]*{re.escape(label)}\s*[:=][ \t]*"
+        rewrites.append((re.compile(before.encode(), re.MULTILINE), rb"\1"))
+    return Printed(arrow, usual, tuple(rewrites))
 
 
 def _counts(line: Line, comment: str) -> bool:
@@ -256,14 +329,23 @@ def preview(head: bytes) -> dict[str, Any] | None:
     if not found:
         return None
     _, text = max(found, key=lambda scored: scored[0])
-    return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
+    proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
+    try:
+        DelimitedReader(TextFormat.model_validate(proposed)).plan(head)
+    except ValueError:
+        # what looks like names does not fit the rows: columns go by number
+        text["skip_lines"] += text["names"] + text["units"]
+        text |= {"names": False, "units": False}
+        proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
+    return proposed
 
 
 def _try(
     lines: Sequence[Line], delimiter: str, decimal: str
 ) -> tuple[float, dict[str, Any]] | None:
     """Read the lines in one way; the score tells how well that goes."""
-    table = [cells_of(line.text, delimiter) or [] for line in lines]
+    printed = printed_marks([line.text for line in lines], delimiter)
+    table = [cells_of(printed.plain(line.text), delimiter) or [] for line in lines]
     shares = [_share(cells, decimal) for cells in table]
     widths = [len(cells) for cells, share in zip(table, shares, strict=True) if share >= 0.5]
     if not widths:
@@ -274,19 +356,16 @@ def _try(
         for place, (cells, share) in enumerate(zip(table, shares, strict=True))
         if len(cells) == width and share >= 0.5
     ]
-    # settings in the header may look like a row: the data begin where rows follow one another
-    first = next((p for p in good if p + 1 in set(good) or p == len(table) - 1), good[0])
+    first = _first_of_data(good, len(table))
     rows = [place for place in good if place >= first]
     if width < 2 or len(rows) < 2:
         return None
-    above = [place for place in range(first) if any(cell.strip() for cell in table[place])]
-    units = bool(above) and is_units_row(table[above[-1]], width)
-    names_at = above[-2:-1] if units else above[-1:]
-    names = bool(names_at) and _is_names(table[names_at[0]], width, decimal)
+    names_at, units = _header_above(table[:first], width, decimal)
+    names = names_at is not None
     text = {
         "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
         "decimal": decimal,
-        "skip_lines": names_at[0] if names else first,
+        "skip_lines": names_at if names_at is not None else first,
         "names": names,
         "units": units and names,
     }
@@ -294,12 +373,48 @@ def _try(
     return score, text
 
 
+_SHORT = 4
+"""A run of rows that is shorter than the longest one by this factor is another table, above the data."""
+
+
+def _first_of_data(good: Sequence[int], lines: int) -> int:
+    """Where the data begin: settings in the header may look like a row, and results like a short table."""
+    runs: list[list[int]] = []
+    for place in good:
+        if runs and place == runs[-1][-1] + 1:
+            runs[-1].append(place)
+        else:
+            runs.append([place])
+    longest = max(map(len, runs))
+    long = (run for run in runs if len(run) * _SHORT >= longest and len(run) > 1)
+    return next((run[0] for run in long), good[-1] if good[-1] == lines - 1 else good[0])
+
+
+def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple[int | None, bool]:
+    """Line of the names above the data of so many columns, if there are names, and whether units follow."""
+    filled = [place for place in range(len(above)) if any(cell.strip() for cell in above[place])]
+    if not filled:
+        return None, False
+    last = filled[-1]
+    # a units row, perhaps with rows of words below it: the types of AGS4, the sampling of TOA5
+    for place in (p for p in filled[::-1][:3] if p > last - 3):
+        if place and place - 1 in filled and is_units_row(above[place], width):
+            is_header = _is_names(above[place - 1], width, decimal)
+            return (place - 1, True) if is_header else (None, False)
+        if len(above[place]) != width or not _is_names(above[place], width, decimal):
+            break
+    return (last, False) if _is_names(above[last], width, decimal) else (None, False)
+
+
 def _share(cells: Sequence[str], decimal: str) -> float:
-    """Share of the cells that are numbers or times."""
-    plain = [cell.strip() for cell in cells]
+    """Share of the cells that are numbers or times; of a row with blank cells that of the others."""
+    plain = [plain_minus(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
         plain.pop()
     numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) or is_stamp(cell) for cell in plain)
+    filled = sum(cell not in NO_VALUE for cell in plain)
+    if numbers == filled > 1:
+        return 1.0
     return numbers / len(plain) if len(cells) > 1 else 0.0
 
 

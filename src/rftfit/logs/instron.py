@@ -43,7 +43,11 @@ class InstronReader(TextReader):
 
 
 def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
-    """Which line holds the names, and what stands between cells."""
+    """Which line holds the names, and what stands between cells.
+
+    A table of results may stand above that of the readings: the header of the longest table counts.
+    """
+    longest, header = -1, None
     for place, (upper, lower) in enumerate(pairwise(lines)):
         if lower.text.lstrip(' "\t;,')[:1] not in ("(", "["):
             continue
@@ -51,5 +55,19 @@ def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
             names = cells_of(upper.text, delimiter) or []
             units = cells_of(lower.text, delimiter) or []
             if len(names) >= 2 and is_units_row(units, len(names)) and lower.whole:
-                return place, delimiter
-    return None
+                rows = _count_rows(lines[place + 2 :], delimiter, len(units))
+                if rows > longest:
+                    longest, header = rows, (place, delimiter)
+                break
+    return header
+
+
+def _count_rows(lines: Sequence[Line], delimiter: str, width: int) -> int:
+    """Count the lines with a digit below a header, up to the first one of another width."""
+    rows = 0
+    for line in lines:
+        cells = cells_of(line.text, delimiter) or []
+        if abs(len(cells) - width) > 1 or not any(map(str.isdigit, line.text)):
+            break
+        rows += 1
+    return rows

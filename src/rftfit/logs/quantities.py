@@ -46,18 +46,24 @@ def _set(words: str) -> frozenset[str]:
 
 
 _FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
-    effort""")
+    effort 力 载荷 荷载 负荷 荷重 試験力 试验力""")
 _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
-    distance deplacement desplazamiento recorrido""")
+    distance deplacement desplazamiento recorrido 位移 変位 行程 ストローク""")
 _WORDS = (
     (
         "time",
         _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
-    temps heure tiempo hora tempo"""),
-        "running total test run recording measurement relative standardmessrate ecoule transcurrido",
+    temps heure tiempo hora tempo 时间 時間 時刻"""),
+        "v running total test run recording measurement relative standardmessrate ecoule transcurrido",
     ),
     ("arm_moving", _set("moving sync trigger"), "arm line"),
-    ("z", _set("height depth tiefe hohe profondeur profundidad"), ""),
+    (
+        "z",
+        _set(
+            "height depth sinkage tiefe hohe einsinkung profondeur enfoncement profundidad 深度 深さ"
+        ),
+        "",
+    ),
     (
         "F3",
         _FORCE,
@@ -97,7 +103,9 @@ _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LAST = re.compile(r"(.*?)([xyz]|\d+)")
 _REPEATED = re.compile(r"(.+)_(\d+)")
 
-DOWNWARD = re.compile(r"(depth|tiefe|profondeur|profundidad)$")
+DOWNWARD = re.compile(
+    r"(depth|sinkage|tiefe|einsinkung|profondeur|enfoncement|profundidad|深度|深さ)$"
+)
 """End of the name, in small letters, of a column that grows downward."""
 
 
@@ -177,7 +185,8 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
 def guesses(log: Log) -> dict[str, str]:
     """Guess the quantities of all columns of a log: quantity to the first column that it fits.
 
-    Without a name that says time, a column of seconds since 1970 is the time.
+    Without a name that says time, a column of seconds since 1970 is the time, or one that grows and
+    has a unit of time.
     """
     found: dict[str, str] = {}
     numbers: dict[str, set[int]] = {}
@@ -195,9 +204,12 @@ def guesses(log: Log) -> dict[str, str]:
         if quantity:
             found.setdefault(quantity, name)
     if "time" not in found:
-        stamps = [name for name, values in log.columns.items() if _is_epoch(values)]
-        if stamps:
-            found["time"] = stamps[0]
+        columns = log.columns.items()
+        stamps = [name for name, values in columns if _is_epoch(values)]
+        of_unit = _FITTING_UNITS["time"]
+        growing = [n for n, v in columns if log.units.get(n) in of_unit and _grows(v)]
+        if stamps or growing:
+            found["time"] = [*stamps, *growing][0]
     return {quantity: found[quantity] for quantity in QUANTITIES if quantity in found}
 
 
@@ -215,6 +227,11 @@ def _is_epoch(values: FloatArray) -> bool:
         and (np.diff(values) >= 0).all()
         and values[-1] > values[0]
     )
+
+
+def _grows(values: FloatArray) -> bool:
+    values = values[np.isfinite(values)]
+    return bool(values.size > 1 and (np.diff(values) > 0).all())
 
 
 def epoch_unit(value: float) -> str:

@@ -27,8 +27,34 @@ _DATE = re.compile(
     r"(?P<d0>\d{4}|\d\d?)[-/.](?P<d1>\d\d?)[-/.](?P<d2>\d{4}|\d\d?)[T ] *(?P<hour>\d\d?):(?P<minute>[0-5]\d)"
     r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?"
     + _HALF
-    + r" ?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+    + r" ?(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?)?"
 )
+_MONTHS = {
+    word: number
+    for number, words in enumerate(
+        [
+            "jan/ene",
+            "feb",
+            "mar/mär/mrz",
+            "apr/abr",
+            "may/mai",
+            "jun",
+            "jul",
+            "aug/ago",
+            "sep",
+            "oct/okt",
+            "nov",
+            "dec/dez/dic",
+        ],
+        start=1,
+    )
+    for word in words.split("/")
+}
+"""The first letters of a month, English, German, Spanish, to its number."""
+_MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
+_DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4}}|\d\d)(?=[T ])")
+_MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
+_YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})[-/. ]{_MONTH}[-/. ](?P<day>\d\d?)(?=[T ])")
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
@@ -36,7 +62,26 @@ _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 def is_stamp(text: str) -> bool:
     """Tell a date with a time of day, or a clock time such as 12:00:00.01 or 00:12.3, from other text."""
-    return bool(_DATE.fullmatch(text) or _CLOCK.fullmatch(text))
+    return bool(_CLOCK.fullmatch(text) or _DATE.fullmatch(_with_month_number(text)))
+
+
+def _named_month(text: str) -> re.Match[str] | None:
+    """Find a date at the beginning of a text in which the month has its name."""
+    for pattern in (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST):
+        date = pattern.match(text)
+        if date and date["month"][:3].casefold() in _MONTHS:
+            return date
+    return None
+
+
+def _with_month_number(text: str) -> str:
+    """Write 03-Feb-2026 as 2026-02-03; other texts stay."""
+    date = _named_month(text)
+    if date is None:
+        return text
+    year = date["year"] if len(date["year"]) == 4 else f"20{date['year']}"
+    month = _MONTHS[date["month"][:3].casefold()]
+    return f"{year}-{month:02}-{int(date['day']):02}{text[date.end() :]}"
 
 
 def order_of(texts: Iterable[str]) -> str:
@@ -44,7 +89,7 @@ def order_of(texts: Iterable[str]) -> str:
 
     Points stand in dates of day first, AM and PM in those of month first; a number above 12 is a day.
     """
-    dates = [found for found in map(_DATE.fullmatch, texts) if found]
+    dates = [found for found in map(_DATE.fullmatch, map(_with_month_number, texts)) if found]
     if all(len(found["d0"]) == 4 for found in dates):
         return "ymd"
     if any(len(found["d2"]) != 4 for found in dates):
@@ -58,7 +103,7 @@ def note_of(text: str, order: str) -> str:
     """Say what a column of such times is counted from; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
         return CLOCK_TIME if text.count(":") == 2 else MINUTES
-    found = _DATE.fullmatch(text)
+    found = _DATE.fullmatch(_with_month_number(text))
     note = NO_ZONE if found and not found["zone"] else ""
     return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
 
@@ -71,6 +116,8 @@ def seconds_of(text: str, order: str = "") -> float:
     if clock := _CLOCK.fullmatch(text):
         hours = "" if text.count(":") == 2 else "00:"
         text, order = f"1970-01-01 {hours}{clock[0]}", "ymd"
+    if _named_month(text):
+        text, order = _with_month_number(text), "ymd"
     found = _DATE.fullmatch(text)
     order = order or order_of([text])
     if not found or not order:
@@ -91,7 +138,7 @@ def seconds_of(text: str, order: str = "") -> float:
     except ValueError:
         return np.nan
     away = 0.0
-    if zone != "Z":
+    if zone[0] in "+-":
         digits = zone[1:].replace(":", "").ljust(4, "0")
         away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
     return of_moment(moment) - away + float(f"0.{found['part'] or 0}")
@@ -120,6 +167,12 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
             hours = "" if first.count(":") == 2 else "00:"
             cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
             first, order = cells[0].as_py(), "ymd"
+        if _named_month(first):
+            cells = _with_month_numbers(cells)
+            first, order = cells[0].as_py(), "ymd"
+        if first.endswith(("UTC", "GMT", " Z")):
+            cells = pc.replace_substring_regex(cells, r" ?(UTC|GMT|Z)$", "Z")
+            first = cells[0].as_py()
         order = order or order_of([first])
         late: Any = 0
         if not _ISO.fullmatch(first):
@@ -131,6 +184,29 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         return None
     seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * late
     return seconds
+
+
+def _with_month_numbers(cells: Any) -> Any:
+    """Write each date of a column whose month has its name by numbers, year first."""
+    import pyarrow.compute as pc
+
+    first = cells[0].as_py()
+    for pattern in (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST):
+        if not pattern.match(first):
+            continue
+        places = {pattern.groupindex[name]: name for name in ("day", "month", "year")}
+        order = [places[number] for number in sorted(places)]
+        plain = re.sub(r"\?P<\w+>", "", pattern.pattern).replace("(?=[T ])", "([T ])")
+        found = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
+        words = pc.unique(pc.struct_field(found, "month")).to_pylist()
+        day, year = order.index("day") + 1, order.index("year") + 1
+        for word in filter(None, words):
+            month = _MONTHS.get(word[:3].casefold())
+            if month is None:
+                raise ValueError(word)
+            own = plain.replace("([A-Za-zä]{3,10})", f"({word})")
+            cells = pc.replace_substring_regex(cells, f"^{own}", rf"\{year}-{month:02}-\{day}\4")
+    return cells
 
 
 def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:

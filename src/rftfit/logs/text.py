@@ -9,7 +9,7 @@ import math
 import re
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -237,6 +237,7 @@ class Layout:
     `dates`: Order of day, month and year in dates (``dmy``); empty: as each shows it.
     `no_value`: Cells that say that there is no value; the others of the row count all the same.
     `mixed`: Places of columns of numbers with words among them; a word there is no value.
+    `rewrites`: What to put in place of what in each line, before it is parted into cells.
     """
 
     names: tuple[str, ...]
@@ -251,6 +252,7 @@ class Layout:
     dates: str = ""
     no_value: tuple[str, ...] = ()
     mixed: frozenset[int] = frozenset()
+    rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -302,7 +304,7 @@ def parse(layout: Layout, body: bytes, rest: bytes = b"", *, keep_blanks: bool =
     to add up, so it is counted and left out. `keep_blanks`: Keep rows with cells that have no value;
     these cells are NaN.
     """
-    parts = _parse(layout, body)
+    parts = _parse(layout, rewritten(body, layout.rewrites))
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
@@ -310,6 +312,13 @@ def parse(layout: Layout, body: bytes, rest: bytes = b"", *, keep_blanks: bool =
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
     keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
+
+
+def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
+    """Put cells in place of what stands for them."""
+    for pattern, replacement in rewrites:
+        body = pattern.sub(replacement, body)
+    return body
 
 
 def _parse(layout: Layout, body: bytes) -> list[Rows]:

@@ -66,10 +66,21 @@ _OTHERS = (
     "uN",
     "MN",
     "rpm",
+    "TS",
+    "RN",
 )
 """Units of columns that the chain does not use, by which a row of units is recognised."""
 _OF_WEIGHT = {"g": "gf", "kg": "kgf"}
 
+_WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d\u3010\u3011\uff0f\uff1a\u3000", "()[][]/: ")
+"""Brackets as Chinese and Japanese programs write them."""
+_NUMBERED = re.compile(
+    r"(?P<head>.*?\S)\s*(?P<unit>[\[(][^\[\]()]*[\])])\s*(?P<number>(?:Run|Trial|Specimen|Series)?\s*[#-]?\s*\d+)",
+    re.IGNORECASE,
+)
+"""``Force (N) Run #2``: a number, of a run or of a repeated name, behind the unit."""
+_SINCE = re.compile(r"(\w+) since .*", re.IGNORECASE)
+"""Unit of a time in netCDF: ``seconds since 2026-02-03``."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 _BRACKETED = re.compile(r"[\[(][^\[\]()]*[\])]")
 _LONGEST = 10
@@ -87,7 +98,9 @@ def _bare(text: str) -> str:
 
 def unit_word(text: str) -> str:
     """Return a unit in the program's own spelling; unknown ones as they are, ``?`` as nothing."""
-    text = _bare(text)
+    text = _bare(text.translate(_WIDE))
+    if since := _SINCE.fullmatch(text):
+        text = since[1]
     if text in {"?", "-", "--", "1", "n/a", "none", "None"}:
         return ""
     if text in _EXACT:
@@ -109,7 +122,12 @@ def known_unit(text: str) -> bool:
 @lru_cache(1024)
 def split_unit(cell: str) -> tuple[str, str]:
     """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit."""
-    cell = cell.strip().strip('"').strip()
+    cell = cell.translate(_WIDE).strip().strip('"').strip()
+    numbered = _NUMBERED.fullmatch(cell)
+    if numbered and known_unit(numbered["unit"]):
+        return f"{numbered['head']} {' '.join(numbered['number'].split())}", unit_word(
+            numbered["unit"]
+        )
     match = _BRACKETS.match(cell)
     if _INDEX.fullmatch(cell) or ("/" in cell and known_unit(cell)):
         return cell, ""

@@ -132,7 +132,8 @@ def _column(
         if name not in log.columns:
             raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
-    scaled = chosen.factor != 1 or chosen.offset != 0
+    # who writes factor: 1 has said that a unit of the file is one of the quantity
+    scaled = not chosen.model_fields_set.isdisjoint(("factor", "offset"))
     if scaled:
         values = values * chosen.factor + chosen.offset
     if quantity == "arm_moving":
