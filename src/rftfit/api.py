@@ -107,6 +107,7 @@ def read_log(
     Parameters
     ----------
     path : str or Path
+        Of the file, or of the folder of a rosbag2 recording.
     dialect : str, optional
         Name of the reader, such as ``rig``, ``tdms`` or ``ros-bag``; default: recognised by the
         content.
@@ -120,8 +121,8 @@ def read_log(
     Returns
     -------
     Log
-        Its `columns` (dict of str to numpy.ndarray, shape (n,)), their `units` (dict of str to str,
-        empty where the file does not say), and what became of every data line.
+        Its `columns` (dict of str to numpy.ndarray, shape (n,), NaN in blank cells), their `units` (dict of
+        str to str, empty where the file does not say), and what became of every data line.
 
     Raises
     ------
@@ -134,10 +135,11 @@ def read_log(
     >>> log = rftfit.read_log("raw/plate_01_force.csv")  # doctest: +SKIP
     >>> log.columns["Fz"], log.units["Fz"]  # doctest: +SKIP
     """
-    from rftfit.logs.inspect import recognised
+    from rftfit.logs.inspect import recognised, recording
 
-    found = recognised(Path(path), dialect, text, options)
-    log = found.reader.load(Path(path))
+    file = recording(Path(path))
+    found = recognised(file, dialect, text, options)
+    log = found.reader.load(file)
     if found.text is None or text is not None:
         return log
     return replace(log, notes=(*log.notes, f"no dialect knows this text; read as {found.text}"))

@@ -61,12 +61,13 @@ def check_cut(made, full, stop, place):
     if isinstance(log, LogError):
         assert complete == log.rows == 0
         return
-    assert log.size == complete
+    # a last line without an end is read where all of its cells are there
+    assert log.size - complete in (0, 1)
     assert set(log.dropped) <= {CUT}
     assert log.rows - log.size in (0, 1)
-    if complete:
+    if log.size:
         for name, values in full.columns.items():
-            np.testing.assert_array_equal(log.columns[name], values[:complete])
+            np.testing.assert_array_equal(log.columns[name], values[: log.size])
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -48,8 +48,9 @@ def inspect_log(
     rig's csv pair, ATI Net F/T, ATI through NI DAQ, rostopic csv, LabVIEW, Instron-style exports,
     xlsx, Parquet and others; any other delimited text is described in the config.
     """
-    from rftfit.logs.inspect import survey_file
+    from rftfit.logs.inspect import recording, survey_file
 
+    log = recording(log)
     ending = check_picture(plot, "--plot", _DRAWN, force) if plot is not None else ""
     found = _recognised(log, dialect, option or [])
     surveys, refused = survey_file(found.reader, log)
@@ -80,6 +81,8 @@ def _option(pair: str) -> tuple[str, str | float]:
     key, equals, value = pair.partition("=")
     if not equals:
         raise InputError(f"--option: found {pair!r}; allowed: KEY=VALUE")
+    if value.casefold() in ("true", "false"):
+        return key, value.casefold() == "true"
     for number in (int, float):
         with suppress(ValueError):
             return key, number(value)

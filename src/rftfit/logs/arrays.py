@@ -7,9 +7,9 @@ import math
 import struct
 import zipfile
 import zlib
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -33,8 +33,15 @@ _DEFLATE, _CHECKSUMS = 1, 64
 _MATRIX, _PACKED = 14, 15
 """Kinds of elements in a MATLAB 5 file."""
 
-Column = tuple[np.ndarray, str]
-"""Values, of shape (n,), and the unit that the file states."""
+
+class Column(NamedTuple):
+    """Values, of shape (n,), the unit that the file states, and what its attributes made of the values."""
+
+    values: np.ndarray
+    unit: str
+    note: str = ""
+
+
 Found = Iterator[tuple[str, Column | str]]
 """Columns by name; of what is none, what it is."""
 
@@ -66,14 +73,17 @@ class ArraysReader(base.Reader):
     def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> base.Log:
         names, in_names = names_and_units(found)
         columns, units = {}, {}
-        for name, unit, (values, stated) in zip(names, in_names, found.values(), strict=True):
-            columns[name], units[name] = values, stated or unit
+        notes = []
+        for name, unit, column in zip(names, in_names, found.values(), strict=True):
+            columns[name], units[name] = column.values, column.unit or unit
+            notes += [column.note] if column.note else []
         if not columns:
             listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
             raise base.LogError(
                 "header_only", f"{path}: no array of numbers with more than one value{listed}"
             )
-        notes = [f"no arrays of numbers, left out: {', '.join(others)}"] if others else []
+        if others:
+            notes.append(f"no arrays of numbers, left out: {', '.join(others)}")
         wanted = self.wanted(columns)
         sizes = {name: values.size for name, values in columns.items() if name in wanted}
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
@@ -92,7 +102,18 @@ class ArraysReader(base.Reader):
         if self.rate and "time" not in kept:
             kept, units = {"time": np.arange(size) / self.rate, **kept}, {"time": "s", **units}
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
-        return base.Log(path, kept, units, size, notes=tuple(notes)).finite()
+        log = base.Log(path, kept, units, size, notes=tuple(notes), places=tuple(columns))
+        blank = {name: rows for name, values in kept.items() if _is_often(rows := np.isnan(values))}
+        log = log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
+        return log.without_blank_columns() if self.keeps_blanks and blank else log
+
+
+_OFTEN = 10
+"""A column with NaN in one of so many rows is one with rows that have no value; a rarer NaN is damage."""
+
+
+def _is_often(rows: np.ndarray) -> bool:
+    return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
 
 
 def _columns(path: Path, head: bytes) -> Found:
@@ -106,18 +127,26 @@ def _columns(path: Path, head: bytes) -> Found:
                 yield from _of_array(name, value)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
-            base.check_unpacked(path, _npy_size(file))
+            base.check_unpacked(path, _unpacked(*_npy_header(file)))
             file.seek(0)
             yield from _of_array("", np.load(file, allow_pickle=False))
     elif head.startswith(_NPZ):
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.endswith(".npy")]
-            base.check_unpacked(path, sum(_npy_size(archive.open(name)) for name in names))
+            headers = {}
             for name in names:
+                with archive.open(name) as member:
+                    headers[name] = _npy_header(member)
+            base.check_unpacked(path, sum(_unpacked(*header) for header in headers.values()))
+            for name, (_, dtype) in headers.items():
+                column = name.removesuffix(".npy")
+                if dtype.hasobject:
+                    yield column, "objects of Python, which may run any program"
+                    continue
                 # as many numbers as its header says, whatever the archive holds
                 with archive.open(name) as member:
                     array = np.lib.format.read_array(member, allow_pickle=False)
-                yield from _of_array(name.removesuffix(".npy"), array)
+                yield from _of_array(column, array)
     elif head.startswith((_HDF5, _MAT7)):
         yield from _of_hdf5(path)
     else:
@@ -153,9 +182,117 @@ def _of_hdf5(path: Path) -> Found:
         base.check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
         for name, item in read:
             _check_chunks(path, item)
-            unit = item.attrs.get("unit", item.attrs.get("units", ""))
-            text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            yield from _of_array(name.replace("/", "."), item[()], unit_word(text))
+            yield from _of_dataset(name.replace("/", "."), item)
+
+
+_PACKING = ("scale_factor", "add_offset", "unitSI")
+"""Attributes of netCDF and openPMD: value = stored number x `scale_factor` x `unitSI` + `add_offset`."""
+_NO_VALUE = ("_FillValue", "missing_value")
+"""Attributes of netCDF: stored numbers that stand for no value."""
+
+
+def _of_dataset(name: str, item: Any) -> Found:
+    """Yield the columns of a dataset as its attributes say: unpacked, and without values that stand for none."""
+    attributes = item.attrs
+    stored = item[()]
+    if stored.dtype.names:
+        units = _units_of_fields(attributes, stored.dtype.names)
+        for column, found in _of_array(name, stored):
+            field = column.removeprefix(f"{name}.").partition(" column ")[0]
+            unit = units.get(field, "")
+            yield column, found if isinstance(found, str) else Column(found.values, unit)
+        return
+    unit = unit_word(_text_of(attributes.get("unit", attributes.get("units", ""))))
+    packing = {key: _number_of(attributes[key]) for key in _PACKING if key in attributes}
+    if unclear := [key for key, value in packing.items() if not value and key != "add_offset"]:
+        yield name, f"its attribute {unclear[0]} is no number, or 0"
+        return
+    if "unitSI" in packing:
+        unit, in_si = _unit_of_si(attributes, unit, packing["unitSI"] or 1.0)
+        if not in_si:
+            del packing["unitSI"]
+    said = [f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing]
+    if packing.get("add_offset"):
+        said.append(f"+ {packing['add_offset']:g} (add_offset)")
+    missing = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
+    if missing or packing:
+        values = stored.astype(float)
+        for number in np.unique(np.concatenate(missing)) if missing else ():
+            blank = stored == number
+            if blank.any():
+                values[blank] = np.nan
+                said.append(f"{np.count_nonzero(blank)} values of {number:g} stand for none")
+        values *= packing.get("scale_factor") or 1.0
+        values += packing.get("add_offset") or 0.0
+        values *= packing.get("unitSI") or 1.0
+        stored = values
+    note = f"{name}: stored values {', '.join(said)}, as the file's attributes say" if said else ""
+    for column, values in _of_array(name, stored, unit):
+        yield column, values if isinstance(values, str) else values._replace(note=note)
+
+
+_SI: dict[str, dict[str, float]] = {
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "N m": {"N m": 1.0, "N mm": 1e-3},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "rad": {"rad": 1.0, "deg": math.pi / 180},
+}
+"""Units in that of the SI."""
+_DIMENSIONS: dict[tuple[float, ...], str] = {
+    (1, 1, -2, 0, 0, 0, 0): "N",
+    (2, 1, -2, 0, 0, 0, 0): "N m",
+    (1, 0, 0, 0, 0, 0, 0): "m",
+    (0, 0, 1, 0, 0, 0, 0): "s",
+}
+"""Powers of length, mass, time and so on, as `unitDimension` of openPMD states them, to the unit."""
+
+
+def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
+    """Return the unit of the values, and whether `unitSI` is to be applied: a stated unit may say the same."""
+    in_si = {word: (si, factor) for si, units in _SI.items() for word, factor in units.items()}
+    stated, factor = in_si.get(unit, ("", math.nan))
+    if math.isclose(factor, scale, rel_tol=1e-6):
+        return unit, False
+    powers = tuple(map(float, np.ravel(attributes.get("unitDimension", ()))))
+    return _DIMENSIONS.get(powers, stated), True
+
+
+def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
+    """Unit of each field of a table of records: of a list of as many, or of an attribute of its own.
+
+    One unit for all fields is that of none: time and force have not the same.
+    """
+    for key in ("units", "unit"):
+        stated = attributes.get(key)
+        listed = [_text_of(one) for one in np.ravel(stated)] if stated is not None else []
+        if len(listed) == 1 and listed[0].count(",") == len(fields) - 1 > 0:
+            listed = listed[0].split(",")
+        if len(listed) == len(fields):
+            return {f: unit_word(unit) for f, unit in zip(fields, listed, strict=True)}
+    # PyTables numbers the attributes of its fields; h5py's users name them
+    return {
+        field: unit_word(_text_of(attributes[key]))
+        for number, field in enumerate(fields)
+        for key in (
+            f"FIELD_{number}_UNITS",
+            f"FIELD_{number}_UNIT",
+            f"{field}_unit",
+            f"{field}_units",
+        )
+        if key in attributes
+    }
+
+
+def _text_of(value: Any) -> str:
+    value = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _number_of(value: Any) -> float | None:
+    numbers = np.ravel(value)
+    is_number = numbers.size == 1 and numbers.dtype.kind in "biuf" and np.isfinite(numbers[0])
+    return float(numbers[0]) if is_number else None
 
 
 def _others(item: Any, own: Collection[str]) -> list[str]:
@@ -194,11 +331,13 @@ def _numbers(dtype: np.dtype[Any]) -> int:
     return sum(_numbers(dtype[name]) for name in dtype.names) if dtype.names else 1
 
 
-def _npy_size(file: Any) -> int:
-    one = np.lib.format.read_magic(file) == (1, 0)
-    header = np.lib.format.read_array_header_1_0 if one else np.lib.format.read_array_header_2_0
+def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type that an array of NumPy states."""
+    first_version = np.lib.format.read_magic(file) == (1, 0)
+    read = np.lib.format
+    header = read.read_array_header_1_0 if first_version else read.read_array_header_2_0
     shape, _, dtype = header(file)
-    return _unpacked(shape, dtype)
+    return shape, dtype
 
 
 def _check_chunks(path: Path, item: Any) -> None:
@@ -290,12 +429,12 @@ def _of_array(path: str, value: Any, unit: str = "") -> Found:
         array, unit = base.ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
-        yield path or "column 1", (array.ravel(), unit)
+        yield path or "column 1", Column(array.ravel(), unit)
     elif len(shape) == 2 and min(shape) <= MOST_COLUMNS:
         table: FloatArray = array.reshape(shape)
         # samples are more than columns: MATLAB and HDF5 lay a table differently
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
-            yield f"{path} column {number}".strip(), (values, unit)
+            yield f"{path} column {number}".strip(), Column(values, unit)
 
 
 def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
@@ -305,7 +444,7 @@ def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
         return
     cells = [np.asanyarray(cell) for cell in array.flat]
     if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
-        yield path, (np.array([cell.item() for cell in cells]), unit)
+        yield path, Column(np.array([cell.item() for cell in cells]), unit)
     elif len(cells) > MOST_COLUMNS:
         yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
     else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import math
+import re
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -71,6 +72,7 @@ class Log:
     `notes`: How the numbers came about: where the time is from, for example.
     `not_finite`: Column to the number of lines that it had NaN or an infinite number in.
     `unread`: Column of the file that holds no numbers, to its first cell and why it was not read.
+    `places`: All columns of the file in its order, those that were not read too; empty: as `columns`.
     """
 
     path: Path
@@ -82,6 +84,7 @@ class Log:
     notes: tuple[str, ...] = ()
     not_finite: dict[str, int] = field(default_factory=dict)
     unread: Mapping[str, str] = field(default_factory=dict)
+    places: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         kept = {values.size for values in self.columns.values()}
@@ -92,6 +95,12 @@ class Log:
     def size(self) -> int:
         """Number of usable rows."""
         return int(next(iter(self.columns.values())).size)
+
+    def name_of(self, column: str) -> str:
+        """Return the name of the column that ``column 3`` is, where no column has that name itself."""
+        return (
+            column if column in self.columns else by_number(column, self.places or (*self.columns,))
+        )
 
     def take(self, keep: np.ndarray, reason: str) -> Log:
         """Return the log without the rows where `keep` is False; they are counted under `reason`."""
@@ -166,12 +175,17 @@ class Reader:
 
         Whoever asked finds out then which columns there are.
         """
-        asked = self.asked
-        return names if asked is None or asked.difference(names, QUANTITIES) else asked
+        if self.asked is None:
+            return names
+        asked = {by_number(name, names) for name in self.asked}
+        return names if asked.difference(names, QUANTITIES) else asked
 
-    def check_asked(self, path: Path, unread: Mapping[str, str]) -> None:
-        """Refuse a file where a column that is asked for could not be read."""
-        asked = (self.asked or frozenset()).difference({*QUANTITIES} - {"time"})
+    def check_asked(
+        self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
+    ) -> None:
+        """Refuse a file where a column that is asked for could not be read; `names`: all columns of the file."""
+        asked = {by_number(name, names) for name in self.asked or ()}
+        asked.difference_update({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
             raise LogError("columns", f"{path}: found no numbers in the column {'; '.join(lost)}")
 
@@ -240,6 +254,17 @@ _OPTIONS: dict[str, tuple[Any, str]] = {
 """Of options that are more than a text: the types, and what is allowed."""
 
 
+def by_number(column: str, names: Collection[str]) -> str:
+    """Return the name of ``column 3``, the third of the `names`; another name, or of no such place, as it is."""
+    number = _BY_NUMBER.fullmatch(column)
+    if not number or column in names or int(number[1]) > len(names):
+        return column
+    return [*names][int(number[1]) - 1]
+
+
+_BY_NUMBER = re.compile(r"column ([1-9]\d*)")
+
+
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
     """Add up counts by reason."""
     total: Counter[str] = Counter()
@@ -290,6 +315,7 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
         tuple(dict.fromkeys(note for part in parts for note in part.notes)),
         add_counts(*(part.not_finite for part in parts)),
         first.unread,
+        first.places,
     )
 
 

@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
 from rftfit.campaign.config import TextFormat
+from rftfit.campaign.files import BAG
+from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader, add_counts
@@ -94,6 +97,11 @@ class Clock:
         self._before = float(time[-1])
 
 
+_IN_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_FEWEST_STAMPS = 100
+"""The rate that stamps give is off by up to one in so many."""
+
+
 @dataclass(frozen=True)
 class Survey:
     """Everything that one pass over a log tells.
@@ -121,7 +129,19 @@ class Survey:
     def time_unit(self) -> str:
         """As the file states it, or as times since 1970 show it; else empty."""
         stated = self.units.get(self.quantities.get("time", ""), "")
-        return stated or (epoch_unit(self.clock.first) if self.clock is not None else "")
+        if stated or self.clock is None:
+            return stated
+        return epoch_unit(self.clock.first) or _unit_of_clock(self.clock)
+
+    @property
+    def rate_of_coarse_time(self) -> float | None:
+        """Rows a second, Hz, where stamps are so coarse that most rows share one; 0: too few stamps tell."""
+        clock = self.clock
+        if clock is None or not clock.repeated * 2 >= self.used > 1:
+            return None
+        duration = (clock.duration + clock.step) * _IN_S.get(self.time_unit or "s", 1.0)
+        stamps = self.used - clock.repeated
+        return self.used / duration if stamps >= _FEWEST_STAMPS and duration > 0 else 0.0
 
 
 def survey(blocks: Iterable[Log]) -> Survey:
@@ -260,6 +280,12 @@ def lacking(found: Survey) -> list[str]:
         needs.append("which columns are forces or positions: name them in the config")
     if "time" not in found.quantities:
         needs.append("a time: the column that holds it, or rate_Hz, under text or options")
+    elif found.clock is not None and (rate := found.rate_of_coarse_time) is not None:
+        by_stamps = f" (its stamps give {rate:.4g})" if rate else ""
+        needs.append(
+            f"a finer time: {found.clock.repeated} of {found.used} rows have the time of the row before; "
+            f"more digits, or no time and the rate of the rows, rate_Hz, under text or options{by_stamps}"
+        )
     for kind, wanted in (("force", FORCE), ("motion", MOTION)):
         if kind in sorts:
             gone = [name for name in wanted[1:] if name not in found.quantities]
@@ -314,6 +340,19 @@ def config_block(
         return ["dialect: rig"]
     lines = []
     sorts = kinds(found)
+    rate = found.rate_of_coarse_time
+    stated = {**(text or {}), **(options or {})}
+    by_rate = "rate_Hz" in stated
+    if rate and not by_rate and (text is not None or "rate_Hz" in found_takes(dialect)):
+        by_rate = True
+        if text is not None:
+            text = {**text, "rate_Hz": float(f"{rate:.4g}")}
+        else:
+            options = {**(options or {}), "rate_Hz": float(f"{rate:.4g}")}
+        lines.append("# rate_Hz: by the stamps of the file, which are coarser than its rows: check")
+    if by_rate:
+        without_time = {q: c for q, c in found.quantities.items() if q != "time" or c == "time"}
+        found = replace(found, quantities=without_time)
     if not sorts:
         lines.append("# force_log: for a log of forces; write motion_log: for one of positions")
     for kind in sorts or ["force"]:
@@ -340,6 +379,11 @@ def config_block(
     return lines
 
 
+def found_takes(name: str) -> tuple[str, ...]:
+    """Return the names of the options that a dialect has."""
+    return dialects()[name].takes
+
+
 def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     """Say which column a quantity is; nothing where its name tells, unless `always`."""
     column = found.quantities.get(quantity)
@@ -356,7 +400,7 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         usual = "m"  # of a robot
     if quantity == "time" and not stated:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
-        usual = epoch_unit(lowest) or usual
+        usual = epoch_unit(lowest) or _unit_of_clock(found.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
     if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
@@ -367,6 +411,18 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     elif down:
         why = " # z points up: check"
     return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}}{why}"]
+
+
+_SLOWEST_HZ = 0.2
+"""Logs of pushes have more rows a second."""
+
+
+def _unit_of_clock(clock: Clock | None) -> str:
+    """Unit in which a time without one has a usual rate: whole milliseconds or microseconds of a board."""
+    if clock is None or not clock.step >= 1 or clock.step % 1:
+        return ""
+    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+    return next((unit for unit, scale in scales.items() if scale / clock.step > _SLOWEST_HZ), "")
 
 
 def scalar(value: object) -> str:
@@ -412,6 +468,11 @@ class Recognised(NamedTuple):
     others: list[str]
 
 
+def recording(path: Path) -> Path:
+    """Return the file that stands for a log: of a folder of rosbag2 the one that names the others."""
+    return path / BAG if path.is_dir() and (path / BAG).is_file() else path
+
+
 def recognised(
     path: Path,
     name: str | None = None,
@@ -438,10 +499,23 @@ def recognised(
             reader = dialect(str(name))
             return Recognised(reader.with_options(given) if given else reader, None, given, others)
         described_by = {**text, **given}
-        found_by = DelimitedReader(TextFormat.model_validate(described_by))
-        return Recognised(found_by, described_by, {}, others)
+        return Recognised(DelimitedReader(_text_format(described_by)), described_by, {}, others)
     except ValueError as error:
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
+
+
+def _text_format(described_by: Mapping[str, object]) -> TextFormat:
+    """Check the keys of `text`, with the words of the config's own messages."""
+    for name in described_by:
+        if name not in TextFormat.model_fields:
+            raise ValueError(unknown_word("option", name, TextFormat.model_fields))
+    try:
+        return TextFormat.model_validate(described_by)
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        key = ".".join(map(str, wrong["loc"]))
+        said = wrong["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+        raise ValueError(f"{key}: found {wrong['input']!r}; allowed: {said}") from None
 
 
 def tried() -> list[str]:

@@ -15,6 +15,7 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.logs import base
 from rftfit.logs.text import (
     MAX_LINE,
+    Block,
     Kind,
     Layout,
     Line,
@@ -115,16 +116,16 @@ def _file_header(path: Path, lines: Sequence[Line]) -> tuple[_File, int]:
     raise ValueError(f"the file header has no end ({_END}): cut short?")
 
 
-def _parsed(piece: tuple[_Segment, bytes, bytes]) -> tuple[_Segment, Rows]:
-    segment, body, rest = piece
-    return segment, parse(segment.layout, body, rest)
+def _parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, Rows]:
+    segment, block = piece
+    return segment, parse(segment.layout, *block)
 
 
-def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment, bytes, bytes]]:
+def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment, Block]]:
     """Cut blocks of the file where a segment ends."""
     segment: _Segment | None = None
     carry = b""
-    for body, rest in text.blocks(start):
+    for body, rest, before in text.blocks(start):
         carry += body
         while carry:
             if segment is None:
@@ -138,13 +139,13 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
             # one letter is looked for several times faster than a word
             found = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
             if found:
-                yield segment, carry[: found.start()], b""
+                yield segment, Block(carry[: found.start()], b"")
                 carry, segment = carry[found.start() :], None
             else:
-                yield segment, carry, b""
+                yield segment, Block(carry, b"")
                 carry = b""
         if segment is not None and rest:
-            yield segment, b"", rest
+            yield segment, Block(b"", rest, before)
 
 
 def _header_end(text: bytes) -> int | None:

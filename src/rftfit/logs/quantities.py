@@ -157,6 +157,8 @@ def _by_words(name: str) -> str:
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
     if leaf == ["x", "value"]:  # of LabVIEW
         return "time"
+    if leaf == ["f"]:
+        return "F3"
     joined = re.fullmatch(r"([xz])(pos(?:ition)?)?", "".join(leaf))
     if joined and (joined[2] or not before or before[-1] in _PLACE):
         return joined[1]

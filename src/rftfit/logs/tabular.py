@@ -142,8 +142,8 @@ class XlsxReader(Reader):
             for place, text in _formulas_of(formulas()[first:], table.blank).items():
                 table.unread[names[place]] = f"{text!r} ({_NO_RESULT})"
                 table.numbers.remove(place)
-        self.check_asked(path, table.unread)
-        wanted = self.wanted([names[place] for place in table.numbers])
+        self.check_asked(path, table.unread, names)
+        wanted = self.wanted(names)
         chosen = [place for place in table.numbers if names[place] in wanted] or table.numbers
         moments = {
             p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
@@ -354,7 +354,7 @@ def _sheet_log(
     dropped = {reason: count for reason, count in counts.items() if count}
     stated = {names[p]: units[p] for p in chosen}
     size = len(kept) + sum(dropped.values())
-    log = Log(path, columns, stated, size, dropped, unread=table.unread)
+    log = Log(path, columns, stated, size, dropped, unread=table.unread, places=tuple(names))
     return log.without_blanks(blank, keeps_blanks=keeps_blanks)
 
 
@@ -375,8 +375,13 @@ class ParquetReader(Reader):
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
             fields, unread = _fields(file)
-            self.check_asked(path, unread)
-            wanted = self.wanted([name for columns in fields.values() for name in columns.names])
+            places = tuple(
+                name
+                for field in file.schema_arrow
+                for name in (fields[field.name].names if field.name in fields else [field.name])
+            )
+            self.check_asked(path, unread, places)
+            wanted = self.wanted(places)
             chosen = {
                 f: c for f, c in fields.items() if not {*c.names}.isdisjoint(wanted)
             } or fields
@@ -404,7 +409,9 @@ class ParquetReader(Reader):
                         if missing is not None:
                             blank[name] = missing
                 kept = {name: values for name, values in numbers.items() if name in wanted}
-                log = Log(path, kept or numbers, units, batch.num_rows, unread=unread)
+                log = Log(
+                    path, kept or numbers, units, batch.num_rows, unread=unread, places=places
+                )
                 blank = {name: rows for name, rows in blank.items() if name in log.columns}
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 

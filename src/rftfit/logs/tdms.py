@@ -40,7 +40,8 @@ class TdmsReader(base.Reader):
 
     def _log(self, path: Path, content: Any) -> base.Log:
         channels = _group(path, content, self.given.get("group", ""))
-        wanted = self.wanted([channel.name for channel in channels])
+        places = tuple(channel.name for channel in channels)
+        wanted = self.wanted(places)
         if any(channel.name in wanted for channel in channels):
             channels = [c for c in channels if c.name in wanted or _is_time(c)]
         lengths = sorted(len(channel) for channel in channels)
@@ -68,7 +69,7 @@ class TdmsReader(base.Reader):
             columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
             units[name] = _unit(channel)
         dropped = {CUT: rows - size} if rows > size else {}
-        return base.Log(path, columns, units, rows, dropped, notes=(note,))
+        return base.Log(path, columns, units, rows, dropped, notes=(note,), places=places)
 
 
 @contextmanager

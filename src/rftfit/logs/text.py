@@ -49,10 +49,14 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 
 
 class Block(NamedTuple):
-    """Whole lines of a file, and in the last block what stands behind the last line end."""
+    """Whole lines of a file, and in the last block what stands behind the last line end.
+
+    `before`: Where there is such a rest, the lines before it.
+    """
 
     body: bytes
     rest: bytes
+    before: bytes = b""
 
 
 class TextFile:
@@ -71,7 +75,7 @@ class TextFile:
 
     def blocks(self, start: int) -> Iterator[Block]:
         """Yield what follows the first `start` bytes, which are of the head."""
-        carry = b""
+        carry = before = b""
         first, self._first = self._first[start:], b""
         for chunk in chain([first], self._chunks):
             if carry.endswith(b"\r"):
@@ -81,7 +85,9 @@ class TextFile:
             stop = _behind_last_line(chunk, len(chunk) - chunk.endswith(b"\r"))
             if stop:
                 # one copy, however long the block
-                yield Block(b"".join((carry, memoryview(chunk)[:stop])), b"")
+                body = b"".join((carry, memoryview(chunk)[:stop]))
+                before = body[-_BEFORE_BYTES:]
+                yield Block(body, b"")
                 carry = chunk[stop:]
             else:
                 carry += chunk
@@ -90,7 +96,10 @@ class TextFile:
                 carry = carry[:64].replace(b"\r", b"") + b"\x00"
         if carry:
             stop = _behind_last_line(carry, len(carry))
-            yield Block(carry[:stop], carry[stop:])
+            yield Block(carry[:stop], carry[stop:], before + carry[:stop])
+
+
+_BEFORE_BYTES = 4096
 
 
 def _behind_last_line(text: bytes, stop: int) -> int:
@@ -297,14 +306,24 @@ class Rows:
         return replace(self, columns=columns, index=self.index[keep], dropped=dropped, blank=blank)
 
 
-def parse(layout: Layout, body: bytes, rest: bytes = b"", *, keep_blanks: bool = False) -> Rows:
+def parse(
+    layout: Layout,
+    body: bytes,
+    rest: bytes = b"",
+    before: bytes = b"",
+    *,
+    keep_blanks: bool = False,
+) -> Rows:
     """Parse whole lines.
 
-    `rest`: A last line without an end: whoever wrote it was stopped in it, even if the cells happen
-    to add up, so it is counted and left out. `keep_blanks`: Keep rows with cells that have no value;
-    these cells are NaN.
+    `rest`: A last line without an end. Whoever wrote it may have been stopped in it: unless it is as
+    whole as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that
+    have no value; these cells are NaN.
     """
-    parts = _parse(layout, rewritten(body, layout.rewrites))
+    body, rest = (rewritten(part, layout.rewrites) for part in (body, rest))
+    if layout.is_data(rest) and _is_whole(layout, rewritten(before, layout.rewrites), rest):
+        body, rest = body + rest + b"\n", b""
+    parts = _parse(layout, body)
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
@@ -312,6 +331,47 @@ def parse(layout: Layout, body: bytes, rest: bytes = b"", *, keep_blanks: bool =
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
     keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
+
+
+_DECIMALS = re.compile(r"[+-]?(\d*)(?:[.,](\d*))?(?:[eE]([+-]?\d+))?")
+_FEWEST_BEFORE = 3
+
+
+def _is_whole(layout: Layout, before: bytes, rest: bytes) -> bool:
+    """Tell whether a last line without an end has all of its cells, by the lines before it.
+
+    All cells but the last end at a delimiter. A number has as many decimals as any before it; one without
+    decimals has as many digits and is no farther from the one before than these are from one another.
+    """
+    cells = cells_of(rest.decode("latin-1"), layout.delimiter, quote=layout.quote)
+    if cells is None or len(cells) != len(layout.names):
+        return False
+    last = len(cells) - 1
+    if layout.kinds[last] == "skip" or (layout.quote and rest.rstrip().endswith(b'"')):
+        return True
+    rows = (
+        cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
+        for line in before.splitlines()[1:]
+    )
+    column = [row[last].strip() for row in rows if len(row) == len(cells)]
+    if layout.kinds[last] not in ("number", "integer"):
+        return cells[last].strip() in column
+    shapes = [match.groups("") for text in column if text and (match := _DECIMALS.fullmatch(text))]
+    shape = _DECIMALS.fullmatch(cells[last].strip())
+    if len(shapes) < _FEWEST_BEFORE or shape is None or not cells[last].strip():
+        return False
+    digits, decimals, exponent = shape.groups("")
+    if len(decimals) < max(len(each[1]) for each in shapes):
+        return False
+    if any(each[2] for each in shapes) or exponent:
+        return {len(each[2]) for each in shapes} == {len(exponent)}
+    if decimals:
+        return True
+    if len(digits) < max(len(each[0]) for each in shapes[-_FEWEST_BEFORE:]):
+        return False
+    values = np.array([float(text) for text in column if _INTEGER.fullmatch(text)])
+    steps = np.abs(np.diff(values))
+    return bool(steps.size and abs(float(cells[last]) - values[-1]) <= steps.max())
 
 
 def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
@@ -628,7 +688,7 @@ def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
     found: set[int] = set()
     if layout.decimal != "," or layout.delimiter == ",":
         return frozenset()
-    for body, _ in TextFile(path).blocks(start):
+    for body, _, _ in TextFile(path).blocks(start):
         for line in filter(_TWO_COMMAS.search, body.splitlines() if _has_triple(body) else ()):
             cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
             found |= {
@@ -711,7 +771,7 @@ class TextReader(base.Reader, ABC):
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise base.LogError("header", f"{path}: {plan.refusal}", count)
-        self.check_asked(path, plan.unread)
+        self.check_asked(path, plan.unread, plan.layout.names)
         layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
@@ -759,5 +819,14 @@ def _log(path: Path, plan: Plan, rows: Rows, first: int) -> base.Log:
     derived = {"time": "s"} if plan.derive else {}
     units = {name: derived.get(name) or plan.units.get(name, "") for name in out}
     return base.Log(
-        path, out, units, rows.rows, good.dropped, missing, plan.notes, rows.not_finite, plan.unread
+        path,
+        out,
+        units,
+        rows.rows,
+        good.dropped,
+        missing,
+        plan.notes,
+        rows.not_finite,
+        plan.unread,
+        plan.layout.names,
     )

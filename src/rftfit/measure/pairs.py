@@ -128,7 +128,7 @@ def _column(
                 raise ValueError("a rate needs a time of the log: name its column")
             values += chosen.rate * TIME_TO_S.get(unit, 1.0) * (time - time[:1])
     else:
-        name = _name(chosen)
+        name = log.name_of(_name(chosen))
         if name not in log.columns:
             raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
@@ -197,8 +197,26 @@ def clean(log: Log) -> Log:
     forward = time > latest
     if np.count_nonzero(forward) * 2 <= forward.size:
         text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
-        raise LogError("time", f"{text}; are several recordings in one file?", log.rows)
+        raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
     return log.take(forward, BACKWARDS)
+
+
+def _why_time_stands(time: FloatArray) -> str:
+    """Say what a time that does not grow probably is, and the cure."""
+    steps = np.diff(time)
+    back = np.count_nonzero(steps < 0)
+    if back * 10 > np.count_nonzero(steps == 0):
+        wraps = "are several recordings in one file, or does a counter begin anew (micros() of Arduino)?"
+        return f"it runs backwards {back} times: {wraps}"
+    distinct = np.unique(time).size
+    if distinct < 2:
+        found = f"all rows have the time {time[0]:.10g}, as of a clock written with few digits"
+    else:
+        found = f"{time.size} rows share {distinct} times: the stamps are coarser than the rows"
+    return (
+        f"{found}; write them with more digits, or leave out the time and state the rate of the rows: "
+        "rate_Hz, under text or options"
+    )
 
 
 _USUAL_STEPS = 1.5
