@@ -73,7 +73,8 @@ def test_load_raises_with_every_problem_a_line_each(room):
     assert lines[0] == "4 errors:"
     assert lines[-2] == "1 warning:"
     assert len(lines) == 2 + 5 == 2 + len(caught.value.problems)
-    assert {problem.nearest for problem in caught.value.problems} == {"title", "poppy_LP", None}
+    nearest = {problem.nearest for problem in caught.value.problems}
+    assert nearest == {"title", "poppy_LP", "-80", None}
     assert isinstance(caught.value, InputError)
 
 

@@ -87,7 +87,7 @@ COLUMNS = (
         choices=_DIRECTION_WORDS,
         hint="rotation for legs, the others for plates and rods",
     ),
-    _angle("beta_deg", "number", "angle at which the plate is held"),
+    _angle("beta_deg", "number", "angle at which the plate is held", period=180),
     _angle(
         "gamma_deg",
         "number",

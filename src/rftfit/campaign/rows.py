@@ -81,6 +81,7 @@ class Column:
     `units`: Units that the header may give, as in ``x_mm`` or ``x (mm)``, and what each is in `unit`.
     `also`: Other names that the header may give it.
     `hint`: Added to what is allowed.
+    `period`: Numbers so far apart are the same thing: of the angle of a plate, which has two faces, 180.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Column:
     units: Mapping[str, float] = field(default_factory=dict)
     also: tuple[str, ...] = ()
     hint: str = ""
+    period: float = 0.0
 
     @property
     def header_needed(self) -> bool:
@@ -472,11 +474,19 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
         code = "not-finite"
     elif not column.holds(value):
         code = "out-of-range"
+        if column.period and column.low is not None:
+            nearest, more = same_angle(value / scale, column.period, column.low)
     else:
         draft.text[column.name] = cell
         draft.number[column.name] = value + 0.0  # never -0
         return
     draft.note(column.name, code, cell, column.allowed + more, nearest)
+
+
+def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
+    """Return the number of the range that is the same angle, and why it is."""
+    same = f"{(value - low) % period + low:g}"
+    return same, f"; a plate has two faces: {value:g} is the plate at {same}"
 
 
 def _read_name(draft: DraftRow, column: Column, cell: str) -> None:

@@ -32,6 +32,7 @@ from rftfit.campaign.rows import (
     Schema,
     number_of,
     read_columns,
+    same_angle,
     sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
@@ -161,6 +162,9 @@ SAME_DEPTH_CM = 0.1
 LARGEST_RAD = 3.2
 """Several angles, none of them larger, are no degrees."""
 
+LARGEST_ALPHA_N_PER_CM3 = 100.0
+"""No sand and no soil that a plate is pushed into has more: the table is in another unit."""
+
 OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
 _NUMBERS = (
     "depth_cm",
@@ -218,6 +222,12 @@ def read_pushes(
     drafts = _blocks(grids, schema, tuple(titles), problems)
     if drafts is None:
         rows, names, problems = read_columns(path, schema, file)
+        with_units = _named_with_units(table, problems, schema)
+        if with_units is not None:
+            table = with_units
+            schema = replace(_named(schema, table), file=file)
+            rows, names, problems = read_columns(path, schema, file)
+        _say_what_to_paste(problems)
         for ours, theirs in names.items():
             place = Place(file, column=theirs)
             problems += _other_unit(ours, theirs, table, place, schema.area)
@@ -283,6 +293,69 @@ def _named(schema: Schema, table: Table) -> Schema:
     given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
     columns = [replace(one, also=(*one.also, *given.get(one.name, ()))) for one in schema.columns]
     return replace(schema, columns=tuple(columns))
+
+
+_STEMS = {
+    "depth_cm": "depth sinkage penetration tiefe einsinkung",
+    "stress_z_N_per_cm2": "stress_z sigma_z sigma_zz sigma pressure stress normal_stress",
+    "stress_x_N_per_cm2": "stress_x sigma_x sigma_xz tau shear_stress",
+    "alpha_z_N_per_cm3": "alpha_z alpha",
+    "alpha_x_N_per_cm3": "alpha_x",
+}
+"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
+
+
+def _named_with_units(table: Table, problems: list[Problem], schema: Schema) -> Table | None:
+    """The table with the columns whose headers state a unit beside a usual name; None where there are none.
+
+    ``depth_mm`` is the depth in mm. What the config says of a column or a unit counts first.
+    """
+    theirs = [one.place.column or "" for one in problems if one.code.endswith(".unknown-column")]
+    named: dict[str, str] = {}
+    units: dict[str, str] = {}
+    for ours, words in _STEMS.items():
+        key = _UNIT_OF[ours]
+        if ours in table.columns or not any(column.name == ours for column in schema.columns):
+            continue
+        for header in theirs:
+            unit = _unit_in(header, key)
+            stem = _stem_of(header, unit is not None)
+            if stem not in words.split():
+                continue
+            if unit is not None:
+                named.setdefault(ours, header)
+                units.setdefault(key, unit)
+            break
+    if not named:
+        return None
+    own_units = {key: unit for key, unit in units.items() if key not in table.model_fields_set}
+    return table.model_copy(update={"columns": {**table.columns, **named}, **own_units})
+
+
+def _stem_of(header: str, has_unit: bool) -> str:
+    """Name of a column in small letters, without the unit at its end."""
+    words = header.strip().casefold()
+    if has_unit:
+        words = re.split(r"[\s_]*[(\[/,]|[\s_]+(?=[^\s_]+$)", words)[0]
+        words = re.sub(r"[\s_]+(n|kn|mn)_per_?.*$", "", words)
+    return re.sub(r"[\s_]+", "_", words.strip())
+
+
+def _say_what_to_paste(problems: list[Problem]) -> None:
+    """Add to the problem of a missing column the lines of config that read one without a unit as it."""
+    unread = [one.place.column or "" for one in problems if one.code.endswith(".unknown-column")]
+    for place, one in enumerate(problems):
+        ours = one.place.column or ""
+        if not one.code.endswith(".missing-column") or ours not in _STEMS:
+            continue
+        words = _STEMS[ours].split()
+        header = next((header for header in unread if _stem_of(header, False) in words), None)
+        if header is not None:
+            key = _UNIT_OF[ours]
+            lines = f'table: {{columns: {{{ours}: "{header}"}}, {key}: ...}}'
+            units = ", ".join(_SCALES[key])
+            allowed = f"{one.allowed}; if it is '{header}', say so in the config with its unit, one of {units}: {lines}"
+            problems[place] = replace(one, allowed=allowed, nearest=None)
 
 
 def _units(table: Table) -> dict[str, tuple[str, float]]:
@@ -378,9 +451,23 @@ class _Checked:
                 if name == "gamma_deg":
                     allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"
                 beyond = (np.abs(values) > 90 / scale) & ~upright
+                if name == "beta_deg" and beyond.any():
+                    period, first = 180 / scale, float(values[beyond][0])
+                    allowed += same_angle(first, period, -period / 2)[1]
                 self.note(beyond, name, "out-of-range", "{:g}", allowed)
                 values = np.where(upright, np.copysign(90 / scale, values), values)
             columns[name] = values if scale == 1 else values * scale
+        alpha = np.abs(columns.get("alpha_z_N_per_cm3", np.empty(0)))
+        alpha = alpha[np.isfinite(alpha)]
+        if alpha.size and np.median(alpha) > LARGEST_ALPHA_N_PER_CM3:
+            found = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
+            allowed = (
+                "less than a hundred for sand and soil; is it in another unit? Set alpha_unit of `table` in "
+                f"the config to one of {', '.join(_SCALES['alpha_unit'])}"
+            )
+            place = Place(self.schema.file, column="alpha_z_N_per_cm3")
+            code = f"{self.schema.area}.large-alpha"
+            self.problems.append(Problem(code, place, found, allowed, severity="warning"))
         if "n" in columns:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 

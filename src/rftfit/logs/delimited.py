@@ -85,6 +85,8 @@ class DelimitedReader(TextReader):
         if printed.arrow and given and is_stamp(given[0].strip()):
             given[0] = "time"
         given = given or list(printed.labels)
+        if not given:
+            given, below = _columns_of_gef(skipped)
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
         rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
@@ -121,6 +123,18 @@ class DelimitedReader(TextReader):
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
         return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
+
+
+_GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
+
+
+def _columns_of_gef(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
+    """Names and units of the columns that the header of a penetration test (GEF) numbers."""
+    stated = {int(c[1]): c for line in lines if (c := _GEF_COLUMN.match(line.text.strip()))}
+    if sorted(stated) != list(range(1, len(stated) + 1)):
+        return [], []
+    columns = [stated[number] for number in sorted(stated)]
+    return [c[3].strip() for c in columns], [c[2].strip() for c in columns]
 
 
 _MOST_HEADER_ROWS = 6

@@ -268,7 +268,7 @@ def kinds(found: Survey) -> list[str]:
 def lacking(found: Survey) -> list[str]:
     """Say in a sentence each what the measurement chain needs beyond this file."""
     sorts = kinds(found)
-    needs = []
+    needs = [] if "time" in found.quantities else _as_table(found)
     if sorts == ["force", "motion"]:
         needs.append("a row of the run sheet that names this file as both logs")
     else:
@@ -305,6 +305,40 @@ def lacking(found: Survey) -> list[str]:
     if found.used < 2:
         needs.append("at least two usable rows")
     return needs
+
+
+_STRESS = re.compile(r"stress|pressure|sigma|druck|spannung|(?<![a-z])q_?c|[^a-z]res$")
+_OF_STRESS = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG]?Pa|psi|bar)")
+
+
+def _as_table(found: Survey) -> list[str]:
+    """Say how force or stress against depth without a time is read: as a table, which needs none."""
+    force = next(
+        (found.quantities[name] for name in ("F3", "F1", "F2") if name in found.quantities), ""
+    )
+    stress = next(
+        (
+            column.name
+            for column in found.columns
+            if _STRESS.search(column.name.casefold()) or _OF_STRESS.fullmatch(column.unit)
+        ),
+        "",
+    )
+    depth = found.quantities.get("z") or next(
+        (column.name for column in found.columns if _DEPTH.search(column.name.casefold())), ""
+    )
+    if not depth or not (force or stress):
+        return []
+    what = stress or f"{force} over the area of the plate"
+    said = (
+        f"{stress or force} against {depth} without a time is no log but a table of stress: all pushes in one "
+        f"file of the columns beta_deg, gamma_deg, depth_mm ({depth}), stress_z_kPa ({what}), then "
+        "rftfit init DIR --stress-table FILE; as a log it needs:"
+    )
+    return [said]
+
+
+_DEPTH = re.compile(r"depth|sinkage|penetration|tiefe|dpth")
 
 
 def _clock_needs(found: Survey, *, one_file: bool) -> list[str]:
@@ -364,6 +398,8 @@ def config_block(
                 inside = ", ".join(f"{name}: {scalar(value)}" for name, value in values.items())
                 lines.append(f"  {key}: {{{inside}}}")
         wanted: tuple[str, ...] = FORCE if kind == "force" else MOTION
+        if by_rate and "time" not in found.quantities:
+            wanted = wanted[1:]
         if kind == "force" and "arm_moving" in found.quantities:
             wanted = (*wanted, "arm_moving")
         # of one file for both, each log takes only the columns that are named

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -90,11 +90,13 @@ _OTHERWISE = _set("""target desired setpoint command commanded cmd ref reference
 _OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measured")
 """Words between the kind of a vector and its axis: O_F_ext_hat_K[2]."""
 
+_FEET = _set("toe foot tip hoof")
+"""What touches the ground at the end of a leg: its place is that of the intruder."""
 _PLACE = [*_LENGTH, "translation", "pose", "motion"]
 # the efforts of ROS are torques of joints
 _KINDS = {
     **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"),
-    **dict.fromkeys(_PLACE, "place"),
+    **dict.fromkeys([*_PLACE, *_FEET], "place"),
     **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
@@ -200,6 +202,7 @@ def guesses(log: Log) -> dict[str, str]:
             numbers.setdefault(stem, set()).add(int(axis))
             sets |= kind == "place" and "pose" not in stem
     numbers = {stem: found for stem, found in numbers.items() if 0 in found or not sets}
+    found |= _places_of_foot(own)
     for name, written in own.items():
         stem = _vector(written)[1]
         quantity = guess(written, log.units.get(name, ""), numbers.get(stem, ()))
@@ -213,6 +216,20 @@ def guesses(log: Log) -> dict[str, str]:
         if stamps or growing:
             found["time"] = [*stamps, *growing][0]
     return {quantity: found[quantity] for quantity in QUANTITIES if quantity in found}
+
+
+def _places_of_foot(names: Mapping[str, str]) -> dict[str, str]:
+    """Columns of x and z of a toe; of a leg in a plane, without z, y is upward."""
+    by_axis = {
+        axis: name
+        for name, written in reversed([*names.items()])
+        for kind, stem, axis in [_vector(written)]
+        if kind == "place" and not _FEET.isdisjoint(stem.split())
+    }
+    upward = by_axis.get("z") or by_axis.get("y")
+    if upward is None:
+        return {}
+    return {"z": upward, **({"x": by_axis["x"]} if "x" in by_axis else {})}
 
 
 def _in_file(name: str, names: Collection[str]) -> str:

@@ -168,14 +168,22 @@ def as_utf8(head: bytes) -> bytes:
 
 def text_head(head: bytes) -> bytes:
     """Return the same, or nothing of a binary file; of a damaged text the lines before its first zero byte."""
+    lines = head
     if b"\x00" in head and not utf16_of(head):
         lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
-        return as_utf8(lines + b"\n") if lines.count(b"\n") >= _TEXT_LINES else b""
-    return as_utf8(head)
+        if lines.count(b"\n") < _TEXT_LINES:
+            return b""
+        lines += b"\n"
+    text = as_utf8(lines)
+    controls = len(text) - len(text.translate(None, _CONTROLS))
+    return b"" if controls * _FEW_CONTROLS > len(text) else text
 
 
 _TEXT_LINES = 10
 """A binary file has fewer lines before its first zero byte."""
+_CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
+_FEW_CONTROLS = 50
+"""One in so many bytes of a text, though damaged, may be a control character; of a binary file one in ten is."""
 
 
 class Line(NamedTuple):
