@@ -257,9 +257,7 @@ def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
 
 def test_a_channel_that_was_never_connected(rftfit, tmp_path):
     path = tmp_path / "log.npz"
-    np.savez(
-        path, time=np.arange(19.0), F3=np.r_[np.nan, np.arange(18.0)], F1=np.full(19, np.nan)
-    )
+    np.savez(path, time=np.arange(19.0), F3=np.r_[np.nan, np.arange(18.0)], F1=np.full(19, np.nan))
     said = rftfit("inspect", path)
     for text in (
         "rows: 19, of which 18 can be read",

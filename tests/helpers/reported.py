@@ -1,88 +1,93 @@
-"""A campaign of one push around files of `../shared/data/reported`, or around made readings of the same push."""
+"""The files of `../shared/data/reported`, and a campaign of one push around one of them."""
 
-import shutil
-from copy import deepcopy
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from campaigns import Folder
-from jobs import run_rules
-from paper import write_yaml
+import yaml
+from rigroom import chain
+
+from rftfit.campaign.config import ForceLog, MotionLog
+from rftfit.campaign.load import load_campaign
+from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
+from rftfit.logs.registry import source_reader
+from rftfit.measure.pairs import columns_asked, mapped
 
 REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
-ALPHA = 1.0186
-"""Of the made push, N/cm^3: a disc of 5 cm, 20 N per cm of depth."""
-MEDIUM, RUN = "bed", "push"
-TEXT = {"delimiter": ","}
-COLUMNS = {"time": "Time", "F3": "Force", "z": "z"}
-NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
+UNITS = {
+    **dict.fromkeys(("F1", "F2", "F3"), "N"),
+    **dict.fromkeys(("T1", "T2", "T3"), "N m"),
+    **dict.fromkeys(("x", "z"), "mm"),
+    "time": "s",
+    "angle": "deg",
+    "arm_moving": "",
+}
+NOBODY = {"constant": 0, "unit": "N"}
+SETTINGS = """
+title: One push
+raw: raw
+run_sheet: config/runs.csv
+transducer:
+  name: a load cell
+  range_N: [500, 500, 500]
+  axes: {x: "+F1", y: "+F2", z: "+F3"}
+arm: {speed_cm_per_s: 0.5, surface_z_mm: 0}
+fit: {missing_tare: flag}
+container: {length_cm: 30, width_cm: 30, depth_cm: 15}
+intruders:
+  plate: {shape: disc, diameter_cm: 5, thickness_cm: 0.5}
+media:
+  sand: {title: a made sand, role: natural_sand, linear_to_cm: 4}
+"""
 
 
-def campaign_around(
-    root, log, columns=None, *, range_N=5000.0, text=None, row=None, missing=(), **sections
-):
-    """Write config and run sheet of one vertical push around a log: a file of reported, or a path.
-
-    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push. `sections`: Of
-    the config, in place of its own.
-    """
-    path = REPORTED / log if isinstance(log, str) else log
-    (root / "raw").mkdir(parents=True)
-    shutil.copyfile(path, root / "raw" / path.name)
-    chosen = {**COLUMNS, **(columns or {})}
-    source: dict[str, Any] = {"text": text or TEXT}
-    source |= {"missing": [*missing]} if missing else {}
-    time = {"time": chosen["time"]} if chosen["time"] else {}
-    config = {
-        "title": "One push at home",
-        "raw": "raw",
-        "run_sheet": "config/runs.csv",
-        "force_log": {
-            **deepcopy(source),
-            "columns": {**time, **deepcopy(NOT_MEASURED), "F3": chosen["F3"]},
-        },
-        "motion_log": {**deepcopy(source), "columns": {**deepcopy(time), "z": chosen["z"]}},
-        "clock": {"method": "same_clock"},
-        "transducer": {
-            "name": "load cell",
-            "range_N": [range_N] * 3,
-            "precision_N": 0.02,
-            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-        },
-        "arm": {"speed_cm_per_s": 0.5},
-        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
-        "intruders": {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
-        "media": {MEDIUM: {"title": "a bed"}},
-        "fit": {"missing_tare": "flag"},
-    }
-    write_yaml(root / "config" / "config.yaml", config | sections)
-    cells = {
-        "run_id": RUN,
-        "kind": "plate",
-        "medium": MEDIUM,
-        "intruder": "disc",
-        "direction": "intrusion",
-        "beta_deg": "0",
-        "gamma_deg": "90",
-        "force_log": path.name,
-        "motion_log": path.name,
-        **(row or {}),
-    }
-    sheet = "\n".join([",".join(cells), ",".join(cells.values()), ""])
-    (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
-    return Folder(root)
+def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
+    """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
+    found = recognised(recording(path))
+    surveys, _ = survey_file(found.reader, recording(path))
+    lines = config_block(together(surveys), found.reader.name, found.text, found.options)
+    return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 
-def measured(folder):
-    """Fit of the push, and the flags of its run by code."""
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
-    fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
-    flags = folder.table(f"flags/{MEDIUM}.csv")
-    return fit, dict(zip(flags["code"], flags["words"], strict=True))
+def proposal(path: Path) -> dict[str, Any]:
+    """Return what `rftfit inspect` proposes for the config."""
+    return inspected(path)[1]
 
 
-def truth():
-    """Time (s), height (mm) and force (N) of the made push."""
+def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
+    """Read a log as `rftfit check` does, by the sections of a config: key to the log."""
+    logs = {}
+    for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
+        if key in proposed:
+            source: Any = model.model_validate(proposed[key])
+            reader = source_reader(source, "rig", key).only(columns_asked(source))
+            logs[key] = mapped(reader.load(recording(path)), source, UNITS, key)
+    return logs
+
+
+def alpha_of(folder: Path, path: Path, proposed: dict[str, Any]) -> tuple[float, list[str]]:
+    """Return alpha_z of the push, and the codes of the flags of its run; NaN where it is refused."""
+    config = yaml.safe_load(SETTINGS) | proposed | {"clock": {"method": "same_clock"}}
+    force = config["force_log"].setdefault("columns", {})
+    for channel in ("F1", "F2", "F3"):
+        force.setdefault(channel, dict(NOBODY))
+    (folder / "config").mkdir(parents=True)
+    (folder / "raw").mkdir()
+    (folder / "raw" / path.name).write_bytes(path.read_bytes())
+    (folder / "config" / "config.yaml").write_text(
+        yaml.safe_dump(json.loads(json.dumps(config))), encoding="utf-8"
+    )
+    header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log"
+    row = f"push,plate,sand,plate,intrusion,0,90,{path.name},{path.name}"
+    (folder / "config" / "runs.csv").write_text(f"{header}\n{row}\n", encoding="utf-8")
+    results = chain(load_campaign(folder / "config" / "config.yaml"), "sand")
+    run = results.run("push")
+    assert run["status"] == "read", run["reason"]
+    return float(results.fit("push")["alpha_z_N_per_cm3"]), list(results.codes("push"))
+
+
+def truth() -> dict[str, np.ndarray]:
+    """Return the push that the files hold: t in s, z in mm, forces in N."""
     with np.load(REPORTED / "truth.npz") as arrays:
-        return arrays["t"], arrays["z"], arrays["F"]
+        return {name: arrays[name] for name in arrays}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from reported import ALPHA, REPORTED, campaign_around, measured, truth
+from one_push import ALPHA, REPORTED, campaign_around, measured, truth
 
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
 

@@ -62,6 +62,8 @@ _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 def is_stamp(text: str) -> bool:
     """Tell a date with a time of day, or a clock time such as 12:00:00.01 or 00:12.3, from other text."""
+    if ":" not in text:
+        return False
     return bool(_CLOCK.fullmatch(text) or _DATE.fullmatch(_with_month_number(text)))
 
 

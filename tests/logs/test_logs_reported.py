@@ -1,0 +1,288 @@
+"""Files as people report them: read as `rftfit inspect` proposes, with the right values of their README."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.testing import assert_allclose
+from reported import REPORTED, alpha_of, inspected, proposal, read_by, truth
+
+from rftfit import api
+from rftfit.logs.base import LogError
+from rftfit.logs.inspect import recognised
+
+pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="../shared/data/reported is not here")
+
+ALPHA = 1.0187
+BY_NUMBER = {
+    "force_log": {"time": 1, "F3": {"column": 2, "unit": "N"}},
+    "motion_log": {"time": 1, "z": {"column": 3, "unit": "mm"}},
+}
+DOWNWARD = {"factor": -1, "offset": 10, "unit": "mm"}
+PUSHES = {
+    "m01_plotjuggler_sparse.csv": {},
+    "m41_late_start.csv": {"zero": {"method": "stated", "sd_N": 0.01}},  # begins 0.1 s before
+    "b40_sparse.xlsx": {},
+    "b45_text_numbers.xlsx": {},
+    "b14_cf_packed.h5": {},
+    "b11_scaled.h5": {},
+    "b20_object.npz": {},
+    "m06_labels.txt": {},
+    "m06_serial_monitor.txt": BY_NUMBER,
+    "m09_lammps_ave.txt": {
+        "motion_log": {"time": {"column": 2, "unit": "s"}, "z": {"column": "v_zc", "unit": "m"}}
+    },
+    "m13_toa5.dat": {"motion_log": {"time": "TIMESTAMP", "z": "Disp"}},
+    "m16_bluehill_results.csv": {"motion_log": {"z": {"column": "Extension", **DOWNWARD}}},
+    "m18_fullwidth.csv": {"motion_log": {"z": {"column": 3, **DOWNWARD}}},
+    "m19_unicode_minus.csv": {},
+    "m35_mts_blocks.dat": {},
+    "m36_month_name.csv": {},
+    "g1_stamp_0.04s.csv": {},
+    "b30_lists.parquet": {
+        "motion_log": {
+            "time": {"column": "timestamp", "unit": "s"},
+            "z": {"column": "observation.state column 3", "unit": "m"},
+        }
+    },
+    "b10_compound.h5": {
+        "motion_log": {
+            "time": {"column": "log.ft.t", "unit": "ns"},
+            "z": {"column": "log.ft.z", "unit": "m"},
+        }
+    },
+}
+"""File to the columns that a user puts in place of those proposed."""
+
+
+@pytest.mark.parametrize("file", PUSHES)
+def test_a_push_gives_its_alpha(file, tmp_path):
+    """From the proposal, with what only a user can know, to the coefficient."""
+    proposed = proposal(REPORTED / file)
+    for key, columns in PUSHES[file].items():
+        if key == "zero":
+            proposed[key] = columns
+            continue
+        section = proposed.setdefault(
+            key, {k: v for k, v in proposed["force_log"].items() if k != "columns"}
+        )
+        section["columns"] = {**(section.get("columns") or {}), **columns}
+    alpha, codes = alpha_of(tmp_path / "one", REPORTED / file, proposed)
+    assert alpha == pytest.approx(ALPHA, abs=3e-4)
+    assert not {"cut-rows", "not-finite"}.intersection(codes)
+
+
+def test_sparse_columns_are_those_of_pandas():
+    for file in (
+        "m01_plotjuggler_sparse.csv",
+        "plotjuggler_turtle_excerpt.csv",
+        "m41_late_start.csv",
+    ):
+        frame = pd.read_csv(REPORTED / file)
+        log = api.read_log(REPORTED / file)
+        assert (log.size, log.unread, log.dropped) == (len(frame), {}, {})
+        for values, name in zip(log.columns.values(), frame, strict=True):
+            assert_allclose(values, frame[name], err_msg=name)
+    logs = read_by(REPORTED / "m41_late_start.csv", proposal(REPORTED / "m41_late_start.csv"))
+    assert (logs["force_log"].size, logs["motion_log"].size) == (655, 700)
+    assert logs["force_log"].dropped == {"no value in a cell": 45}
+
+
+@pytest.mark.parametrize(
+    ("file", "forces", "poses"),
+    [("m01_plotjuggler_sparse.csv", 700, 140), ("b40_sparse.xlsx", 700, 140)],
+)
+def test_two_rates_in_one_table(file, forces, poses):
+    """Each log has the rows in which it has a value; nothing is lost of the other."""
+    logs = read_by(REPORTED / file, proposal(REPORTED / file))
+    assert (logs["force_log"].size, logs["motion_log"].size) == (forces, poses)
+    assert_allclose(logs["force_log"].columns["F3"], truth()["F"])
+
+
+@pytest.mark.parametrize(
+    ("file", "names"),
+    [
+        ("m06_labels.txt", ["time", "force", "pos"]),
+        ("m09_lammps_ave.txt", ["TimeStep", "v_t", "v_fx", "v_fz", "v_zc"]),
+        ("m12_ags4.ags", ["SCPG_TESN", "SCPT_DPTH", "SCPT_RES", "SCPT_FRES"]),
+        ("m13_toa5.dat", ["TIMESTAMP", "RECORD", "Load", "Disp"]),
+        ("m16_bluehill_results.csv", ["Time", "Extension", "Load"]),
+        ("cpt_voids.gef", ["Sondeerlengte", "Conusweerstand", "Gecorrigeerde conusweerstand"]),
+        ("b20_object.npz", ["t", "F", "z"]),
+    ],
+)
+def test_names_are_those_of_the_file(file, names):
+    log = api.read_log(REPORTED / file)
+    assert list(log.columns) == names
+    assert log.dropped == {}
+
+
+def test_units_of_headers_in_several_rows():
+    for file, units in {
+        "m12_ags4.ags": {"SCPT_DPTH": "m", "SCPT_RES": "MN/m2"},
+        "m13_toa5.dat": {"Load": "N", "Disp": "mm", "TIMESTAMP": "s"},
+        "m15_pasco.csv": {"Time Run #1": "s", "Force Run #2": "N", "Position Run #3": "mm"},
+        "m18_fullwidth.csv": {"\u529b": "N", "\u4f4d\u79fb": "mm", "\u65f6\u95f4": "s"},
+        "cpt_voids.gef": {"Sondeerlengte": "m", "Conusweerstand": "MPa"},
+    }.items():
+        log = api.read_log(REPORTED / file)
+        assert {name: log.units[name] for name in units} == units
+
+
+def test_columns_that_cannot_be_read_are_named_with_the_reason():
+    for file, name, why in (
+        ("b42_formulas_uncached.xlsx", "Force", "open and save it in a spreadsheet program"),
+        ("m12_ags4.ags", "LOCA_ID", "'CPT1' (no number and no time)"),
+    ):
+        log = api.read_log(REPORTED / file)
+        assert why in log.unread[name]
+    log = api.read_log(REPORTED / "b20_object.npz")
+    assert log.notes == (
+        "no arrays of numbers, left out: data (objects of Python, which may run any program)",
+    )
+    with pytest.raises(LogError, match="found no numbers in the column 'Force': '=B2"):
+        recognised(REPORTED / "b42_formulas_uncached.xlsx").reader.only(["Force"]).load(
+            REPORTED / "b42_formulas_uncached.xlsx"
+        )
+
+
+def test_attributes_of_hdf5_are_applied_and_said():
+    log = api.read_log(REPORTED / "b14_cf_packed.h5")
+    assert_allclose(log.columns["force"], truth()["F"], atol=0.13)
+    assert log.notes == (
+        "force: stored values x 0.25 (scale_factor), as the file's attributes say",
+    )
+    log = api.read_log(REPORTED / "b11_scaled.h5")
+    assert (log.columns["force"].min(), log.columns["force"].max()) == (-0.05, 100.05)
+    assert (log.units["time"], log.units["z"]) == ("s", "mm")
+    log = api.read_log(REPORTED / "b10_compound.h5")
+    assert set(log.units.values()) == {""}
+
+
+@pytest.mark.parametrize("file", ["m04_sixdigits.csv", "g1_stamp_0.04s.csv"])
+def test_stamps_coarser_than_the_rows_lead_to_a_rate(file, tmp_path):
+    proposed = proposal(REPORTED / "g1_stamp_0.04s.csv")
+    assert proposed["force_log"]["text"]["rate_Hz"] == 50
+    columns = {"time": {"column": 1, "unit": "s"}}
+    proposed = proposal(REPORTED / file)
+    for section in (proposed["force_log"], proposed["motion_log"]):
+        section["columns"] |= columns
+        section["text"].pop("rate_Hz", None)
+    with pytest.raises(AssertionError, match="state the rate of the rows: rate_Hz"):
+        alpha_of(tmp_path / "one", REPORTED / file, proposed)
+
+
+FILES = sorted(path for path in REPORTED.glob("*") if path.name not in ("README.md", "truth.npz"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_what_is_proposed_is_read(path):
+    """No quantity of the proposal is refused, and no column that is not read holds a number."""
+    if path.name == "c23_two_sensors":
+        with pytest.raises(LogError, match="several topics could be meant"):
+            proposal(path)
+        return
+    surveys, proposed = inspected(path)
+    for log in read_by(path, proposed).values():
+        assert log.size > 0 or not log.columns
+    for survey in surveys:
+        for why in survey.unread.values():
+            assert not re.match(r"'[-+.0-9]*'", why), why
+
+
+# --- Headers made by rules: what is proposed is read, whatever stands above the numbers
+
+
+ROWS = 60
+HEADERS = {
+    "names": ["{names}"],
+    "units in names": ["{both}"],
+    "units below": ["{names}", "{units}"],
+    "units in brackets below": ["{names}", "{brackets}"],
+    "mark": ["# {names}"],
+    "mark without a blank": ["%{names}"],
+    "marks and settings": ["# rate 50", "#", "# {names}"],
+    "no names": [],
+    "fewer names": ["{two}"],
+    "more names": ["{names}{cut}note{cut}remark"],
+    "one word more": ["{names}{cut}note"],
+    "title": ["Test of Tuesday", "", "{names}"],
+    "a line below": ["{names}", "-----"],
+    "types below": ["{names}", "{units}", "{cut}Smp{cut}Smp"],
+    "results above": [
+        "run{cut}peak{cut}depth",
+        "1{cut}9.5{cut}5",
+        "2{cut}8.5{cut}5",
+        "",
+        "{names}",
+        "{units}",
+    ],
+}
+"""Lines above the numbers."""
+CELLS = {
+    "full": (0, "", range(0)),
+    "force in every third row": (1, "", [row for row in range(ROWS) if row % 3]),
+    "z begins late": (2, "", range(45)),
+    "z ends early": (2, "", range(25, ROWS)),
+    "nan between": (1, "nan", range(0, ROWS, 2)),
+    "a dash between": (2, "-", [row for row in range(ROWS) if row % 4]),
+    "words between": (2, "OL", range(2, ROWS, 5)),
+    "words mostly": (2, "rest", [row for row in range(ROWS) if row % 7]),
+}
+"""Which cell of some rows holds no number, and what it holds."""
+DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
+MADE = [
+    (header, cells, cut)
+    for header in HEADERS
+    for cells, (_, word, rows) in CELLS.items()
+    for cut in DELIMITERS
+    if (cut != " " or word or not rows) and (cut not in "|;" or cells == "full")
+]
+
+
+def made_log(header, cells, cut):
+    """Return the text of a log, and its numbers, NaN where a cell has none."""
+    names, units = ("Time", "Force", "z"), ("s", "N", "mm")
+    joined = "{}_{}" if cut == " " else "{} ({})"
+    words = {
+        "cut": cut,
+        "names": cut.join(names),
+        "two": cut.join(names[:2]),
+        "units": cut.join(units),
+        "brackets": cut.join(f"({unit})" for unit in units),
+        "both": cut.join(map(joined.format, names, units)),
+    }
+    values = np.array([(row / 50, 0.5 * row, 10 - 0.25 * row) for row in range(ROWS)])
+    place, word, without = CELLS[cells]
+    texts = [[f"{time:.2f}", f"{force:.1f}", f"{z:.2f}"] for time, force, z in values]
+    for row in without:
+        texts[row][place], values[row, place] = word, np.nan
+    lines = [line.format(**words) for line in HEADERS[header]]
+    return "\n".join([*lines, *map(cut.join, texts), ""]), values
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_what_is_proposed_for_made_headers_is_read(header, tmp_path):
+    """In all numbers of the file, none of them in a column that is called unread."""
+    for number, (_, cells, cut) in enumerate(made for made in MADE if made[0] == header):
+        case = f"{header}, {cells}, {DELIMITERS[cut]}"
+        path = tmp_path / f"{number}.txt"
+        text, values = made_log(header, cells, cut)
+        path.write_text(text, encoding="utf-8")
+        (survey,), proposed = inspected(path)
+        assert survey.unread == {}, case
+        there = np.isfinite(values)
+        if cells == "words between":  # a word among numbers is damage, and costs the row
+            there &= there.all(axis=1)[:, None]
+        assert [column.values for column in survey.columns[:3]] == [*there.sum(axis=0)], case
+        for key, quantity, place in (("force_log", "F3", 1), ("motion_log", "z", 2)):
+            if quantity in ((proposed.get(key) or {}).get("columns") or {}):
+                log = read_by(path, {key: proposed[key]})[key]
+                whole = np.isfinite(values[:, place])
+                assert_allclose(log.columns[quantity], values[whole, place], err_msg=case)
+                assert_allclose(log.columns["time"], values[whole, 0], err_msg=case)
+
+
+def test_made_headers_are_many():
+    assert len(MADE) >= 300
