@@ -515,3 +515,54 @@ def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
     path = written(tmp_path / "p.csv", "beta,gamma,alpha_z,medium", "0,90,0.3,a", "0,45,0.9,b")
     with pytest.raises(InputError, match="found 'b'; allowed: one of a"):
         pushes_in(path)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "beta_deg,gamma_deg,depth_mm,stress_z_kPa,stress_x_kPa",
+        "beta,gamma,Sinkage (mm),Pressure [kPa],tau (kPa)",
+        "beta_deg,gamma_deg,Depth / mm,sigma_z_kN/m2,sigma_x_kN/m2",
+    ],
+)
+def test_headers_that_state_units_need_no_config(header, tmp_path):
+    path = tmp_path / "table.csv"
+    rows = [f"30,45,{depth},{depth * 2},{depth}" for depth in (10, 20, 40)]
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
+    assert read.problems == []
+    (push,) = read.pushes
+    np.testing.assert_allclose(push.columns["depth_cm"], [1, 2, 4])
+    np.testing.assert_allclose(push.columns["stress_z_N_per_cm2"], [2, 4, 8])
+    np.testing.assert_allclose(push.columns["stress_x_N_per_cm2"], [1, 2, 4])
+
+
+def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", encoding="utf-8")
+    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
+    (missing,) = (one for one in read.problems if one.code.endswith("missing-column"))
+    assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
+    own = Table(holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa")
+    read = read_pushes(path, "table.csv", own, (), "table.csv")
+    assert not [one for one in read.problems if one.severity == "error"]
+
+
+@pytest.mark.parametrize(("beta", "same"), [("120", "-60"), ("-120", "60"), ("200", "20")])
+def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, same, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", encoding="utf-8")
+    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    (problem,) = read.problems
+    assert f"{beta} is the plate at {same}" in str(problem)
+
+
+def test_alpha_in_another_unit_is_doubted(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", encoding="utf-8")
+    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    (problem,) = read.problems
+    assert problem.severity == "warning"
+    assert "Set alpha_unit" in str(problem)
+    read = read_pushes(path, "table.csv", Table(holds="alpha", alpha_unit="N/m^3"), (), "table.csv")
+    assert read.problems == []

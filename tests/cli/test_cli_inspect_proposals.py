@@ -1,0 +1,252 @@
+"""What `rftfit inspect` proposes, and what leads on where it cannot: options, folders, tables, other kinds of files."""
+
+import re
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from foreign_logs import TEXTS
+from numpy.testing import assert_allclose
+from reported import REPORTED, UNITS, inspected, proposal, read_by
+
+from rftfit import api
+from rftfit.campaign.config import ForceLog
+from rftfit.logs.base import LogError
+from rftfit.logs.inspect import recognised
+from rftfit.logs.registry import source_reader
+from rftfit.measure.pairs import columns_asked, mapped
+
+ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
+
+
+def table(path, header, rows=ROWS):
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def read_force(path, **section):
+    source = ForceLog.model_validate(section)
+    reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
+    return mapped(reader.load(path), source, UNITS, "force_log")
+
+
+def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):
+    path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
+    for option, said in (
+        ("names=maybe", "text: names: found 'maybe'; allowed: a valid boolean"),
+        ("delimiter=x", "text: delimiter: found 'x'; allowed: ',', ';', 'tab', 'blank' or 'bar'"),
+        ("rate_Hz=-1", "text: rate_Hz: found -1; allowed: greater than 0"),
+        ("skip_line=1", "found 'skip_line'"),
+    ):
+        error = rftfit("inspect", path, "--option", option, code=2).err
+        assert said in error
+        assert "pydantic" not in error
+    said = rftfit("inspect", path, "--option", "names=false", "--option", "skip_lines=1")
+    assert "column 1" in said.out
+
+
+@pytest.mark.parametrize("column", [2, "Force"])
+def test_a_column_is_given_by_its_number_or_by_its_name(column, tmp_path):
+    path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
+    log = read_force(path, text={}, columns={"time": "Time", "F3": column})
+    assert_allclose(log.columns["F3"], 0.5 * np.arange(60))
+    with pytest.raises(LogError, match="column: found 'column 4'; allowed: Time, Force, z"):
+        read_force(path, text={}, columns={"F3": 4})
+
+
+def test_a_number_counts_the_columns_that_are_not_read():
+    columns = {"time": {"column": 4, "unit": "s"}, "F3": {"column": 5, "unit": "N"}}
+    text = {"delimiter": ",", "skip_lines": 7, "units": True}
+    with pytest.raises(LogError, match="the file says m, which is no unit of time"):
+        read_force(REPORTED / "m12_ags4.ags", text=text, columns=columns)
+    columns = {name: chosen | {"factor": 1} for name, chosen in columns.items()}
+    log = read_force(REPORTED / "m12_ags4.ags", text=text, columns=columns)
+    assert_allclose(log.columns["time"][:3], [0, 0.02, 0.04])
+    assert_allclose(log.columns["F3"][:3], [0, 0.031, 0.062])
+
+
+def test_a_factor_of_one_declares_a_unit(tmp_path):
+    path = table(tmp_path / "log.csv", "Time (s),Force (V),z (mm)")
+    with pytest.raises(LogError, match="add `factor:`"):
+        read_force(path, text={}, columns={"F3": {"column": "Force", "unit": "N"}})
+    chosen = {"column": "Force", "unit": "N", "factor": 1}
+    assert read_force(path, text={}, columns={"F3": chosen}).units["F3"] == "N"
+
+
+def test_a_folder_of_rosbag2_is_one_log(rftfit):
+    folder = REPORTED / "c23_two_sensors"
+    said = rftfit("inspect", folder, "--option", "topic=/wrench")
+    assert "ros-bag" in said.out
+    assert api.read_log(folder, options={"topic": "/tool"}).size > 0
+    assert "this is a folder" in rftfit("inspect", folder.parent, code=2).err
+
+
+@pytest.mark.parametrize(
+    "header", ["Force (N), Sinkage (mm)", "Load [kN],Depth [mm]", "Pressure (kPa),Sinkage (cm)"]
+)
+def test_force_against_depth_leads_to_a_table(header, rftfit, tmp_path):
+    path = table(tmp_path / "log.csv", header, [f"{n}.5,{n}.0" for n in range(30)])
+    said = rftfit("inspect", path).out
+    needed = said.partition("needed beside this file:\n")[2].splitlines()
+    assert "without a time is no log but a table of stress" in needed[0]
+    assert "rftfit init DIR --stress-table FILE" in needed[0]
+
+
+def test_a_leg_leads_to_the_place_of_its_toe(tmp_path):
+    """Not to the motor whose position is an angle."""
+    header = "t (s),motor_position,toe_position_x,toe_position_y,toe_force_x,toe_force_y"
+    rows = [f"{n / 100},{n},{n * 2}.5,{n}.25,0.5,1.5" for n in range(30)]
+    (survey,), _ = inspected(table(tmp_path / "log.csv", header, rows))
+    quantities = {name: survey.quantities[name] for name in ("x", "z")}
+    assert quantities == {"x": "toe_position_x", "z": "toe_position_y"}
+
+
+def test_a_column_of_seconds_that_grows_is_the_time(tmp_path):
+    path = table(tmp_path / "log.csv", "t_midnight_s,Fz_N,z_mm")
+    assert proposal(path)["force_log"]["columns"]["time"] == "t_midnight"
+    path = table(tmp_path / "other.csv", "Fz_N,dwell_s,z_mm", ["1.0,5,2.0"] * 30)
+    assert "time" not in proposal(path)["force_log"]["columns"]
+
+
+@pytest.mark.parametrize(("step", "unit"), [(20, "ms"), (20_000, "us"), (0.02, "s")])
+def test_the_unit_of_a_bare_time_is_that_of_a_usual_rate(step, unit, tmp_path):
+    rows = [f"{n * step:g},{n}.5,{n}.25" for n in range(40)]
+    path = table(tmp_path / "log.csv", "time,Force (N),z (mm)", rows)
+    assert proposal(path)["force_log"]["columns"]["time"] == {"column": "time", "unit": unit}
+
+
+def test_a_binary_file_is_no_table(rftfit, tmp_path):
+    path = tmp_path / "log.pnt"
+    noise = np.random.default_rng(1).integers(1, 256, 5000, dtype=np.uint8).tobytes()
+    path.write_bytes(b"\n".join([noise, b"1;2", b"3;4", b"5;6", noise]))
+    said = rftfit("inspect", path, code=2)
+    assert "It looks like: binary" in said.err
+    assert "delimiter" not in said.err.partition("It looks like")[2]
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("03-Feb-2026 23:59:55.250", 1770163195.25),
+        ("3 February 2026 23:59:55", 1770163195.0),
+        ("Feb 3, 2026 11:59:55 PM", 1770163195.0),
+        ("2026-Feb-03 23:59:55", 1770163195.0),
+        ("2026-02-03 23:59:55.250 UTC", 1770163195.25),
+        ("03-Dez-2026 00:00:00", 1796256000.0),
+    ],
+)
+def test_dates_with_names_of_months_and_zones(text, seconds, tmp_path):
+    path = table(tmp_path / "log.txt", "when;Fz (N)", [f"{text};{n}.5" for n in range(9)])
+    for log in (
+        api.read_log(path),
+        api.read_log(table(path, "when;Fz (N)", [f"{text};1.5", f" {text} ;x", f"{text};2.5"] * 3)),
+    ):
+        assert_allclose(log.columns["when"], seconds, atol=1e-6)
+
+
+def test_clock_times_of_a_workbook_pass_midnight(tmp_path):
+    openpyxl: Any = import_module("openpyxl")
+    dt: Any = import_module("datetime")
+    book = openpyxl.Workbook()
+    book.active.append(["Clock", "Fz [N]"])
+    start = dt.datetime(2026, 2, 3, 23, 59, 58)
+    for row in range(9):
+        book.active.append([(start + dt.timedelta(seconds=row)).time(), row * 0.5])
+    book.save(tmp_path / "a.xlsx")
+    log = api.read_log(tmp_path / "a.xlsx")
+    assert_allclose(log.columns["Clock"] - log.columns["Clock"][0], np.arange(9))
+    assert "a day is added" in log.notes[0]
+
+
+def test_numbers_of_names_are_no_numbers_of_a_table(tmp_path):
+    """Names 1, 2, 3 of gauges are text, where the numbers below are none."""
+    openpyxl: Any = import_module("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["1", "2", "3"], *([n / 2, n + 0.25, n * 3.0] for n in range(9))):
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    log = api.read_log(tmp_path / "a.xlsx")
+    assert list(log.columns) == ["1", "2", "3"]
+    assert log.size == 9
+
+
+@pytest.mark.parametrize(
+    ("attributes", "unit", "value"),
+    [
+        ({"scale_factor": 0.5, "add_offset": 2.0, "units": "N"}, "N", 4.0),
+        ({"scale_factor": np.array([0.5]), "unit": b"mN"}, "mN", 2.0),
+        ({"unitSI": 1e-3, "unit": "mm"}, "mm", 4.0),
+        ({"unitSI": 1e-3, "unitDimension": [1.0, 1, -2, 0, 0, 0, 0]}, "N", 4e-3),
+        ({"unitSI": 2.0, "unit": "m"}, "m", 8.0),
+    ],
+)
+def test_attributes_say_what_a_stored_number_is(attributes, unit, value, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        file["t"] = np.arange(9.0)
+        file["F"] = np.array([4, -99, 4, 4, 4, 4, 4, 4, 4], dtype=np.int16)
+        file["F"].attrs.update({**attributes, "_FillValue": np.int16(-99)})
+    log = api.read_log(path)
+    assert log.units["F"] == unit
+    assert_allclose(log.columns["F"], [value, np.nan, *[value] * 7])
+    assert "1 values of -99 stand for none" in log.notes[0]
+    assert recognised(path).reader.only(["t", "F"]).load(path).dropped == {"no value in a cell": 1}
+    with h5py.File(path, "a") as file:
+        file["F"].attrs["scale_factor"] = "a lot"
+    log = api.read_log(path)
+    assert "F" not in log.columns
+    assert "its attribute scale_factor is no number" in log.notes[0]
+
+
+def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.h5"
+    records = np.zeros(9, dtype=[("t", "f8"), ("F", "f4")])
+    for units in (["s", "N"], "s,N"):
+        with h5py.File(path, "w") as file:
+            file["log"] = records
+            file["log"].attrs["units"] = units
+        assert api.read_log(path).units == {"log.t": "s", "log.F": "N"}
+
+
+@pytest.mark.parametrize(
+    ("last", "size"),
+    [
+        ("0.60,30.0,-5.00", 61),
+        ("0.60,30.0,-5.0", 60),
+        ("0.60,30.0,-", 60),
+        ("0.60,30.0,", 60),
+        ("0.60,30.0", 60),
+        ("0.60,30.0,-5.00e", 60),
+    ],
+)
+def test_a_last_line_without_an_end_counts_where_it_is_whole(last, size, tmp_path):
+    path = table(
+        tmp_path / "log.csv",
+        "Time (s),Force (N),z (mm)",
+        [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)],
+    )
+    path.write_bytes(path.read_bytes() + last.encode())
+    log = api.read_log(path)
+    assert (log.rows, log.size) == (61, size)
+    assert ("cut in mid-row" in log.dropped) == (size == 60)
+
+
+@pytest.mark.parametrize(("last", "size"), [("1060", 61), ("1059", 61), ("106", 60), ("9060", 60)])
+def test_a_last_whole_number_is_as_near_as_those_before(last, size, tmp_path):
+    path = table(
+        tmp_path / "log.csv", "Time (s),counts", [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
+    )
+    path.write_bytes(path.read_bytes() + f"0.60,{last}".encode())
+    assert api.read_log(path).size == size
+
+
+def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
+    for name, made in TEXTS.items():
+        path = tmp_path / f"{re.sub(r'[^a-z]', '', name)}.txt"
+        path.write_bytes(made(60).content)
+        proposed = {key: section for key, section in proposal(path).items() if key.endswith("_log")}
+        for log in read_by(path, proposed).values():
+            assert log.size == 60
