@@ -95,6 +95,174 @@ def test_what_writes_logs_or_settings_follows_no_link(campaign, elsewhere, place
     assert contents(elsewhere) == before
 
 
+INIT_WRITES = [
+    "README.md",
+    "raw",
+    "raw/README.md",
+    "config",
+    "config/README.md",
+    "config/config.schema.json",
+    "config/runs.csv",
+    "config/config.yaml",
+]
+
+
+def plant(link, elsewhere, way):
+    """Put a link that leads to a file of somebody else, to a folder, or nowhere, by an absolute or a relative path."""
+    link.parent.mkdir(parents=True, exist_ok=True)
+    target = {"file": elsewhere / "mine.txt", "folder": elsewhere, "nowhere": elsewhere / "none"}
+    of_link = target[way.removeprefix("relative ")]
+    link.symlink_to(
+        os.path.relpath(of_link, link.parent) if way.startswith("relative") else of_link
+    )
+
+
+WAYS = ["file", "folder", "nowhere", "relative nowhere"]
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("place", INIT_WRITES)
+def test_init_writes_through_no_link(tmp_path, elsewhere, place, way):
+    folder = Folder(tmp_path / "new")
+    plant(folder.root / place, elsewhere, way)
+    before = contents(elsewhere)
+    done = folder.rftfit("init", ".")
+    assert done.returncode == 2
+    assert place in done.stderr
+    assert contents(elsewhere) == before
+    assert [
+        path for path in folder.root.rglob("*") if path.is_file() and not path.is_symlink()
+    ] == []
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("place", ["raw", "raw/table.csv", "config", "config/config.yaml"])
+def test_init_of_a_table_writes_through_no_link(tmp_path, elsewhere, place, way):
+    folder = Folder(tmp_path / "new")
+    plant(folder.root / place, elsewhere, way)
+    table = tmp_path / "table.csv"
+    table.write_text(
+        "medium,beta_deg,gamma_deg,alpha_z,alpha_x\nsand,0,90,1.2,0\n", encoding="utf-8"
+    )
+    before = contents(elsewhere)
+    assert folder.rftfit("init", ".", "--alpha-table", str(table)).returncode == 2
+    assert contents(elsewhere) == before
+
+
+RAW_WRITES = [
+    "raw",
+    "raw/paper",
+    "raw/paper/REENACTED.txt",
+    "raw/paper/runs.csv",
+    "raw/paper/yuma",
+    "raw/paper/yuma/yuma_bp00_g90_in_force.csv",
+    "raw/paper/.runs.@.part.csv",
+]
+"""Of a re-enactment; @: the number of the process, which can be guessed."""
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("place", RAW_WRITES)
+@pytest.mark.parametrize("live", [False, True])
+def test_a_re_enactment_writes_through_no_link(tmp_path, elsewhere, place, way, live):
+    made = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
+    shutil.rmtree(made.root / "raw")
+    link = made.root / place.replace("@", str(os.getpid()))
+    plant(link, elsewhere, way)
+    before = contents(elsewhere)
+    words = ("--live", ".", "--pace", "0", "--bad", "0", "--grid", "0:90") if live else ()
+    assert made.rftfit("reenact", *words).returncode == 2
+    assert contents(elsewhere) == before
+    assert link.is_symlink()
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("place", ["config", "config/config.yaml"])
+def test_a_live_re_enactment_copies_its_config_through_no_link(tmp_path, elsewhere, place, way):
+    made = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
+    plant(made.root / "bench" / place, elsewhere, way)
+    before = contents(elsewhere)
+    done = made.rftfit("reenact", "--live", "bench", "--pace", "0")
+    assert done.returncode == 2
+    assert "links that lead out of the campaign" in done.stderr
+    assert contents(elsewhere) == before
+
+
+WRITERS = {
+    "profile.json": ("export", "--medium", "poppy_LP"),
+    "table.csv": ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--output", "table.csv"),
+    "log.png": ("inspect", "log.csv", "--plot", "log.png"),
+    "next.csv": ("plan", "--leg", "c_leg", "--output", "next.csv"),
+    "scale.csv": ("scale", "--alpha", "0.3", "--output", "scale.csv"),
+}
+"""Files that commands write into the current folder, each with its command."""
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_file_that_is_written_replaces_a_link_or_is_refused(campaign, elsewhere, name, way):
+    """Where the file is named by the user the link goes; what it led to stays."""
+    log = next((campaign.root / "raw").rglob("*_force.csv"))
+    shutil.copyfile(log, campaign.root / "log.csv")
+    plant(campaign.root / name, elsewhere, way)
+    rest = f".{name.partition('.')[0]}.{os.getpid()}.part.{name.partition('.')[2]}"
+    plant(campaign.root / rest, elsewhere, "file")
+    before = contents(elsewhere)
+    done = campaign.rftfit(*WRITERS[name])
+    assert contents(elsewhere) == before
+    assert sorted(path.name for path in elsewhere.iterdir()) == ["mine.txt"]
+    if way in ("file", "folder"):
+        assert done.returncode in (2, 3)
+        done = campaign.rftfit(*WRITERS[name], "--force")
+        assert contents(elsewhere) == before
+    if way != "folder":
+        assert done.returncode == 0, done.stderr
+        assert not (campaign.root / name).is_symlink()
+
+
+def test_a_pipe_is_no_file_to_write_into(campaign):
+    """To look whether it may be overwritten would wait for ever."""
+    os.mkfifo(campaign.root / "profile.json")
+    done = campaign.rftfit(*WRITERS["profile.json"])
+    assert done.returncode == 3
+    assert "this is a pipe or device" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command", [("check",), ("inspect", "log.csv"), ("diff", ".", "."), ("verify",)]
+)
+def test_commands_that_only_tell_write_nothing_here(campaign, elsewhere, tmp_path, command):
+    """Not even a report of a crash, whatever its name."""
+    log = next((campaign.root / "raw").rglob("*_force.csv"))
+    shutil.copyfile(log, campaign.root / "log.csv")
+    for name in ("rftfit-crash.txt", "crash.txt"):
+        plant(campaign.root / name, elsewhere, "file")
+    before, here = contents(elsewhere), contents(campaign.root)
+    campaign.rftfit(*command)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rftfit.cli.main._invoke", fail)
+        done = campaign.rftfit(*command)
+    assert "Unexpected error" in done.stderr
+    assert str(tmp_path / "cache") in done.stderr
+    assert (contents(elsewhere), contents(campaign.root)) == (before, here)
+
+
+def fail(*_, **__):
+    raise RuntimeError("as a fault of the program would")
+
+
+def test_a_watch_writes_nothing(campaign, elsewhere):
+    """Neither a result nor a note, though links wait for them."""
+    for place in ("results", ".snakemake", "rftfit-crash.txt"):
+        plant(campaign.root / place, elsewhere, "folder")
+    before, here = contents(elsewhere), sorted(campaign.root.rglob("*"))
+    watch = Watch(campaign.config, 0.0)
+    events = [event.kind for look in range(4) for event in watch.step(float(look))]
+    assert "push" in events
+    assert contents(elsewhere) == before
+    assert sorted(campaign.root.rglob("*")) == here
+
+
 def test_links_inside_are_followed_once_and_loops_end(tmp_path):
     (tmp_path / "results" / "a").mkdir(parents=True)
     (tmp_path / "results" / "same").symlink_to("a")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,6 +91,9 @@ def check_target(
     if path.is_dir():
         raise OutputError(f"{path}: this is a folder; name a file for the {what}")
     try:
+        # a pipe or device would be read for ever
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise OutputError(f"{path}: this is a pipe or device; name a file for the {what}")
         with path.open("rb") as handle:
             head = handle.read(-1 if picture else len(mark))
     except FileNotFoundError:

@@ -160,7 +160,9 @@ def _copied(config: Path, live: Path) -> Path:
     """Config of a folder, copied there where it has none."""
     from rftfit.campaign.files import read_text
     from rftfit.store import write_text
+    from rftfit.store.links import refuse_links_out
 
+    refuse_links_out(live, ["config"])
     own = live / "config" / "config.yaml"
     if not own.is_file():
         write_text(own, read_text(config, config.as_posix(), "config", 1_000_000))

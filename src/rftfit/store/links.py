@@ -42,11 +42,13 @@ def refuse_links_out(
     inside = [os.path.realpath(root), *map(os.path.realpath, allowed)]
     out = []
     seen = {f"{root}{os.sep}{SNAKEMAKE}{os.sep}{name}" for name in _ENVIRONMENTS}
-    waiting = [f"{root}{os.sep}{name}" for name in names]
+    given = {f"{root}{os.sep}{name}" for name in names}
+    waiting = [*given]
     while waiting:
         path = waiting.pop()
         target = path
-        if Path(path).is_symlink():
+        # what was named may lie below a link
+        if path in given or Path(path).is_symlink():
             target = os.path.realpath(path)
             if not any(target == one or target.startswith(one + os.sep) for one in inside):
                 out.append(path)
@@ -62,7 +64,8 @@ def refuse_links_out(
             ]
     if out:
         shown = ", ".join(
-            f"{path} -> {str(Path(path).readlink())!r}" for path in sorted(out)[:_SHOWN]
+            f"{path} -> {str(Path(path).readlink() if Path(path).is_symlink() else os.path.realpath(path))!r}"
+            for path in sorted(out)[:_SHOWN]
         )
         more = f" and {len(out) - _SHOWN} more" if len(out) > _SHOWN else ""
         elsewhere = (
