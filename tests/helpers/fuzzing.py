@@ -1,11 +1,13 @@
-"""Random and mutated bytes for the readers of text, with what must hold for each of them."""
+"""Random and mutated bytes for every reader, with what must hold for each of them."""
 
 import random
 import time
 import tracemalloc
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from binary_logs import make_binary
 from foreign_logs import TEXTS
 
 from rftfit.logs.base import LogError
@@ -49,6 +51,30 @@ _WORDS = (
     b"9" * 400,
     b"\xc3",
     b"\xe2\x88\x92",
+)
+
+
+MEMORY_OF_LIBRARIES = 200_000_000
+"""Bytes above those before that a process may take while a library reads a file of some kilobytes."""
+SLOWEST_OF_LIBRARIES_S = 5.0
+_WORDS_OF_BINARIES = (
+    b"\x00",
+    b"\x00" * 8,
+    b"\xff",
+    b"\xff" * 4,
+    b"\xff" * 8,
+    b"\x7f\xff\xff\xff",
+    b"\xff\xff\xff\x7f",
+    b"\x00\x00\x00\x40",
+    b"\x00\x00\x00\x80",
+    (10**9).to_bytes(4, "little"),
+    (10**12).to_bytes(8, "little"),
+    b"[1000000000]",
+    b"[]",
+    b"&a [*a, *a]",
+    b"../../x",
+    b"\n",
+    b"9" * 30,
 )
 
 
@@ -105,6 +131,100 @@ def fuzz(name, seconds, seed, place, most=10**9):
         content = _input(luck, made)
         _one(made, _written(place, content), content, score)
     return score
+
+
+def fuzz_binary(name, seconds, seed, folder, most=10**9):
+    """Feed damaged files of a kind that a library of other people reads; as `fuzz`, but for memory.
+
+    Memory is that of the process, since libraries take theirs past Python.
+
+    Parameters
+    ----------
+    name : str
+        Of `binary_logs.BINARIES`.
+    seconds : float
+    seed : int
+    folder : Path
+        Where the inputs are written; the last one is kept when something fails.
+    most : int
+
+    Returns
+    -------
+    Score
+
+    Raises
+    ------
+    AssertionError
+        If anything but a `Log` or a `LogError` comes back, or time or memory run away.
+    """
+    luck = random.Random(seed)
+    made, score = make_binary(name), Score()
+    for beside, content in made.beside.items():
+        (folder / beside).write_bytes(content)
+    place = folder / made.name
+    for content in made.contents:  # libraries loaded: not counted
+        made.reader.load(_written(place, content))
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end and score.inputs < most:
+        content = _binary_input(luck, made.contents)
+        judge_binary(made.reader, _written(place, content), score)
+    return score
+
+
+def judge_binary(reader, place, score):
+    """Read one file, and count what came of it.
+
+    Raises
+    ------
+    AssertionError
+        If anything but a `Log` or a `LogError` comes back, or time or memory run away.
+    """
+    before, start = _restart_peak(), time.process_time()
+    score.inputs += 1
+    try:
+        log = reader.load(place)
+    except LogError as error:
+        score.refused += 1
+        said = str(error)
+    else:
+        said = ""
+        score.read += 1
+        score.rows += log.size
+    took = time.process_time() - start
+    grown = _peak() - before
+    score.slowest_s, score.memory = max(score.slowest_s, took), max(score.memory, grown)
+    size = place.stat().st_size
+    assert said.isprintable(), repr(said)
+    assert took < SLOWEST_OF_LIBRARIES_S, f"{took:.1f} s for {size} bytes"
+    assert grown < MEMORY_OF_LIBRARIES, f"{grown / 1e6:.0f} MB for {size} bytes"
+
+
+def _restart_peak():
+    """Let the kernel measure the peak of this process anew; what it takes now, bytes."""
+    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    return _of_status("VmRSS")
+
+
+def _peak():
+    return _of_status("VmHWM")
+
+
+def _of_status(word):
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return next(1024 * int(line.split()[1]) for line in lines if line.startswith(f"{word}:"))
+
+
+def _binary_input(luck, contents):
+    content = bytearray(luck.choice(contents))
+    sort = luck.randrange(10)
+    if sort == 0:
+        return bytes(content[:16]) + luck.randbytes(luck.choice([0, 1, 10, 300, 5000]))
+    if sort == 1:
+        other = luck.choice(contents)
+        return bytes(content[: luck.randrange(len(content))] + other[luck.randrange(len(other)) :])
+    for _ in range(luck.choice([1, 1, 2, 5, 30])):
+        _mutate(luck, content, _WORDS_OF_BINARIES)
+    return bytes(content)
 
 
 def _written(place, content):
@@ -183,19 +303,23 @@ def _input(luck, made):
     return bytes(content)
 
 
-def _mutate(luck, content):
+def _mutate(luck, content, words=_WORDS):
     at = luck.randrange(len(content) + 1)
     to = min(len(content), at + luck.choice([1, 1, 4, 30, 400]))
     sort = luck.randrange(6)
     if sort == 0:
         del content[at:to]
     elif sort == 1:
-        content[at:at] = luck.choice(_WORDS)
+        content[at:at] = luck.choice(words)
     elif sort == 2:
         content[at : at + 1] = luck.randbytes(1)
     elif sort == 3:
         content[at:at] = content[at:to]
     elif sort == 4:
-        content[at:to] = luck.choice(_WORDS)
+        content[at:to] = luck.choice(words)
+    elif sort == 5 and words is not _WORDS:
+        # what stands at a place of fixed length stays where it is
+        word = luck.choice(words)[: len(content) - at]
+        content[at : at + len(word)] = word
     else:
         del content[at:]

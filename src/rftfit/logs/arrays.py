@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import io
 import math
-import struct
+import warnings
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
+from rftfit.logs.mat5 import NoArray, read_mat5
 from rftfit.logs.units import names_and_units, unit_word
 
 MOST_COLUMNS = 64
 """A table with more columns than this is a picture or a field, no log."""
+
+MOST_MADE_UP = 32 << 20
+"""Bytes of a dataset that its file need not hold."""
+
+_OF_NAMES = 128 << 20
+"""Bytes that names, shapes and texts of a file may take."""
 
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"\x89HDF\r\n\x1a\n",
@@ -30,8 +36,6 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
 
 _DEFLATE, _CHECKSUMS = 1, 64
 """Number of a filter of HDF5; the bytes by which checksums make a block larger."""
-_MATRIX, _PACKED = 14, 15
-"""Kinds of elements in a MATLAB 5 file."""
 
 
 class Column(NamedTuple):
@@ -61,10 +65,12 @@ class ArraysReader(base.Reader):
 
     def load(self, path: Path) -> base.Log:
         """Read the arrays that are asked for; without being asked, those of the most frequent length."""
-        with base.file_errors(path), path.open("rb") as file:
+        with base.library_errors(path, "damaged, or no file of arrays"), warnings.catch_warnings():
+            # of old versions of a format, which do not matter here
+            warnings.simplefilter("ignore")
             base.check_size(path)
-            head = file.read(16)
-        with base.library_errors(path, "damaged, or no file of arrays"):
+            with path.open("rb") as file:
+                head = file.read(16)
             every = dict(_columns(path, head))
         found = {name: column for name, column in every.items() if not isinstance(column, str)}
         others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
@@ -118,13 +124,8 @@ def _is_often(rows: np.ndarray) -> bool:
 
 def _columns(path: Path, head: bytes) -> Found:
     if head.startswith(_MAT5):
-        from scipy.io import loadmat
-
-        _check_mat5(path)
-        # as they were saved: structs as records, nothing squeezed
-        for name, value in loadmat(path).items():
-            if not name.startswith("__"):
-                yield from _of_array(name, value)
+        for name, value in read_mat5(path):
+            yield from _of_array(name, value)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
             base.check_unpacked(path, _unpacked(*_npy_header(file)))
@@ -156,6 +157,20 @@ def _columns(path: Path, head: bytes) -> Found:
 def _of_hdf5(path: Path) -> Found:
     with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
+    # the library takes as much memory as a damaged file states of its names and texts
+    with base.limited_memory(_OF_NAMES):
+        file = h5py.File(path, "r")
+    with file:
+        with base.limited_memory(_OF_NAMES):
+            read = [*_tables_of_hdf5(path, file)]
+        for name, item, attributes in read:
+            yield from _of_dataset(name, item, attributes)
+
+
+def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
+    """Name, dataset and attributes of what may be columns, once it is certain that all can be read."""
+    import h5py
+
     datasets: dict[str, Any] = {}
 
     def visit(name: str, item: Any) -> None:
@@ -163,26 +178,26 @@ def _of_hdf5(path: Path) -> Found:
         if isinstance(item, h5py.Dataset):
             datasets[name] = item
 
-    with h5py.File(path, "r") as file:
-        file.visititems(visit)
-        for name, item in datasets.items():
-            if others := _others(item, datasets):
-                raise base.LogError(
-                    "other_file",
-                    f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, others))}; "
-                    "allowed: values in the log itself (external storage and virtual datasets: "
-                    "h5repack -l CONTI OLD NEW)",
-                )
-        # MATLAB keeps what its references lead to in a group of its own
-        read = [
-            (name, item)
-            for name, item in datasets.items()
-            if not name.startswith("#") and _is_table(item)
-        ]
-        base.check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
-        for name, item in read:
-            _check_chunks(path, item)
-            yield from _of_dataset(name.replace("/", "."), item)
+    file.visititems(visit)
+    for name, item in datasets.items():
+        if others := _others(item, datasets):
+            raise base.LogError(
+                "other_file",
+                f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, others))}; "
+                "allowed: values in the log itself (external storage and virtual datasets: "
+                "h5repack -l CONTI OLD NEW)",
+            )
+    # MATLAB keeps what its references lead to in a group of its own
+    read = [
+        (name, item)
+        for name, item in datasets.items()
+        if not name.startswith("#") and _is_table(item)
+    ]
+    base.check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
+    for name, item in read:
+        _check_stored(path, item)
+        _check_chunks(path, item)
+        yield name.replace("/", "."), item, dict(item.attrs)
 
 
 _PACKING = ("scale_factor", "add_offset", "unitSI")
@@ -191,9 +206,8 @@ _NO_VALUE = ("_FillValue", "missing_value")
 """Attributes of netCDF: stored numbers that stand for no value."""
 
 
-def _of_dataset(name: str, item: Any) -> Found:
+def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
     """Yield the columns of a dataset as its attributes say: unpacked, and without values that stand for none."""
-    attributes = item.attrs
     stored = item[()]
     if stored.dtype.names:
         units = _units_of_fields(attributes, stored.dtype.names)
@@ -340,6 +354,17 @@ def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
+def _check_stored(path: Path, item: Any) -> None:
+    """Refuse a dataset of which hardly anything is in the file: the library makes up the rest."""
+    stated = math.prod(item.shape) * item.dtype.itemsize
+    stored = item.id.get_storage_size()
+    if item.chunks:
+        stored = item.id.get_num_chunks() * math.prod(item.chunks) * item.dtype.itemsize
+    if stated - stored > MOST_MADE_UP and not item.is_virtual:
+        text = f"{item.name!r} has {stated} bytes, and {stored} of them are in the file"
+        raise base.LogError("damaged", f"{path}: {text}")
+
+
 def _check_chunks(path: Path, item: Any) -> None:
     """Refuse a dataset with a block that unpacks to more than a block holds: the library unpacks it all."""
     block = math.prod(item.chunks or (0,)) * item.dtype.itemsize
@@ -357,65 +382,12 @@ def _check_chunks(path: Path, item: Any) -> None:
             raise base.LogError("damaged", f"{path}: {text}")
 
 
-class _Inflated(io.RawIOBase):
-    """The next `size` bytes of a file, unpacked as they are read."""
-
-    def __init__(self, file: BinaryIO, size: int) -> None:
-        self._file, self._left, self._zip = file, size, zlib.decompressobj()
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        got = b""
-        while not got and not self._zip.eof:
-            packed = self._zip.unconsumed_tail
-            if not packed:
-                packed = self._file.read(min(self._left, len(buffer)))
-                self._left -= len(packed)
-                if not packed:
-                    break
-            got = self._zip.decompress(packed, len(buffer))
-        buffer[: len(got)] = got
-        return len(got)
-
-
-def _check_mat5(path: Path) -> None:
-    """Refuse a MATLAB file by what it holds unpacked, and by the dimensions that its matrices state."""
-    with path.open("rb") as file:
-        order = "<" if file.read(128)[126:] == b"IM" else ">"
-        stated = unpacked = 0
-        while len(tag := file.read(8)) == 8:
-            kind, size = struct.unpack(f"{order}II", tag)
-            end = file.tell() + size
-            packed = kind == _PACKED
-            inside = io.BufferedReader(_Inflated(file, size)) if packed else file
-            place = 0 if packed else 1  # in a matrix: its kind, its dimensions, all else
-            while (packed or file.tell() < end) and len(tag := inside.read(8)) == 8:
-                kind, size = struct.unpack(f"{order}II", tag)
-                if kind == _MATRIX:  # those inside of a struct or cell follow as such, too
-                    place = 1
-                    continue
-                size = 0 if kind >> 16 else size + -size % 8  # four bytes stand in the tag
-                if place == 2:
-                    sizes = np.frombuffer(inside.read(min(size, 256)), f"{order}u4").tolist()
-                    stated += 8 * math.prod(sizes)
-                    size -= 4 * len(sizes)
-                    base.check_unpacked(path, stated)
-                place += 1
-                while size > 0 and (part := inside.read(min(size, 1 << 16))):
-                    size -= len(part)
-                    unpacked += len(part)
-                    base.check_unpacked(path, unpacked)
-            file.seek(end)
-
-
 def _of_array(path: str, value: Any, unit: str = "") -> Found:
     """Yield the columns of an array: itself, its fields, the columns of a table."""
-    array = np.asanyarray(value)
-    if type(array).__name__.startswith("Matlab"):  # the library's classes for what it cannot read
-        yield path, "an object: a MATLAB table, timeseries or function"
+    if isinstance(value, NoArray):
+        yield path, value.what
         return
+    array = np.asanyarray(value)
     if array.dtype == object:
         yield from _of_cells(path, f"{path}{{#}}", array, unit)
         return
@@ -441,6 +413,9 @@ def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
     """Yield the columns of a cell array, or of a field of a struct array; `each`: path of one, # its number."""
     if array.dtype != object or array.size == 1:
         yield from _of_array(path, array if array.dtype != object else array.flat[0], unit)
+        return
+    if any(isinstance(cell, NoArray) for cell in array.flat):
+        yield path, "cells with objects"
         return
     cells = [np.asanyarray(cell) for cell in array.flat]
     if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):

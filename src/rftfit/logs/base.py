@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import re
+import sys
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -13,6 +14,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
@@ -53,7 +55,8 @@ class LogError(InputError):
     """
 
     def __init__(self, code: str, text: str, rows: int = 0) -> None:
-        super().__init__(text)
+        # it may quote names that a stranger has put into the file
+        super().__init__(escaped(text))
         self.code = code
         self.rows = rows
 
@@ -357,7 +360,7 @@ def needed_package(path: Path, what: str, package: str, extra: str) -> Iterator[
 
 @contextmanager
 def library_errors(path: Path, what: str) -> Iterator[None]:
-    """Turn whatever a library raises on a damaged file into a `LogError`."""
+    """Turn whatever a library raises on a file into a `LogError`: `what` is said of one that is damaged."""
     try:
         yield
     except (LogError, GeneratorExit):
@@ -365,7 +368,19 @@ def library_errors(path: Path, what: str) -> Iterator[None]:
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in _OF_THE_SYSTEM:
+            raise refusal_of_the_system(path, error) from error
         raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
+
+
+_OF_THE_SYSTEM = (errno.EMFILE, errno.ENFILE, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EIO)
+"""What is said of a file before anything of it is read, or of the disk below it."""
+
+
+def refusal_of_the_system(path: Path, error: OSError) -> LogError:
+    """What the file system says; too many open files are no verdict on a log."""
+    code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
+    return LogError(code, f"{path}: cannot be read: {error.strerror}")
 
 
 def on_one_line(error: Exception) -> str:
@@ -381,8 +396,34 @@ def file_errors(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
-        code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
-        raise LogError(code, f"{path}: cannot be read: {error.strerror}") from error
+        raise refusal_of_the_system(path, error) from error
+
+
+_LIMITING = Lock()
+
+
+@contextmanager
+def limited_memory(more: int) -> Iterator[None]:
+    """Let this process take at most `more` bytes, where it runs on Linux.
+
+    For libraries that take as much memory as a damaged file states. Not for long: all threads are limited.
+    """
+    if sys.platform != "linux":
+        yield
+        return
+    import resource
+
+    with _LIMITING:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        limit = pages * resource.getpagesize() + more
+        before = resource.getrlimit(resource.RLIMIT_AS)
+        if before[0] != resource.RLIM_INFINITY:
+            limit = min(limit, before[0])
+        resource.setrlimit(resource.RLIMIT_AS, (limit, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def check_size(path: Path, most: int = 2 << 30) -> None:

@@ -13,6 +13,9 @@ MOST_OF_BLOCK = 64 << 20
 """Bytes of a block when unpacked; recorders write blocks of 1 to 5 MB."""
 
 
+_STEP = 1 << 20
+
+
 def unpack_bz2(packed: bytes) -> bytes:
     """Unpack a block of a ROS 1 bag."""
     from bz2 import BZ2Decompressor
@@ -37,14 +40,20 @@ def unpack_zstd(packed: bytes) -> bytes:
 
 
 def _limited(decompressor: Any, packed: bytes) -> bytes:
-    unpacked = bytes(decompressor.decompress(packed, max_length=MOST_OF_BLOCK + 1))
-    if len(unpacked) > MOST_OF_BLOCK:
-        raise ValueError(
-            f"a block of {len(packed)} bytes unpacks to more than {MOST_OF_BLOCK >> 20} MB"
-        )
+    # part by part: the library takes several times of what it gives at once
+    parts = [bytes(decompressor.decompress(packed, max_length=_STEP))]
+    size = len(parts[0])
+    while parts[-1] and not decompressor.eof:
+        parts.append(bytes(decompressor.decompress(b"", max_length=_STEP)))
+        size += len(parts[-1])
+        if size > MOST_OF_BLOCK:
+            parts.clear()  # the error's frames hold them
+            raise ValueError(
+                f"a block of {len(packed)} bytes unpacks to more than {MOST_OF_BLOCK >> 20} MB"
+            )
     if not decompressor.eof:
         raise EOFError("a packed block is cut")
-    return unpacked
+    return b"".join(parts)
 
 
 class LimitedFile:

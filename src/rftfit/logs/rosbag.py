@@ -18,7 +18,6 @@ from rftfit.logs.base import (
     Reader,
     add_counts,
     check_size,
-    file_errors,
     library_errors,
     needed_package,
     ns_to_s,
@@ -83,7 +82,7 @@ class RosBagReader(Reader):
         with needed_package(path, "ROS bags", "rosbags", "ros"):
             import rosbags.typesys  # noqa: F401
         limit_blocks()
-        with file_errors(path), library_errors(path, "this bag cannot be read"):
+        with library_errors(path, "this bag cannot be read"):
             check_size(path)
             with path.open("rb") as file:
                 head = file.read(32)

@@ -32,7 +32,7 @@ class TdmsReader(base.Reader):
         """Read one group of channels, under their own names, and ``time`` where the file has one."""
         with base.needed_package(path, "TDMS files", "npTDMS", "tdms"):
             from nptdms import TdmsFile
-        with base.library_errors(path, "damaged, or no TDMS file"), base.file_errors(path):
+        with base.library_errors(path, "damaged, or no TDMS file"):
             base.check_size(path)
             # the index file beside it may be of another day
             with _silent(), path.open("rb") as file:
