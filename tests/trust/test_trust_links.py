@@ -188,42 +188,10 @@ def test_a_live_re_enactment_copies_its_config_through_no_link(tmp_path, elsewhe
     assert contents(elsewhere) == before
 
 
-WRITERS = {
-    "profile.json": ("export", "--medium", "poppy_LP"),
-    "table.csv": ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--output", "table.csv"),
-    "log.png": ("inspect", "log.csv", "--plot", "log.png"),
-    "next.csv": ("plan", "--leg", "c_leg", "--output", "next.csv"),
-    "scale.csv": ("scale", "--alpha", "0.3", "--output", "scale.csv"),
-}
-"""Files that commands write into the current folder, each with its command."""
-
-
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("name", WRITERS)
-def test_a_file_that_is_written_replaces_a_link_or_is_refused(campaign, elsewhere, name, way):
-    """Where the file is named by the user the link goes; what it led to stays."""
-    log = next((campaign.root / "raw").rglob("*_force.csv"))
-    shutil.copyfile(log, campaign.root / "log.csv")
-    plant(campaign.root / name, elsewhere, way)
-    rest = f".{name.partition('.')[0]}.{os.getpid()}.part.{name.partition('.')[2]}"
-    plant(campaign.root / rest, elsewhere, "file")
-    before = contents(elsewhere)
-    done = campaign.rftfit(*WRITERS[name])
-    assert contents(elsewhere) == before
-    assert sorted(path.name for path in elsewhere.iterdir()) == ["mine.txt"]
-    if way in ("file", "folder"):
-        assert done.returncode in (2, 3)
-        done = campaign.rftfit(*WRITERS[name], "--force")
-        assert contents(elsewhere) == before
-    if way != "folder":
-        assert done.returncode == 0, done.stderr
-        assert not (campaign.root / name).is_symlink()
-
-
 def test_a_pipe_is_no_file_to_write_into(campaign):
     """To look whether it may be overwritten would wait for ever."""
     os.mkfifo(campaign.root / "profile.json")
-    done = campaign.rftfit(*WRITERS["profile.json"])
+    done = campaign.rftfit("export", "--medium", "poppy_LP")
     assert done.returncode == 3
     assert "this is a pipe or device" in done.stderr
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import mmap
 import warnings
 import zipfile
 import zlib
@@ -34,6 +35,8 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"MATLAB 7.3",
 )
 
+_HEAP = b"GCOL\x01\0\0\0"
+"""Begin of a heap in which HDF5 keeps texts of any length."""
 _DEFLATE, _CHECKSUMS = 1, 64
 """Number of a filter of HDF5; the bytes by which checksums make a block larger."""
 
@@ -157,6 +160,7 @@ def _columns(path: Path, head: bytes) -> Found:
 def _of_hdf5(path: Path) -> Found:
     with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
+    _check_heaps(path)
     # the library takes as much memory as a damaged file states of its names and texts
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
@@ -307,6 +311,29 @@ def _number_of(value: Any) -> float | None:
     numbers = np.ravel(value)
     is_number = numbers.size == 1 and numbers.dtype.kind in "biuf" and np.isfinite(numbers[0])
     return float(numbers[0]) if is_number else None
+
+
+def _check_heaps(path: Path) -> None:
+    """Refuse a file whose heaps of texts are damaged: the library may walk through them for ever.
+
+    A heap: its mark, 12 bytes with its size, then objects: 8 bytes, the size of the object, its bytes up to a multiple of 8.
+    """
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        place = content.find(_HEAP)
+        while place >= 0:
+            size = int.from_bytes(content[place + 8 : place + 16], "little")
+            end, inside = place + size, place + 16
+            while inside < end - 16 and end <= len(content):
+                number = int.from_bytes(content[inside : inside + 2], "little")
+                length = int.from_bytes(content[inside + 8 : inside + 16], "little")
+                # what is free is an object without number, and ends the heap
+                inside += length if number == 0 else 16 + length + -length % 8
+                if inside > end or (number == 0 and inside != end):
+                    end = len(content) + 1
+            if end > len(content):
+                text = f"a heap of texts at byte {place} does not hold what it states"
+                raise base.LogError("damaged", f"{path}: {text}")
+            place = content.find(_HEAP, place + 16)
 
 
 def _others(item: Any, own: Collection[str]) -> list[str]:
