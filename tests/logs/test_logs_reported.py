@@ -1,6 +1,7 @@
 """Files as people report them: read as `rftfit inspect` proposes, with the right values of their README."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pandas as pd
