@@ -20,11 +20,12 @@ NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
 
 
 def campaign_around(
-    root, log, columns=None, *, range_N=5000.0, text=None, row=None, missing=(), **sections
+    root, log, columns=None, *, range_N=5000.0, text=None, row=None, reads=None, **sections
 ):
     """Write config and run sheet of one vertical push around a log: a file of reported, or a path.
 
-    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push. `sections`: Of
+    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push.
+    `reads`: Further keys of both logs' sections. `sections`: Of
     the config, in place of its own.
     """
     path = REPORTED / log if isinstance(log, str) else log
@@ -32,7 +33,7 @@ def campaign_around(
     shutil.copyfile(path, root / "raw" / path.name)
     chosen = {**COLUMNS, **(columns or {})}
     source: dict[str, Any] = {"text": text or TEXT}
-    source |= {"missing": [*missing]} if missing else {}
+    source |= reads or {}
     time = {"time": chosen["time"]} if chosen["time"] else {}
     config = {
         "title": "One push at home",

@@ -16,6 +16,7 @@ from rftfit.logs import blocks
 from rftfit.logs.base import LogError
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
+from rftfit.logs.sources import OTHER_SOURCE
 
 typesys = pytest.importorskip("rosbags.typesys")
 rosbag1, rosbag2 = pytest.importorskip("rosbags.rosbag1"), pytest.importorskip("rosbags.rosbag2")
@@ -123,8 +124,16 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path):
     np.testing.assert_allclose(columns["effort1"], 9.0)
     # a frame's name that grows moves every number behind it
     raws = [wrench(index, "f" * (index % 3)) for index in range(30)]
-    columns = RosBagReader().load(write_ros2(tmp_path / "b", raws, "SQLITE3")).columns
-    np.testing.assert_array_equal(columns["wrench.force.x"], np.arange(30.0))
+    bag = write_ros2(tmp_path / "b", raws, "SQLITE3")
+    every = RosBagReader().of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
+    np.testing.assert_array_equal(every.columns["wrench.force.x"], np.arange(30.0))
+    one = RosBagReader().of_source({"header.frame_id": ("ff",)}).load(bag)
+    np.testing.assert_array_equal(one.columns["wrench.force.x"], np.arange(2.0, 30, 3))
+    assert one.dropped == {OTHER_SOURCE: 20}
+    with pytest.raises(LogError, match=r"header\.frame_id says '', 'f', 'ff' in turn"):
+        RosBagReader().load(bag)
+    with pytest.raises(LogError, match=r"found 'header.frame'.*did you mean 'header.frame_id'"):
+        RosBagReader().of_source({"header.frame": ("f",)}).load(bag)
 
 
 @pytest.mark.parametrize("mode", ["NONE", "FILE", "MESSAGE"])

@@ -35,6 +35,19 @@ def test_a_reported_file_gives_the_right_number(tmp_path, log, settings: dict[st
     assert {*flags} - {"no-tare"} == ({flag} if flag else set())
 
 
+def test_one_of_two_sensors_in_a_long_table(tmp_path):
+    columns = {"time": "time", "F3": "Fz", "z": "z"}
+    where = {"where": {"sensor": "ft_plate"}}
+    fit, flags = measured(
+        campaign_around(tmp_path / "one", "m50_long_format.csv", columns, **where)
+    )
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3), fit["reason"]
+    assert {*flags} == {"no-tare"}
+    fit, _ = measured(campaign_around(tmp_path / "both", "m50_long_format.csv", columns))
+    assert np.isnan(fit["alpha_z_N_per_cm3"])
+    assert "`where: {sensor: ft_other}`" in fit["reason"]
+
+
 def test_a_position_in_whole_steps_is_flagged_and_the_interval_holds_the_truth(tmp_path):
     fit, flags = measured(campaign_around(tmp_path / "lab", "g8_pos_held_10.csv"))
     assert "position-in-steps" in flags
@@ -65,7 +78,7 @@ def test_a_code_for_no_data_that_the_config_names(tmp_path):
     path = tmp_path / "coded.csv"
     lines = [f"{t:.4f},{f:.4f},{z:.4f}" for t, f, z in zip(time, force, height, strict=True)]
     path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
-    folder = campaign_around(tmp_path / "lab", path, missing=[-999.25])
+    folder = campaign_around(tmp_path / "lab", path, reads={"missing": [-999.25]})
     fit, flags = measured(folder)
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3)
     assert "no-data" in flags

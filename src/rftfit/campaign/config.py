@@ -336,6 +336,13 @@ class Source(Model, Generic[Q]):
     time; `docs/dialects.md` lists them. Examples: `options: {sheet: "Values *"}`, `options: {topic:
     /ft_sensor/wrench}`, `options: {rate_Hz: 500}`.
     """
+    where: dict[str, str | float | list[str | float]] = {}
+    """which rows are meant where a log holds those of several sources: column to the word or number that they hold there
+
+    For two sensors on one topic or in one long table. In a ROS bag the column is a text of the message, as
+    `header.frame_id`, `transforms0.child_frame_id` or `name0`. Examples: `where: {sensor: ft_plate}`,
+    `where: {header.frame_id: [tool0, tool0_controller]}`.
+    """
     missing: list[float] = []
     """values that mean no data, as the file has them, before factor and offset
 
@@ -348,6 +355,17 @@ class Source(Model, Generic[Q]):
     inspect LOG` proposes the lines. Example: `columns: {time: Zeit, F3: {column: Standardkraft,
     unit: N, factor: -1}}`.
     """
+
+    @property
+    def where_words(self) -> dict[str, tuple[str, ...]]:
+        """Words that are allowed in each column of `where`."""
+        each = {
+            name: word if isinstance(word, list) else [word] for name, word in self.where.items()
+        }
+        return {
+            name: tuple(f"{word:g}" if isinstance(word, float) else word for word in words)
+            for name, words in each.items()
+        }
 
     @model_validator(mode="after")
     def _text_is_delimited(self) -> Source[Q]:

@@ -151,6 +151,8 @@ class Reader:
     `marks`: First bytes of its files, for the default of `detect`.
     `takes`: Names of its options, and `given`: the values that the config gives them.
     `asked`: Columns to be read, where a reader can choose; None: all.
+    `where`: Words that rows hold in some columns, by column; other rows are of other sources. `selects`: Whether
+        the dialect can tell them apart.
     `keeps_blanks`: Whether rows with a cell that has no value are handed on, with NaN there.
     """
 
@@ -162,6 +164,19 @@ class Reader:
     given: Mapping[str, Any] = {}  # never changed, only replaced
     asked: frozenset[str] | None = None
     keeps_blanks = True
+    where: Mapping[str, tuple[str, ...]] = {}
+    selects = False
+
+    def of_source(self, where: Mapping[str, tuple[str, ...]]) -> Self:
+        """Return a reader of the rows in which some columns hold one of some words.
+
+        Raises ValueError if the dialect has no rows of several sources.
+        """
+        if where and not self.selects:
+            raise ValueError(f"the dialect {self.name} has no rows of several sources")
+        reader = copy(self)
+        reader.where = where
+        return reader
 
     def only(self, columns: Collection[str], *, keeps_blanks: bool = False) -> Self:
         """Return a reader of some columns only: damage to the others, or their clocks, cost nothing.

@@ -13,6 +13,7 @@ import numpy as np
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES
+from rftfit.logs.sources import IDENTITY, places_of, refuse_several_sources
 from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
 from rftfit.logs.text import (
     NO_VALUE,
@@ -56,6 +57,7 @@ class DelimitedReader(TextReader):
     name = "delimited"
     description = "any delimited text, described by `text` in the config"
     evidence = "the section `text` of the config"
+    selects = True
 
     def __init__(self, text: TextFormat | None = None) -> None:
         self._format = text
@@ -115,16 +117,46 @@ class DelimitedReader(TextReader):
                 columns[name] = clocks[name].follow(columns[name])
             return {**columns, "time": index / rate} if rate else columns
 
+        source = self._places_of_sources(names, delimiter, text, lines, further)
         layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
         layout = replace(
-            layout, dates=seen.dates, no_value=NO_VALUE, mixed=seen.mixed, rewrites=printed.rewrites
+            layout,
+            dates=seen.dates,
+            no_value=NO_VALUE,
+            mixed=seen.mixed,
+            rewrites=printed.rewrites,
+            where=source,
         )
         if rate:
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
         return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 
+    def _places_of_sources(
+        self,
+        names: Sequence[str],
+        delimiter: str,
+        text: TextFormat,
+        lines: Sequence[Line],
+        further: Callable[[], Iterable[Sequence[str]]],
+    ) -> tuple[tuple[int, tuple[str, ...]], ...]:
+        """Places of the columns of `where`, and their words; refuse rows of several sources without it."""
+        places = places_of(self.where, names)
+        first = [
+            _cells(line, delimiter) for line in lines if line.whole and _counts(line, text.comment)
+        ]
+        rows = _of_width([*first, *islice(further(), _MOST_ROWS_OF_SOURCES)], len(names))
+        plain = _NUMBERS[text.decimal].fullmatch
+        labels: dict[str, tuple[str, ...]] = {}
+        for name, column in zip(names, zip(*rows, strict=True), strict=False):
+            is_word = not any(plain(plain_minus(cell)) or is_stamp(cell) for cell in column)
+            if is_word or (IDENTITY.search(name) and name not in (self.asked or ())):
+                labels[name] = tuple(filter(None, column))
+        refuse_several_sources(None, labels, self.where)
+        return places
 
+
+_MOST_ROWS_OF_SOURCES = 2000
 _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
 
 

@@ -76,7 +76,10 @@ def source_reader(source: AnyLog, default: str, key: str) -> Reader:
             reader = reader.with_options(source.options)
         except ValueError as error:
             raise InputError(f"config, {key}.options: {error}") from None
-    return reader
+    try:
+        return reader.of_source(source.where_words)
+    except ValueError as error:
+        raise InputError(f"config, {key}.where: {error}") from None
 
 
 def head_of(path: Path) -> bytes:

@@ -12,6 +12,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import (
     Log,
     LogError,
@@ -24,6 +25,7 @@ from rftfit.logs.base import (
     on_one_line,
 )
 from rftfit.logs.blocks import limit_blocks
+from rftfit.logs.sources import OTHER_SOURCE, is_meant, refuse_several_sources
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"
@@ -63,6 +65,7 @@ class RosBagReader(Reader):
         "ROS 1 or ROS 2 bag (.bag, .mcap, .db3, folder) of wrench, joint or a transducer's messages"
     )
     takes = ("topic",)
+    selects = True
     evidence = (
         "the first bytes of a ROS 1 bag, an MCAP file, a rosbag2 database or its metadata.yaml"
     )
@@ -89,7 +92,7 @@ class RosBagReader(Reader):
             wanted = self.given.get("topic", "")
             ros1 = head.startswith(ROS1)
             topic = _ros1(path, wanted) if ros1 else _ros2(path, wanted, head)
-            return _log(path, topic)
+            return _log(path, topic, self.where)
 
 
 def _ros1(path: Path, wanted: str) -> Topic:
@@ -218,7 +221,7 @@ def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> i
     return likely[0]
 
 
-def _log(path: Path, topic: Topic) -> Log:
+def _log(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
     """Cut the messages into columns, layout by layout."""
     messages = [message for _, message in topic.recorded]
     count = len(messages)
@@ -229,6 +232,7 @@ def _log(path: Path, topic: Topic) -> Log:
     sizes = np.array([len(message) for message in messages])
     columns: dict[str, np.ndarray] = {}
     good = np.zeros(count, dtype=bool)
+    labels: dict[str, np.ndarray] = {}
     for size in np.unique(sizes):
         places = np.flatnonzero(sizes == size)
         raw = np.frombuffer(b"".join(messages[i] for i in places), dtype=np.uint8)
@@ -244,13 +248,34 @@ def _log(path: Path, topic: Topic) -> Log:
                 none = np.nan if values.dtype == float else 0
                 column = columns.setdefault(name, np.full(count, none, values.dtype))
                 column[places[fits]] = values
+            for name, words in layout.labels(raw[fits]).items():
+                labels.setdefault(name, np.full(count, "", dtype=object))[places[fits]] = words
             good[places[fits]] = True
             places, raw = places[~fits], raw[~fits]
     received = np.array([time for time, _ in topic.recorded], dtype=np.int64)
     if not good.any():
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
-    log = _with_time(path, topic, columns, received).take(good, MISFIT)
+    log = _with_time(path, topic, columns, received)
+    meant = _of_one_source(
+        path, {name: words[good] for name, words in labels.items()}, where, int(good.sum())
+    )
+    log = log.take(good, MISFIT).take(meant, OTHER_SOURCE)
     return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
+
+
+def _of_one_source(
+    path: Path, labels: Mapping[str, np.ndarray], where: Mapping[str, tuple[str, ...]], count: int
+) -> np.ndarray:
+    """Messages of the source that the config names; refused are those of several without that."""
+    if unknown := [name for name in where if name not in labels]:
+        listed = "; ".join(unknown_word("text of a message", name, [*labels]) for name in unknown)
+        raise LogError("where", f"{path}: `where` of the config: {listed}")
+    meant = np.ones(count, dtype=bool)
+    for name, words in where.items():
+        meant &= is_meant(labels[name].tolist(), words)
+    left = {name: words[meant].tolist() for name, words in labels.items()}
+    refuse_several_sources(path, left, where)
+    return meant
 
 
 def _with_time(path: Path, topic: Topic, found: dict[str, np.ndarray], received: np.ndarray) -> Log:
@@ -360,6 +385,8 @@ def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, found: Recov
 MOST_FIELDS = 20_000
 """Of a message: a type without bytes may hold itself twice, and so on."""
 
+_LONGEST_LABEL = 64
+
 LONGEST_LIST = 64
 """Lists longer than this are pictures or scans, not quantities of a run."""
 
@@ -399,6 +426,7 @@ class MessageLayout:
     def __init__(self, message: bytes, topic: Topic) -> None:
         self.numbers: dict[str, tuple[int, str]] = {}
         self.stamps: dict[str, int] = {}
+        self.texts: dict[str, tuple[int, int]] = {}
         self.lengths: list[tuple[int, int]] = []
         self._message = message
         self._fields = 0
@@ -433,6 +461,16 @@ class MessageLayout:
             seconds, rest = (_cut(raw, at, word).astype(np.int64) for at in (place, place + 4))
             found[name] = seconds * 10**9 + rest
         return found
+
+    def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
+        """Texts of messages, the rows of `raw`, by field."""
+        return {
+            name: [
+                bytes(word).rstrip(b"\0").decode("utf-8", "replace")
+                for word in raw[:, place : place + length]
+            ]
+            for name, (place, length) in self.texts.items()
+        }
 
     def _walk(self, place: int, kind: str, path: str | None) -> int:
         """Note the fields of a message and return the place behind it; no path: note nothing."""
@@ -477,6 +515,8 @@ class MessageLayout:
     def _base(self, place: int, kind: str, path: str | None) -> int:
         if kind not in _TYPES:
             place, length = self._length(place)
+            if path is not None and length <= _LONGEST_LABEL:
+                self.texts[path] = place, length
             return place + length
         width = np.dtype(_TYPES[kind]).itemsize
         place = self._aligned(place, width)

@@ -19,8 +19,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rftfit.logs.arrays import MOST_COLUMNS
-from rftfit.logs.base import BLANK, Log, LogError, Reader, check_unpacked, library_errors, ns_to_s
+from rftfit.logs.base import (
+    BLANK,
+    Log,
+    LogError,
+    Reader,
+    add_counts,
+    check_unpacked,
+    library_errors,
+    ns_to_s,
+)
 from rftfit.logs.delimited import looked_at
+from rftfit.logs.sources import IDENTITY, OTHER_SOURCE, is_meant, places_of, refuse_several_sources
 from rftfit.logs.stamps import (
     CLOCK_TIME,
     PERIOD_S,
@@ -34,6 +44,7 @@ from rftfit.logs.units import is_units_row, names_and_units, unit_word
 
 MOST_ROWS = 1_048_576
 _HEADER_ROWS = 60
+_ROWS_OF_SOURCES = 2000
 _MOST_SHEETS = 50
 _PLAIN = frozenset({float, int})
 _ROWS_AT_A_TIME = 50_000
@@ -62,6 +73,7 @@ class XlsxReader(Reader):
     """A row of names somewhere in the first rows, perhaps one of units, then numbers."""
 
     name = "xlsx"
+    selects = True
     description = (
         "xlsx workbook, first sheet with a table of numbers or that of options: {sheet: ...}"
     )
@@ -149,6 +161,23 @@ class XlsxReader(Reader):
             p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
         }
         units = ["s" if place in moments else unit for place, unit in enumerate(units)]
+        labels = {
+            name: tuple(str(cell) for row in block if (cell := _cell(row, place)) is not None)
+            for place, name in enumerate(names[: len(above[-1])])
+            if place not in table.numbers
+            or (IDENTITY.search(name) and name not in (self.asked or ()))
+        }
+        sources = places_of(self.where, names)
+        refuse_several_sources(path, labels, self.where)
+
+        def of_source(rows_of_block: list[Any]) -> list[Any]:
+            for place, words in sources:
+                meant = is_meant([_cell(row, place) for row in rows_of_block], words)
+                rows_of_block = [
+                    row for row, is_one in zip(rows_of_block, meant, strict=True) if is_one
+                ]
+            return rows_of_block
+
         clocks = {
             names[place]: RestartingClock(PERIOD_S[CLOCK_TIME])
             for place in moments
@@ -157,7 +186,11 @@ class XlsxReader(Reader):
         notes = tuple(CLOCK_TIME.replace("time", name, 1) for name in clocks)
 
         def log_of(rows_of_block: list[Any]) -> Log:
-            log = _sheet_log(path, names, units, chosen, rows_of_block, table, self.keeps_blanks)
+            meant = of_source(rows_of_block) if sources else rows_of_block
+            log = _sheet_log(path, names, units, chosen, meant, table, self.keeps_blanks)
+            if others := len(rows_of_block) - len(meant):
+                dropped = add_counts(log.dropped, {OTHER_SOURCE: others})
+                log = replace(log, rows=log.rows + others, dropped=dropped)
             for name, clock in clocks.items():
                 log.columns[name] = clock.follow(log.columns[name])
             return replace(log, notes=notes)
@@ -362,6 +395,7 @@ class ParquetReader(Reader):
     """Every column of numbers; units from the names, or from the field's metadata ``unit``."""
 
     name = "parquet"
+    selects = True
     description = "Parquet table; units in the column names (force_N, Force [N]) or their metadata"
     evidence = "its first four bytes, PAR1"
     marks = (b"PAR1",)
@@ -392,9 +426,12 @@ class ParquetReader(Reader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
+            sources = [(file.schema_arrow.names[at], words) for at, words in self._sources(file)]
+            self._check_sources(path, file, unread)
+            read = list(dict.fromkeys([*chosen, *(name for name, _ in sources)]))
             units = {name: c.unit for c in chosen.values() for name in c.names}
             at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
-            for batch in file.iter_batches(at_a_time, columns=list(chosen)):
+            for batch in file.iter_batches(at_a_time, columns=read):
                 if not batch.num_rows:
                     continue
                 numbers: dict[str, np.ndarray] = {}
@@ -413,7 +450,33 @@ class ParquetReader(Reader):
                     path, kept or numbers, units, batch.num_rows, unread=unread, places=places
                 )
                 blank = {name: rows for name, rows in blank.items() if name in log.columns}
+                meant = np.ones(batch.num_rows, dtype=bool)
+                for field, words in sources:
+                    meant &= is_meant(batch.column(field).to_pylist(), words)
+                if sources:
+                    blank = {name: rows[meant] for name, rows in blank.items()}
+                    log = log.take(meant, OTHER_SOURCE)
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
+
+    def _sources(self, file: Any) -> tuple[tuple[int, tuple[str, ...]], ...]:
+        """Places of the columns of `where`, and their words."""
+        return places_of(self.where, names_and_units(file.schema_arrow.names)[0])
+
+    def _check_sources(self, path: Path, file: Any, unread: Collection[str]) -> None:
+        """Refuse rows of several sources, by the words and the numbers of names in the first rows."""
+        names, _ = names_and_units(file.schema_arrow.names)
+        of_names = [
+            field
+            for field, name in zip(file.schema_arrow.names, names, strict=True)
+            if name in unread or (IDENTITY.search(name) and name not in (self.asked or ()))
+        ]
+        for batch in file.iter_batches(_ROWS_OF_SOURCES, columns=of_names) if of_names else ():
+            labels = {
+                name: [str(cell) for cell in column.to_pylist() if cell is not None]
+                for name, column in zip(batch.schema.names, batch.columns, strict=True)
+            }
+            refuse_several_sources(path, labels, self.where)
+            break
 
 
 class _Field(NamedTuple):

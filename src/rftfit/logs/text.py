@@ -20,6 +20,7 @@ from typing import Any, BinaryIO, Literal, NamedTuple, cast
 import numpy as np
 
 from rftfit.logs import base
+from rftfit.logs.sources import OTHER_SOURCE, is_meant
 from rftfit.logs.stamps import seconds_of, seconds_of_column
 
 CUT = "cut in mid-row"
@@ -255,6 +256,7 @@ class Layout:
     `no_value`: Cells that say that there is no value; the others of the row count all the same.
     `mixed`: Places of columns of numbers with words among them; a word there is no value.
     `rewrites`: What to put in place of what in each line, before it is parted into cells.
+    `where`: Places of columns, and the words that a row of the wanted source holds there.
     """
 
     names: tuple[str, ...]
@@ -270,6 +272,7 @@ class Layout:
     no_value: tuple[str, ...] = ()
     mixed: frozenset[int] = frozenset()
     rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...] = ()
+    where: tuple[tuple[int, tuple[str, ...]], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -331,14 +334,40 @@ def parse(
     body, rest = (rewritten(part, layout.rewrites) for part in (body, rest))
     if layout.is_data(rest) and _is_whole(layout, rewritten(before, layout.rewrites), rest):
         body, rest = body + rest + b"\n", b""
+    others = 0
+    if layout.where:
+        body, others = _of_one_source(layout, body)
     parts = _parse(layout, body)
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
+    if others:
+        dropped = base.add_counts(rows.dropped, {OTHER_SOURCE: others})
+        rows = replace(rows, rows=rows.rows + others, dropped=dropped)
     if rows.blank and not keep_blanks:
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
     keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
+
+
+def _of_one_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
+    """Leave out the lines of other sources, and count them."""
+    lines = [line for line in body.splitlines(keepends=True) if layout.is_data(line)]
+    kept = np.ones(len(lines), dtype=bool)
+    for place, words in layout.where:
+        cells = (
+            cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or ()
+            for line in lines
+        )
+        labels = [_decoded_cell(row[place]) if place < len(row) else "" for row in cells]
+        kept &= is_meant(labels, words)
+    return b"".join(line for line, is_kept in zip(lines, kept, strict=True) if is_kept), int(
+        np.count_nonzero(~kept)
+    )
+
+
+def _decoded_cell(cell: str) -> str:
+    return cell if cell.isascii() else decoded(cell.encode("latin-1"))
 
 
 _DECIMALS = re.compile(r"[+-]?(\d*)(?:[.,](\d*))?(?:[eE]([+-]?\d+))?")

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.logs.base import BLANK, FINITE
+from rftfit.logs.sources import OTHER_SOURCE
 from rftfit.logs.text import CELLS, CUT, NUMBER
 from rftfit.measure.sentences import FLAGS, SENTENCES
 
@@ -31,6 +32,7 @@ _ROW_CODES = {
     DUPLICATE: "duplicated-rows",
     BACKWARDS: "time-backwards",
     HELD: "held-positions",
+    OTHER_SOURCE: "other-source",
     LONE: "lone-readings",
     NO_DATA: "no-data",
     REPEATED: "repeated-rows",

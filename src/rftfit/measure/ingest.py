@@ -15,6 +15,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import BLANK, Log, LogError
+from rftfit.logs.sources import OTHER_SOURCE
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure import lab_frame
 from rftfit.measure.alignment import Alignment, find_clock
@@ -288,13 +289,17 @@ def _zero(
 # --- Flags of a trace: doubts that do not stop the run.
 
 
+_CHOSEN = (REPEATED, BLANK, OTHER_SOURCE)
+"""Rows that hold no reading, or none that the config asks for: that they are left out is no doubt."""
+
+
 def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     """Rows that were lost from each log, and why; `whole_lines`: lines of one table hold force and motion."""
     lost = [
         {
             reason: count
             for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason not in (REPEATED, BLANK)
+            if reason not in _CHOSEN
         }
         for log in (force, motion)
     ]

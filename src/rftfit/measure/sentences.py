@@ -51,6 +51,7 @@ FLAGS = {
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
     "lone-readings": Flag(_LOST_ROWS),
     "no-data": Flag(_LOST_ROWS),
+    "other-source": Flag(_LOST_ROWS),
     "held-positions": Flag(_LOST_ROWS),
     "position-in-steps": Flag(
         "the position changes every {rows} rows, by {step_mm:.2g} mm: a coarse sensor, or a position that is read seldom and "

@@ -1,0 +1,103 @@
+"""Rows of several sources are never read as those of one, whatever tells them apart and however often each comes."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from seeds import example_count
+
+from rftfit.campaign.config import TextFormat
+from rftfit.logs.base import LogError
+from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.sources import OTHER_SOURCE, is_meant, sources_of
+from rftfit.logs.tabular import ParquetReader, XlsxReader
+
+ROWS = 300
+
+
+def table_of(seed, ratio, column, names):
+    """Readings of two sensors in the order of time, each row with the name of its sensor."""
+    random = np.random.default_rng(seed)
+    is_other = random.random(ROWS) < ratio
+    is_other[[40, 120, 200]], is_other[[41, 121, 201]] = True, False
+    force = np.where(is_other, 3.0, 20.0) * np.arange(ROWS) / ROWS
+    return pd.DataFrame(
+        {"time": np.arange(ROWS) / 50, column: np.where(is_other, *names[::-1]), "Fz_N": force}
+    ), is_other
+
+
+WRITERS = {
+    "csv": lambda table, path: table.to_csv(path, index=False),
+    "parquet": lambda table, path: table.to_parquet(path, index=False),
+    "xlsx": lambda table, path: table.to_excel(path, index=False),
+}
+READERS = {
+    "csv": lambda: DelimitedReader(TextFormat(delimiter=",")),
+    "parquet": ParquetReader,
+    "xlsx": XlsxReader,
+}
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+@given(
+    ratio=st.floats(0.02, 0.5),
+    seed=st.integers(0, 999),
+    told=st.sampled_from(
+        [
+            ("sensor", ("ft_plate", "ft_other")),
+            ("sensor_id", (1, 2)),
+            ("frame", ("tool 0", "tool 1")),
+        ]
+    ),
+)
+@settings(max_examples=example_count(60), deadline=None)
+def test_two_sources_are_refused_or_one_of_them_is_read(tmp_path_factory, kind, ratio, seed, told):
+    table, is_other = table_of(seed, ratio, *told)
+    path = tmp_path_factory.mktemp("mixed") / f"log.{kind}"
+    WRITERS[kind](table, path)
+    column, names = told
+    with pytest.raises(LogError, match=f"rows of several sources: the column {column} says"):
+        READERS[kind]().only({"time", "Fz"}).load(path)
+    log = READERS[kind]().of_source({column: (str(names[0]),)}).only({"time", "Fz"}).load(path)
+    np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][~is_other], rtol=1e-12)
+    assert log.dropped == {OTHER_SOURCE: int(is_other.sum())}
+
+
+def test_a_workbook_of_two_sensors(tmp_path):
+    table, is_other = table_of(1, 0.5, "sensor", ("ft_plate", "ft_other"))
+    path = tmp_path / "log.xlsx"
+    WRITERS["xlsx"](table, path)
+    with pytest.raises(LogError, match="the column sensor says 'ft_other', 'ft_plate' in turn"):
+        XlsxReader().load(path)
+    log = XlsxReader().of_source({"sensor": ("ft_other",)}).load(path)
+    np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
+    with pytest.raises(LogError, match=r"column: found 'senser'; allowed: .*did you mean 'sensor'"):
+        XlsxReader().of_source({"senser": ("ft_other",)}).load(path)
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        ["air"] * 50 + ["stroke"] * 200 + ["air"] * 50,
+        (["down"] * 60 + ["up"] * 60) * 10,
+        [f"note {place}" for place in range(300)],
+        ["tool0"] * 300,
+        ["a"] * 100 + ["b"] + ["a"] * 100,
+        [],
+    ],
+    ids=["a state", "a cycle", "all different", "all alike", "once", "none"],
+)
+def test_what_one_source_says_of_itself_is_no_second_source(labels):
+    assert sources_of(labels) == []
+
+
+def test_numbers_are_compared_as_numbers():
+    assert is_meant([1, 2.0, "1.0", "x", None], ("1",)).tolist() == [
+        True,
+        False,
+        True,
+        False,
+        False,
+    ]
+    assert is_meant([" ft ", "other"], ("ft",)).tolist() == [True, False]
