@@ -37,7 +37,7 @@ def test_a_reported_file_gives_the_right_number(tmp_path, log, settings: dict[st
 
 def test_one_of_two_sensors_in_a_long_table(tmp_path):
     columns = {"time": "time", "F3": "Fz", "z": "z"}
-    where = {"where": {"sensor": "ft_plate"}}
+    where: dict[str, Any] = {"where": {"sensor": "ft_plate"}}
     fit, flags = measured(
         campaign_around(tmp_path / "one", "m50_long_format.csv", columns, **where)
     )
