@@ -21,7 +21,7 @@ BY_NUMBER = {
     "motion_log": {"time": 1, "z": {"column": 3, "unit": "mm"}},
 }
 DOWNWARD = {"factor": -1, "offset": 10, "unit": "mm"}
-PUSHES: dict[str, dict[str, dict[str, Any]]] = {
+PUSHES: dict[str, dict[str, Any]] = {
     "m01_plotjuggler_sparse.csv": {},
     "m41_late_start.csv": {"zero": {"method": "stated", "sd_N": 0.01}},  # begins 0.1 s before
     "b40_sparse.xlsx": {},

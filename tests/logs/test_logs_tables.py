@@ -1,7 +1,9 @@
 """xlsx, Parquet, described text, encodings, options, and what headers may look like."""
 
+import datetime as dt
 import random
 import re
+from decimal import Decimal
 from importlib import import_module
 from typing import Any
 
@@ -358,3 +360,94 @@ def test_encodings_are_named():
     contents = "größe".encode("cp1252"), "größe".encode(), utf16, b"\x00\x01"
     names = ["8", "UTF-8", "UTF-16", "binary"]
     assert [encoding_of(one).split()[0] for one in contents] == names
+
+
+def test_types_of_parquet_that_hold_numbers(tmp_path):
+    start = dt.datetime(2026, 1, 1, 23, 59, 50)
+    rows = range(20)
+    lists: list[list[float] | None] = [[1.0 * row, 2.0 * row] for row in rows]
+    lists[5] = None
+    table = pa.table(
+        {
+            "clock": pa.array([(start + dt.timedelta(seconds=row)).time() for row in rows]),
+            "since": pa.array([dt.timedelta(seconds=row / 2) for row in rows]),
+            "exact": pa.array([Decimal(row) / 4 for row in rows]),
+            "point": pa.array([{"x": row, "name": "a", "z": row / 8} for row in rows]),
+            "kind": pa.array([str(row / 2) for row in rows]).dictionary_encode(),
+            "word": pa.array(["a"] * 20),
+            "half": pa.array(np.arange(20, dtype=np.float16)),
+            "pair": pa.array(lists),
+            "date": pa.array([f"2026-02-03 00:00:{row:02}" for row in rows]),
+            "raw": pa.array([b"x"] * 20),
+        }
+    )
+    path = tmp_path / "log.parquet"
+    pq.write_table(table, path)
+    log = dialect("parquet").load(path)
+    for name, first, step in (
+        ("clock", 86390, 1),  # over midnight
+        ("since", 0, 0.5),
+        ("exact", 0, 0.25),
+        ("point.x", 0, 1),
+        ("point.z", 0, 0.125),
+        ("kind", 0, 0.5),
+        ("half", 0, 1),
+        ("date", 1770076800, 1),
+    ):
+        np.testing.assert_allclose(log.columns[name], first + step * np.arange(20), err_msg=name)
+    assert np.flatnonzero(np.isnan(log.columns["pair column 2"])).tolist() == [5]
+    assert log.unread == {"word": "'a' (no number and no time)", "raw": "values of the type binary"}
+    asked = dialect("parquet").only(["column 2", "pair column 2"]).load(path)
+    assert asked.dropped == {"no value in a cell": 1}
+    assert list(asked.columns) == ["since", "pair column 2"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "time:{t}\tforce:{f}\tpos:{z}",
+        "time:{t},force:{f},pos:{z}",
+        "time = {t}; force = {f}; pos = {z}",
+        "time: {t} force: {f} pos: {z}",
+        "12:00:{t:06.3f} -> time:{t}\tforce:{f}\tpos:{z}",
+    ],
+)
+def test_labels_of_a_serial_plotter_are_names(line, tmp_path):
+    path = tmp_path / "log.txt"
+    rows = [line.format(t=row / 4, f=row + 0.5, z=-row) for row in range(30)]
+    path.write_text("\n".join(["Starting...", "", *rows, ""]), encoding="utf-8")
+    log = rftfit.read_log(path)
+    assert log.size == 30
+    for name, values in (("time", [0, 0.25]), ("force", [0.5, 1.5]), ("pos", [0, -1])):
+        np.testing.assert_allclose(log.columns[name][:2], values)
+
+
+def test_text_with_decimal_commas_in_a_workbook(tmp_path):
+    openpyxl: Any = import_module("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["t", "F [N]", "counts", "z [mm]"])
+    for row in range(9):
+        book.active.append([row / 2, f"{row},25", f"{row + 1},125", f"\N{MINUS SIGN}{row}.5"])
+    book.save(tmp_path / "a.xlsx")
+    log = dialect("xlsx").load(tmp_path / "a.xlsx")
+    np.testing.assert_allclose(log.columns["F"], np.arange(9) + 0.25)
+    np.testing.assert_allclose(log.columns["z"], -0.5 - np.arange(9))
+    assert "a decimal comma or thousands?" in log.unread["counts"]
+
+
+GEF = """#GEFID= 1, 1, 0
+#COLUMN= 2
+#COLUMNINFO= 1, m, Length, 1
+#COLUMNINFO= 2, MPa, Cone resistance, 2
+#EOH=
+{rows}"""
+
+
+@pytest.mark.parametrize("delimiter", [" ", ";", ","])
+def test_columns_of_a_penetration_test_have_the_names_of_its_header(delimiter, tmp_path):
+    path = tmp_path / "cpt.gef"
+    rows = "".join(f"{row / 50:.2f}{delimiter}{row / 4:.2f}\n" for row in range(30))
+    path.write_text(GEF.format(rows=rows), encoding="utf-8")
+    log = rftfit.read_log(path)
+    assert log.units == {"Length": "m", "Cone resistance": "MPa"}
+    assert (log.size, log.dropped) == (30, {})

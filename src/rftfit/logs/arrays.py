@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import mmap
+import re
 import warnings
 import zipfile
 import zlib
@@ -210,6 +211,10 @@ _NO_VALUE = ("_FillValue", "missing_value")
 """Attributes of netCDF: stored numbers that stand for no value."""
 
 
+_OF_LIBRARIES = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|unit|grid_")
+"""Attributes by which libraries and conventions say something else than what a value is."""
+
+
 def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
     """Yield the columns of a dataset as its attributes say: unpacked, and without values that stand for none."""
     stored = item[()]
@@ -229,6 +234,13 @@ def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
         unit, in_si = _unit_of_si(attributes, unit, packing["unitSI"] or 1.0)
         if not in_si:
             del packing["unitSI"]
+    unknown = [
+        f"{key} {number:g}"
+        for key, value in attributes.items()
+        if not _OF_LIBRARIES.match(key)
+        and key not in (*_PACKING, *_NO_VALUE)
+        and (number := _number_of(value)) is not None
+    ]
     said = [f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing]
     if packing.get("add_offset"):
         said.append(f"+ {packing['add_offset']:g} (add_offset)")
@@ -244,7 +256,12 @@ def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
         values += packing.get("add_offset") or 0.0
         values *= packing.get("unitSI") or 1.0
         stored = values
-    note = f"{name}: stored values {', '.join(said)}, as the file's attributes say" if said else ""
+    notes = (
+        [f"{name}: stored values {', '.join(said)}, as the file's attributes say"] if said else []
+    )
+    if unknown:
+        notes.append(f"{name}: attributes that are not applied: {', '.join(unknown)}")
+    note = "; ".join(notes)
     for column, values in _of_array(name, stored, unit):
         yield column, values if isinstance(values, str) else values._replace(note=note)
 

@@ -208,6 +208,9 @@ _ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
 _LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
 
 
+_SPACED_LABEL = re.compile(r"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
+
+
 def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
     """Find the stamps of a serial monitor and the labels of a serial plotter, in most of some lines."""
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
@@ -216,6 +219,12 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
     if arrow:
         rewrites.append((_ARROW, rb"\1" + delimiter.encode()))
         filled = [rewritten(line.encode(), tuple(rewrites)).decode() for line in filled]
+    if delimiter == " " and sum(bool(_SPACED_LABEL.search(line)) for line in filled) * 2 > len(
+        filled
+    ):
+        joined = (re.compile(_SPACED_LABEL.pattern.encode()), rb"\1:")
+        rewrites.append(joined)
+        filled = [rewritten(line.encode(), (joined,)).decode() for line in filled]
     labels = [
         tuple(match[1] if (match := _LABELLED.fullmatch(cell)) else "" for cell in cells)
         for line in filled

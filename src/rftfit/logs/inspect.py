@@ -384,6 +384,11 @@ def config_block(
         else:
             options = {**(options or {}), "rate_Hz": float(f"{rate:.4g}")}
         lines.append("# rate_Hz: by the stamps of the file, which are coarser than its rows: check")
+    if rate == 0 and not by_rate:
+        by_rate = True
+        lines.append(
+            "# time: its stamps are too coarse to tell the rate of the rows: state rate_Hz"
+        )
     if by_rate:
         without_time = {q: c for q, c in found.quantities.items() if q != "time" or c == "time"}
         found = replace(found, quantities=without_time)

@@ -241,6 +241,11 @@ class RestartingClock:
 
     def follow(self, times: FloatArray) -> FloatArray:
         """Return the next times; a step back by more than half a period is a new beginning."""
+        there = np.isfinite(times)
+        if not there.all():
+            followed = times.copy()
+            followed[there] = self.follow(times[there])
+            return followed
         if times.size == 0:
             return times
         steps = np.diff(times, prepend=self._last)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import fnmatch
 import math
+import re
 import warnings
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -272,6 +273,10 @@ def _cell(row: Sequence[Any], place: int) -> Any:
     return row[place] if place < len(row) else None
 
 
+_WITH_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""Text that is a number with a decimal comma, and of these what may have a comma between thousands."""
+
 _ERRORS = frozenset({*NO_VALUE, "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!"})
 """Cells without a value: texts of other programs, and errors of formulas."""
 
@@ -284,6 +289,8 @@ def _number(cell: Any) -> float | None:
         seconds = of_moment(cell)
         return None if math.isnan(seconds) else seconds
     text = plain_minus(cell.strip())
+    if _WITH_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
     if PLAIN_NUMBER.fullmatch(text):
         return float(text)
     seconds = seconds_of(text)
@@ -326,6 +333,8 @@ def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], given: int) -
         if not filled and (place < given or not rows):
             numbers.append(place)
             blank.add(place)
+        elif (unclear := _unclear_commas(filled)) and place < given:
+            unread[name] = f"{unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
         elif count and (place < given or count * 2 > len(filled_rows)):
             numbers.append(place)
         elif filled and place < given:
@@ -333,6 +342,13 @@ def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], given: int) -
         if count * 2 <= len(filled):
             mixed.add(place)
     return _Table(numbers, frozenset(mixed), frozenset(blank), unread)
+
+
+def _unclear_commas(cells: Sequence[Any]) -> str:
+    """Return the first cell of text with a comma that may stand between thousands, if none shows what it is."""
+    texts = [plain_minus(cell.strip()) for cell in cells if isinstance(cell, str)]
+    commas = [text for text in texts if _WITH_COMMA.fullmatch(text)]
+    return commas[0] if commas and all(map(_THOUSANDS.fullmatch, commas)) else ""
 
 
 def _is_blank(cell: Any) -> bool:
@@ -406,6 +422,7 @@ class ParquetReader(Reader):
 
     def _batches(self, path: Path) -> Iterator[Log]:
         import pyarrow.parquet as pq
+        from pyarrow.types import is_time
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
             fields, unread = _fields(file)
@@ -431,6 +448,11 @@ class ParquetReader(Reader):
             read = list(dict.fromkeys([*chosen, *(name for name, _ in sources)]))
             units = {name: c.unit for c in chosen.values() for name in c.names}
             at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
+            clocks = {
+                field.name: RestartingClock(PERIOD_S[CLOCK_TIME])
+                for field in file.schema_arrow
+                if field.name in chosen and is_time(field.type)
+            }
             for batch in file.iter_batches(at_a_time, columns=read):
                 if not batch.num_rows:
                     continue
@@ -438,7 +460,11 @@ class ParquetReader(Reader):
                 blank: dict[str, np.ndarray] = {}
                 for field, columns in chosen.items():
                     array = batch.column(field)
+                    if hasattr(array, "dictionary_decode"):
+                        array = array.dictionary_decode()
                     values, missing = columns.read(array)
+                    if field in clocks:
+                        values = clocks[field].follow(values)
                     if missing is None and array.null_count:
                         missing = np.asarray(array.is_null())
                     for index, name in enumerate(columns.names):
@@ -503,7 +529,9 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
         own = unit or unit_word(stated.decode("utf-8", "replace"))
         kind = field.type
-        if types.is_timestamp(kind) or types.is_duration(kind):
+        if types.is_dictionary(kind):
+            kind = kind.value_type
+        if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
             fields[field.name] = _Field([name], "s", _seconds)
         elif any(is_kind(kind) for is_kind in _number_types()):
             fields[field.name] = _Field([name], own, _numbers)
@@ -519,6 +547,17 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
             else:
                 most = f"more than {MOST_COLUMNS}" if width else "so no columns"
                 unread[name] = f"lists of {width} numbers a row, {most}"
+        elif types.is_struct(kind):
+            inside = [
+                place
+                for place, part in enumerate(kind)
+                if any(is_kind(part.type) for is_kind in _number_types())
+            ]
+            if inside:
+                parts = [f"{name}.{kind[place].name}" for place in inside]
+                fields[field.name] = _Field(parts, own, partial(_struct_numbers, inside))
+            else:
+                unread[name] = f"values of the type {kind}"
         elif types.is_string(kind) or types.is_large_string(kind):
             head = _first_rows(file) if head is None else head
             cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
@@ -564,6 +603,12 @@ def _list_numbers(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None
     return values, ~there if not there.all() else None
 
 
+def _struct_numbers(places: Sequence[int], array: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    """Numbers of the fields of records, shape (rows, fields)."""
+    values = [_numbers(array.field(place))[0] for place in places]
+    return np.stack(values, axis=1), None
+
+
 def _text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
     numbers = numbers_among_words(array)
     return _numbers(numbers)[0], np.asarray(numbers.is_null())
@@ -576,12 +621,13 @@ def _text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _seconds(array: Any) -> tuple[np.ndarray, None]:
-    """Seconds of dates and of lengths of time."""
+    """Seconds of dates, of times of a day and of lengths of time."""
     import pyarrow as pa
 
     missing = np.asarray(array.is_null())
     zone = getattr(array.type, "tz", None)
     unit = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
+    unit = pa.time64("ns") if pa.types.is_time(array.type) else unit
     stamps = array.cast(unit).cast(pa.int64()).fill_null(0)
     return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False))), None
 
