@@ -275,7 +275,7 @@ class Column(Model):
     """The column of a quantity."""
 
     column: str | Annotated[int, Field(ge=1)] | None = None
-    """its name as rftfit inspect shows it, or its number, from 1"""
+    """its name as rftfit inspect shows it, or its number in the file, from 1"""
     unit: Unit | None = None
     """its unit; needed where the file states none"""
     factor: float = 1.0
