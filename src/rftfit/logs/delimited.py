@@ -92,7 +92,7 @@ class DelimitedReader(TextReader):
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
         rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
-        given = without_mark(given, rows)
+        given, below = without_mark(given, rows), without_mark(below, rows)
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
         names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
         rate = text.rate_Hz
@@ -415,7 +415,9 @@ def _try(
     rows = [place for place in good if place >= first]
     if width < 2 or len(rows) < 2:
         return None
-    names_at, units = _header_above(table[:first], width, decimal)
+    above = [without_mark(cells, [[""] * width]) for cells in table[:first]]
+    # labels of the cells are their names, whatever stands above
+    names_at, units = (None, False) if printed.labels else _header_above(above, width, decimal)
     names = names_at is not None
     text = {
         "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
@@ -425,6 +427,8 @@ def _try(
         "units": units and names,
     }
     score = sum(shares[place] for place in rows) / (len(table) - first) + 0.01 * min(width, 20)
+    # names parted by blanks may stand above rows parted by tabs
+    score += 0.005 * (names_at is not None and len(above[names_at]) == width)
     return score, text
 
 
