@@ -250,3 +250,23 @@ def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
         proposed = {key: section for key, section in proposal(path).items() if key.endswith("_log")}
         for log in read_by(path, proposed).values():
             assert log.size == 60
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "txt"])
+def test_a_coarse_time_is_proposed_as_a_rate(ending, tmp_path):
+    """Whether the dialect takes one or not, the proposal names no time that would be refused."""
+    path = tmp_path / f"log.{ending}"
+    time, force, z = np.arange(400) // 4 * 0.04, np.arange(400) / 2, 10 - np.arange(400) / 8
+    if ending == "npz":
+        np.savez(path, time=time, Fz=force, z=z)
+    else:
+        header = "time (s),Force (N),z (mm)" if ending == "csv" else "time,Force,z\n(s),(N),(mm)"
+        table(path, header, [f"{t:.2f},{f},{h}" for t, f, h in zip(time, force, z, strict=True)])
+    proposed = proposal(path)
+    for key in ("force_log", "motion_log"):
+        assert "time" not in proposed[key]["columns"]
+    if ending == "txt":  # of a testing machine: the dialect has no rate
+        assert "options" not in proposed["force_log"]
+        return
+    for log in read_by(path, proposed).values():
+        assert_allclose(log.columns["time"], np.arange(400) / 100)

@@ -55,7 +55,7 @@ Found = Iterator[tuple[str, Column | str]]
 
 
 class ArraysReader(base.Reader):
-    """Every array of numbers is a column, every column of a table too; `rate_Hz` where no time is."""
+    """Every array of numbers is a column, every column of a table too; `rate_Hz` in place of a time."""
 
     name = "arrays"
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
@@ -109,8 +109,8 @@ class ArraysReader(base.Reader):
         notes += [f"arrays of another length, left out: {', '.join(others)}"] if others else []
         kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
         units = {name: units[name] for name in kept}
-        if self.rate and "time" not in kept:
-            kept, units = {"time": np.arange(size) / self.rate, **kept}, {"time": "s", **units}
+        if self.rate:
+            kept, units = {**kept, "time": np.arange(size) / self.rate}, {**units, "time": "s"}
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
         log = base.Log(path, kept, units, size, notes=tuple(notes), places=tuple(columns))
         blank = {name: rows for name, values in kept.items() if _is_often(rows := np.isnan(values))}

@@ -374,24 +374,22 @@ def config_block(
         return ["dialect: rig"]
     lines = []
     sorts = kinds(found)
-    rate = found.rate_of_coarse_time
-    stated = {**(text or {}), **(options or {})}
-    by_rate = "rate_Hz" in stated
-    if rate and not by_rate and (text is not None or "rate_Hz" in found_takes(dialect)):
+    by_rate = "rate_Hz" in {**(text or {}), **(options or {})}
+    if not by_rate and (rate := found.rate_of_coarse_time) is not None:
+        # such a time would be refused
         by_rate = True
-        if text is not None:
-            text = {**text, "rate_Hz": float(f"{rate:.4g}")}
+        kept = {name: column for name, column in found.quantities.items() if name != "time"}
+        found = replace(found, quantities=kept)
+        stated = {"rate_Hz": float(f"{rate:.4g}")}
+        if rate and text is not None:
+            text = {**text, **stated}
+        elif rate and "rate_Hz" in dialects()[dialect].takes:
+            options = {**(options or {}), **stated}
         else:
-            options = {**(options or {}), "rate_Hz": float(f"{rate:.4g}")}
-        lines.append("# rate_Hz: by the stamps of the file, which are coarser than its rows: check")
-    if rate == 0 and not by_rate:
-        by_rate = True
-        lines.append(
-            "# time: its stamps are too coarse to tell the rate of the rows: state rate_Hz"
-        )
-    if by_rate:
-        without_time = {q: c for q, c in found.quantities.items() if q != "time" or c == "time"}
-        found = replace(found, quantities=without_time)
+            rate = 0.0
+        said = "by the stamps of the file, coarser than its rows: check"
+        lack = "the stamps of the file are coarser than its rows: state it, under text or options"
+        lines.append(f"# rate_Hz: {said if rate else lack}")
     if not sorts:
         lines.append("# force_log: for a log of forces; write motion_log: for one of positions")
     for kind in sorts or ["force"]:
@@ -403,8 +401,8 @@ def config_block(
                 inside = ", ".join(f"{name}: {scalar(value)}" for name, value in values.items())
                 lines.append(f"  {key}: {{{inside}}}")
         wanted: tuple[str, ...] = FORCE if kind == "force" else MOTION
-        if by_rate and "time" not in found.quantities:
-            wanted = wanted[1:]
+        if by_rate:
+            wanted = wanted[1:]  # time is that of the rate
         if kind == "force" and "arm_moving" in found.quantities:
             wanted = (*wanted, "arm_moving")
         # of one file for both, each log takes only the columns that are named
@@ -418,11 +416,6 @@ def config_block(
     if len(sorts) == 2:
         lines.append("clock: {method: same_clock}")
     return lines
-
-
-def found_takes(name: str) -> tuple[str, ...]:
-    """Return the names of the options that a dialect has."""
-    return dialects()[name].takes
 
 
 def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
