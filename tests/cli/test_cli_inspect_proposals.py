@@ -243,6 +243,24 @@ def test_a_last_whole_number_is_as_near_as_those_before(last, size, tmp_path):
     assert api.read_log(path).size == size
 
 
+@pytest.mark.parametrize(("last", "size"), [("14.5", 61), ("15", 61), ("15.", 60), ("1", 60)])
+def test_a_last_number_without_trailing_zeros_is_near_those_before(last, size, tmp_path):
+    """What a cut took away is then less than what lies between two rows."""
+    rows = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
+    path = table(tmp_path / "log.csv", "Time (s),Force (N)", rows)
+    path.write_bytes(path.read_bytes() + f"0.60,{last}".encode())
+    assert api.read_log(path).size == size
+
+
+def test_a_last_time_is_as_long_as_those_before(tmp_path):
+    rows = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
+    path = table(tmp_path / "log.csv", "Force (N),when", rows)
+    whole = path.read_bytes()
+    for last, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
+        path.write_bytes(whole + last.encode())
+        assert api.read_log(path).size == size
+
+
 def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
     for name, made in TEXTS.items():
         path = tmp_path / f"{re.sub(r'[^a-z]', '', name)}.txt"

@@ -87,7 +87,7 @@ class TextFile:
             if stop:
                 # one copy, however long the block
                 body = b"".join((carry, memoryview(chunk)[:stop]))
-                before = body[-_BEFORE_BYTES:]
+                before = (before + body[-_BEFORE_BYTES:])[-_BEFORE_BYTES:]
                 yield Block(body, b"")
                 carry = chunk[stop:]
             else:
@@ -97,7 +97,7 @@ class TextFile:
                 carry = carry[:64].replace(b"\r", b"") + b"\x00"
         if carry:
             stop = _behind_last_line(carry, len(carry))
-            yield Block(carry[:stop], carry[stop:], before + carry[:stop])
+            yield Block(carry[:stop], carry[stop:], (before + carry[:stop])[-_BEFORE_BYTES:])
 
 
 _BEFORE_BYTES = 4096
@@ -370,45 +370,53 @@ def _decoded_cell(cell: str) -> str:
     return cell if cell.isascii() else decoded(cell.encode("latin-1"))
 
 
-_DECIMALS = re.compile(r"[+-]?(\d*)(?:[.,](\d*))?(?:[eE]([+-]?\d+))?")
+_PARTS = re.compile(
+    r"[+-]?(?P<digits>\d+)(?:[.,](?P<decimals>\d*))?(?:[eE](?P<exponent>[+-]?\d+))?"
+)
 _FEWEST_BEFORE = 3
 
 
 def _is_whole(layout: Layout, before: bytes, rest: bytes) -> bool:
     """Tell whether a last line without an end has all of its cells, by the lines before it.
 
-    All cells but the last end at a delimiter. A number has as many decimals as any before it; one without
-    decimals has as many digits and is no farther from the one before than these are from one another.
+    All cells but the last end at a delimiter. A number written in a fixed form has the digits of this form.
+    Of other numbers one that was cut cannot be told from a shorter one: it counts where it is no farther
+    from the one before than these are from one another, so that a cut would change it by no more.
     """
     cells = cells_of(rest.decode("latin-1"), layout.delimiter, quote=layout.quote)
     if cells is None or len(cells) != len(layout.names):
         return False
-    last = len(cells) - 1
-    if layout.kinds[last] == "skip" or (layout.quote and rest.rstrip().endswith(b'"')):
+    last, text = len(cells) - 1, cells[-1].strip()
+    kind = layout.kinds[last]
+    if kind == "skip" or (layout.quote and rest.rstrip().endswith(b'"')):
         return True
     rows = (
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
         for line in before.splitlines()[1:]
     )
     column = [row[last].strip() for row in rows if len(row) == len(cells)]
-    if layout.kinds[last] not in ("number", "integer"):
-        return cells[last].strip() in column
-    shapes = [match.groups("") for text in column if text and (match := _DECIMALS.fullmatch(text))]
-    shape = _DECIMALS.fullmatch(cells[last].strip())
-    if len(shapes) < _FEWEST_BEFORE or shape is None or not cells[last].strip():
+    if kind not in ("number", "integer"):
+        return text in column or (kind == "stamp" and {*map(len, column)} == {len(text)})
+    numbers = [number for each in column if each and (number := _PARTS.fullmatch(each))]
+    number = _PARTS.fullmatch(text)
+    if len(numbers) < _FEWEST_BEFORE or number is None or not text:
         return False
-    digits, decimals, exponent = shape.groups("")
-    if len(decimals) < max(len(each[1]) for each in shapes):
+    exponents = {len(each["exponent"] or "") for each in numbers}
+    if exponents != {len(number["exponent"] or "")}:
         return False
-    if any(each[2] for each in shapes) or exponent:
-        return {len(each[2]) for each in shapes} == {len(exponent)}
-    if decimals:
-        return True
-    if len(digits) < max(len(each[0]) for each in shapes[-_FEWEST_BEFORE:]):
+    decimals = [len(each["decimals"] or "") for each in numbers]
+    places = len(number["decimals"] or "")
+    if max(decimals) == min(decimals) > 0 or exponents != {0}:
+        return places >= max(decimals)
+    if places < min(decimals) or not text[-1].isdigit():
         return False
-    values = np.array([float(text) for text in column if _INTEGER.fullmatch(text)])
-    steps = np.abs(np.diff(values))
-    return bool(steps.size and abs(float(cells[last]) - values[-1]) <= steps.max())
+    if max(decimals) == 0 and len(number["digits"]) < max(
+        len(each["digits"]) for each in numbers[-_FEWEST_BEFORE:]
+    ):
+        return False
+    values = np.array([float(each[0].replace(",", ".")) for each in numbers])
+    step = abs(float(text.replace(",", ".")) - values[-1])
+    return bool(step <= np.abs(np.diff(values)).max())
 
 
 def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
