@@ -76,8 +76,10 @@ def test_a_factor_of_one_declares_a_unit(tmp_path):
 
 def test_a_folder_of_rosbag2_is_one_log(rftfit):
     folder = REPORTED / "c23_two_sensors"
-    said = rftfit("inspect", folder, "--option", "topic=/wrench")
+    said = rftfit("inspect", folder, "--option", "topic=/tool")
     assert "ros-bag" in said.out
+    two_sensors = rftfit("inspect", folder, "--option", "topic=/wrench", code=2)
+    assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in two_sensors.err
     assert api.read_log(folder, options={"topic": "/tool"}).size > 0
     assert "this is a folder" in rftfit("inspect", folder.parent, code=2).err
 

@@ -36,11 +36,10 @@ def test_a_reported_file_gives_the_right_number(tmp_path, log, settings: dict[st
 
 
 def test_one_of_two_sensors_in_a_long_table(tmp_path):
-    columns = {"time": "time", "F3": "Fz", "z": "z"}
+    columns = {"time": {"column": "time", "unit": "s"}, "F3": "Fz", "z": "z"}
     where: dict[str, Any] = {"where": {"sensor": "ft_plate"}}
-    fit, flags = measured(
-        campaign_around(tmp_path / "one", "m50_long_format.csv", columns, **where)
-    )
+    folder = campaign_around(tmp_path / "one", "m50_long_format.csv", columns, reads=where)
+    fit, flags = measured(folder)
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3), fit["reason"]
     assert {*flags} == {"no-tare"}
     fit, _ = measured(campaign_around(tmp_path / "both", "m50_long_format.csv", columns))
