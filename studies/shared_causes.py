@@ -18,6 +18,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -309,6 +310,11 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
 
         if (factor, turn_deg, into_x) != (1.0, 0.0, 0.0):
             change(made, row["force_log"], spoil)
+    if name == "crosstalk":
+        # that of the cell itself: rods show it, too
+        for row in made.rows:
+            if row["kind"] == "rod":
+                change(made, row["force_log"], partial(spoil, factor=1.0, degrees=0.0, share=size))
     if name == "session":
         for row in made.rows:
             row.setdefault("session", "")

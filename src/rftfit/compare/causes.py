@@ -138,9 +138,14 @@ def _told_row(found: Found, run_ids: list[str]) -> dict[str, Any]:
 def describe_change(found: Found) -> tuple[float, float, float]:
     """Size of a cause as people state it, and its 95 % interval."""
     wider = _WIDER_GAIN if found.cause.kind == "gain" else _WIDER_OTHER
-    half = _NORMAL_95 * wider * found.se
+    half = math.hypot(_NORMAL_95 * wider * found.se, _own_of_medium(found.cause))
     low, high = (_as_change(found.cause, found.size + sign * half) for sign in (-1, 1))
     return _as_change(found.cause, found.size), low, high
+
+
+def _own_of_medium(cause: Cause) -> float:
+    """Size of a cause of all runs that a medium and an ordinary mount may have of themselves: nothing tells it from more."""
+    return cause.tolerated if cause.group == ALL else 0.0
 
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
@@ -172,7 +177,8 @@ def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
             "least_seen": _as_change(alone, least),
         }
         if len(numbers) == 1:
-            size, half = scan.size[numbers[0]], _NORMAL_95 * scan.se[numbers[0]]
+            size = scan.size[numbers[0]]
+            half = math.hypot(_NORMAL_95 * scan.se[numbers[0]], _own_of_medium(alone))
             row["size"] = _as_change(alone, size)
             row["size_lo"], row["size_hi"] = (
                 _as_change(alone, size + sign * half) for sign in (-1, 1)
