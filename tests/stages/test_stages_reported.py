@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
+from campaigns import Folder
+from jobs import run_rules
 from one_push import ALPHA, REPORTED, campaign_around, measured, truth
 
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
@@ -83,3 +86,60 @@ def test_a_code_for_no_data_that_the_config_names(tmp_path):
     assert "no-data" in flags
     ledger = folder.table("ledger/ingest/bed.csv")
     assert ledger.loc[ledger["reason_code"] == "no-data", "rows"].sum() == 149
+
+
+def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
+    """As penetrometers, bevameters and plate load tests write it; slanted pushes then have no alpha_x."""
+    made = Folder(tmp_path).rftfit(
+        "init", "lab", "--stress-table", str(REPORTED / "pressure_sinkage_table.csv")
+    )
+    assert made.returncode in (0, 2), made.stderr
+    folder = Folder(tmp_path / "lab")
+    table = next((folder.root / "raw").glob("*.csv"))
+    slanted = [f"30,45,{depth},{0.8 * depth:.3f}" for depth in range(1, 40)]
+    table.write_text(
+        table.read_text(encoding="utf-8") + "\n".join([*slanted, ""]), encoding="utf-8"
+    )
+    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    columns = {"stress_z_N_per_cm2": "sigma"}
+    config["table"] = {"holds": "stress", "columns": columns, "stress_unit": "kPa"}
+    folder.config.write_text(yaml.safe_dump(config), encoding="utf-8")
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
+    fits = folder.table(f"fits/{name}.csv").set_index("beta_deg")
+    assert fits.loc[0, "alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3)
+    assert fits.loc[0, "alpha_x_N_per_cm3"] == 0
+    assert fits.loc[30, "alpha_z_N_per_cm3"] == pytest.approx(0.8, rel=1e-3)
+    assert np.isnan(fits.loc[30, "alpha_x_N_per_cm3"])
+    flags = folder.table(f"flags/{name}.csv")
+    assert (flags["code"] == "no-force-x").sum() == 1
+
+
+def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
+    lines = ["beta_deg,gamma_deg,depth_cm,stress_z,stress_x"]
+    lines += [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
+    table = tmp_path / "stress.csv"
+    table.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    said = done.stdout + done.stderr
+    assert "a number in all rows of a run, or in none; 1 rows are blank" in said
+
+
+@pytest.mark.parametrize(("at", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
+def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, at, depth_mm):
+    lines = ["beta_deg,gamma_deg,depth_mm,stress_z"]
+    lines += [f"0,90,{depth_mm if row == at else row},{0.1 * row:.4f}" for row in range(1, 50)]
+    table = tmp_path / "stress.csv"
+    table.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    said = done.stdout + done.stderr
+    if depth_mm < 0:
+        assert "negative-depth" in said or "0 or more" in said
+        return
+    assert "1 rows of the run" in said
+    folder = Folder(tmp_path / "lab")
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
+    fit = folder.table(f"fits/{name}.csv").iloc[0]
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
+    assert "rows-alone" in set(folder.table(f"flags/{name}.csv")["code"])

@@ -51,6 +51,7 @@ class Run:
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
     `stroke`: Which stroke along the path, from 1; None: the only one.
     `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
+    `lacks_force_x`: Of a table that has no stress along x; no column of a run sheet.
     `row`: As a spreadsheet numbers it; the header is row 1.
     """
 
@@ -77,6 +78,7 @@ class Run:
     operator: str = ""
     plate: str = ""
     rod: str = ""
+    lacks_force_x: bool = False
 
     @property
     def motion_gamma_deg(self) -> float:

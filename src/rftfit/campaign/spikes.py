@@ -29,13 +29,15 @@ _PASSES = 3
 """Where many readings are bad, some are found only when others are out of the way."""
 
 
-def find_spikes(values: FloatArray) -> Mask:
+def find_spikes(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     """Mark the readings of one channel that stand alone.
 
     Parameters
     ----------
     values : ndarray
         Readings in the order of time, shape (n,), finite.
+    times : float, optional
+        Small steps by which a reading that stands alone is farther off, at least.
 
     Returns
     -------
@@ -45,14 +47,14 @@ def find_spikes(values: FloatArray) -> Mask:
     alone = np.zeros(values.size, dtype=bool)
     for _ in range(_PASSES):
         left = np.flatnonzero(~alone)
-        spikes = _find_once(values[left])
+        spikes = _find_once(values[left], times)
         if not spikes.any():
             break
         alone[left[spikes]] = True
     return alone
 
 
-def _find_once(values: FloatArray) -> Mask:
+def _find_once(values: FloatArray, times: float) -> Mask:
     """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
     nothing = np.zeros(values.size, dtype=bool)
     starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
@@ -60,7 +62,7 @@ def _find_once(values: FloatArray) -> Mask:
     if level.size < 2 * _SIDE + 1:
         return nothing
     step = np.abs(np.diff(level))
-    far = TIMES_USUAL_STEP * _usual_steps(step)
+    far = times * _usual_steps(step)
     # most logs hold no jump at all: whatever stands alone is entered and left by one
     entered = np.concatenate([[np.inf], step]) > far / _SIDE
     left = np.concatenate([step, [np.inf]]) > far / _SIDE

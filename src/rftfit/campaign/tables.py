@@ -106,7 +106,9 @@ STRESS = Schema(
             Column(
                 f"stress_{c}_N_per_cm2",
                 "number",
-                "force of the medium over the plate's area",
+                "force of the medium over the plate's area"
+                + "; blank where no force along x was measured" * (c == "x"),
+                needed=c == "z",
                 unit="N/cm^2",
                 also=(f"stress_{c}",),
             )
@@ -182,6 +184,8 @@ _TURN, _MOST_TURNS = 0.02, 6
 """Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
 
 _REPEATS = 20
+_TIMES_STEP_OF_DEPTH = 8.0
+"""Depth grows more steadily than a force."""
 
 
 @dataclass(frozen=True)
@@ -530,6 +534,7 @@ def _push(
     """Make a run of its rows, and note what is wrong with them; `said`: texts of the first."""
     beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, level = int(own["row"][0]), math.nan
+    lacks_force_x = False
     given = said.get("run_id", f"row{row:05d}")
     name = given or _of_direction(beta, gamma)
     draft = DraftRow(schema, row, problems, said)
@@ -545,6 +550,7 @@ def _push(
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
+        columns["stress_x_N_per_cm2"], lacks_force_x = _stress_x(columns, draft)
         columns["alone"] = _rows_alone(columns)
         columns["other_sense"], again = _rows_against_gamma(depth, gamma, columns["alone"])
         if not draft.yes("excluded"):
@@ -572,15 +578,29 @@ def _push(
         operator=said["operator"],
         plate=said["plate"],
         rod=said["rod"],
+        lacks_force_x=lacks_force_x,
     )
     return Push(run, columns)
 
 
+def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple[FloatArray, bool]:
+    """Stress along x, 0 of a run that has none, and whether it has none; one that has it in some rows is refused."""
+    size = columns["depth_cm"].size
+    stress = columns.get("stress_x_N_per_cm2", np.full(size, math.nan))
+    blank = np.isnan(stress)
+    if blank.any() and not blank.all():
+        allowed = (
+            f"a number in all rows of a run, or in none; {np.count_nonzero(blank)} rows are blank"
+        )
+        draft.note("stress_x_N_per_cm2", "blank", None, allowed)
+    return np.nan_to_num(stress), bool(blank.any())
+
+
 def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
     """Rows (n,) whose depth or stress stands alone, far from the rows before and after them."""
-    stress = ("stress_z_N_per_cm2", "stress_x_N_per_cm2")
-    read = [columns[name] for name in ("depth_cm", *stress) if name in columns]
-    return np.asarray(np.any([find_spikes(values) for values in read], axis=0))
+    stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
+    alone = [find_spikes(columns["depth_cm"], _TIMES_STEP_OF_DEPTH), *map(find_spikes, stress)]
+    return np.asarray(np.any(alone, axis=0))
 
 
 def _rows_against_gamma(

@@ -70,8 +70,9 @@ def is_symmetric(run: Run) -> bool:
 
 
 def lacks_force_x(config: Config, run: Run) -> bool:
-    """Whether a run has no force along x because the config states a constant for its channel."""
-    return measured_channel(config, "x") is None and not is_symmetric(run)
+    """Whether a run has no force along x since its table has none, or the config states a constant for its channel."""
+    lacks = run.lacks_force_x or measured_channel(config, "x") is None
+    return lacks and not is_symmetric(run)
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:

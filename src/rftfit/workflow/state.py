@@ -32,8 +32,8 @@ STATES = f"{FOLDER}/state"
 HANDED = "RFTFIT_CAMPAIGN"
 """Environment variable: the file with the campaign that `rftfit run` has read, and its seal."""
 
-_LEFT_OUT = ("row", "note")
-"""Columns of the run sheet: the number of a row, and what nobody computes with."""
+_LEFT_OUT = ("row", "note", "lacks_force_x")
+"""The number of a row, what nobody computes with, and what the digest of a table tells."""
 
 
 def job_name(rule: str, key: str) -> str:
