@@ -474,7 +474,6 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     assert all(one == found[0] for one in found)
     assert [line.split(":")[0] for line in found[0][1]] == [
         "s.csv, row 52, column depth_cm",
-        "s.csv, row 74, column stress_x_N_per_cm2",
         "s.csv, row 75, column depth_cm",
         "s.csv, row 76, column stress_z_N_per_cm2",
         "s.csv, row 76, column run_id",
