@@ -193,13 +193,36 @@ def test_attributes_say_what_a_stored_number_is(attributes, unit, value, tmp_pat
     log = api.read_log(path)
     assert log.units["F"] == unit
     assert_allclose(log.columns["F"], [value, np.nan, *[value] * 7])
-    assert "1 values of -99 stand for none" in log.notes[0]
+    assert "1 times -99, which stands for no value" in log.notes[0]
     assert recognised(path).reader.only(["t", "F"]).load(path).dropped == {"no value in a cell": 1}
     with h5py.File(path, "a") as file:
         file["F"].attrs["scale_factor"] = "a lot"
     log = api.read_log(path)
     assert "F" not in log.columns
     assert "its attribute scale_factor is no number" in log.notes[0]
+
+
+def test_a_stated_time_in_other_units_is_converted(tmp_path):
+    """The names are those of the chain, the units are not; a rare value that stands for none is no damage."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        for name, unit, values in (
+            ("time", "milliseconds since 2026-01-01", np.arange(40) * 20),
+            ("F3", "kN", np.arange(40) / 1000),
+            ("z", "m", -np.arange(40.0)),
+        ):
+            file[name] = values
+            file[name].attrs["units"] = unit
+        file["z"].attrs["missing_value"] = np.array([-3.0, -4.0])
+        file["z"].attrs["gain"] = 7
+    (survey,), proposed = inspected(path)
+    assert [column.values for column in survey.columns] == [40, 40, 38]
+    assert "attributes that are not applied: gain 7" in survey.notes[0]
+    logs = read_by(path, proposed)
+    assert_allclose(logs["force_log"].columns["time"], np.arange(40) / 50)
+    assert_allclose(logs["force_log"].columns["F3"], np.arange(40))
+    assert logs["motion_log"].dropped == {"no value in a cell": 2}
 
 
 def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):

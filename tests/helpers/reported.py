@@ -62,7 +62,13 @@ def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
         if key in proposed:
             source: Any = model.model_validate(proposed[key])
             reader = source_reader(source, "rig", key).only(columns_asked(source))
-            logs[key] = mapped(reader.load(recording(path)), source, UNITS, key)
+            log = logs[key] = mapped(reader.load(recording(path)), source, UNITS, key)
+            # a time that stays unnamed, since it is too coarse, has none
+            names = {name for name in UNITS.keys() & log.columns.keys() if log.units[name]}
+            assert {name: log.units[name] for name in names} == {
+                name: UNITS[name] for name in names
+            }
+            assert names >= source.columns.keys() - {"arm_moving"}
     return logs
 
 

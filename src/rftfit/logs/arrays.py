@@ -43,11 +43,15 @@ _DEFLATE, _CHECKSUMS = 1, 64
 
 
 class Column(NamedTuple):
-    """Values, of shape (n,), the unit that the file states, and what its attributes made of the values."""
+    """Values, of shape (n,), the unit that the file states, and what its attributes made of the values.
+
+    `blank`: Whether the file says which values stand for none; they are NaN.
+    """
 
     values: np.ndarray
     unit: str
     note: str = ""
+    blank: bool = False
 
 
 Found = Iterator[tuple[str, Column | str]]
@@ -84,9 +88,12 @@ class ArraysReader(base.Reader):
         names, in_names = names_and_units(found)
         columns, units = {}, {}
         notes = []
+        stated_blank = set()
         for name, unit, column in zip(names, in_names, found.values(), strict=True):
             columns[name], units[name] = column.values, column.unit or unit
             notes += [column.note] if column.note else []
+            if column.blank:
+                stated_blank.add(name)
         if not columns:
             listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
             raise base.LogError(
@@ -113,7 +120,11 @@ class ArraysReader(base.Reader):
             kept, units = {**kept, "time": np.arange(size) / self.rate}, {**units, "time": "s"}
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
         log = base.Log(path, kept, units, size, notes=tuple(notes), places=tuple(columns))
-        blank = {name: rows for name, values in kept.items() if _is_often(rows := np.isnan(values))}
+        blank = {
+            name: rows
+            for name, values in kept.items()
+            if _is_often(rows := np.isnan(values)) or name in stated_blank
+        }
         log = log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
@@ -241,29 +252,33 @@ def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
         and key not in (*_PACKING, *_NO_VALUE)
         and (number := _number_of(value)) is not None
     ]
-    said = [f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing]
+    applied = [
+        f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing
+    ]
     if packing.get("add_offset"):
-        said.append(f"+ {packing['add_offset']:g} (add_offset)")
+        applied.append(f"+ {packing['add_offset']:g} (add_offset)")
+    notes = [f"stored values {', '.join(applied)}, as the file's attributes say"] if applied else []
     missing = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
+    blank = False
     if missing or packing:
         values = stored.astype(float)
         for number in np.unique(np.concatenate(missing)) if missing else ():
-            blank = stored == number
-            if blank.any():
-                values[blank] = np.nan
-                said.append(f"{np.count_nonzero(blank)} values of {number:g} stand for none")
+            without = stored == number
+            if without.any():
+                values[without] = np.nan
+                notes.append(
+                    f"{np.count_nonzero(without)} times {number:g}, which stands for no value"
+                )
+                blank = True
         values *= packing.get("scale_factor") or 1.0
         values += packing.get("add_offset") or 0.0
         values *= packing.get("unitSI") or 1.0
         stored = values
-    notes = (
-        [f"{name}: stored values {', '.join(said)}, as the file's attributes say"] if said else []
-    )
     if unknown:
-        notes.append(f"{name}: attributes that are not applied: {', '.join(unknown)}")
-    note = "; ".join(notes)
+        notes.append(f"attributes that are not applied: {', '.join(unknown)}")
+    note = f"{name}: {'; '.join(notes)}" if notes else ""
     for column, values in _of_array(name, stored, unit):
-        yield column, values if isinstance(values, str) else values._replace(note=note)
+        yield column, values if isinstance(values, str) else values._replace(note=note, blank=blank)
 
 
 _SI: dict[str, dict[str, float]] = {

@@ -425,11 +425,12 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         return [f"    # {quantity}: no column looks like it"]
     unit = found.units.get(column, "")
     stated = bool(unit) or quantity == "arm_moving"
-    if column == quantity and stated and (not always or quantity == "time"):
+    usual = _USUAL_UNITS.get(quantity, "N")
+    own_unit = quantity == "arm_moving" or unit == usual
+    if column == quantity and own_unit and (not always or quantity == "time"):
         return []
     number = re.fullmatch(r"column (\d+)", column)
     name = number[1] if number else scalar(column)
-    usual = _USUAL_UNITS.get(quantity, "N")
     if quantity in ("x", "z") and "pose" in column.casefold():
         usual = "m"  # of a robot
     if quantity == "time" and not stated:
