@@ -109,3 +109,20 @@ def test_a_channel_without_values_costs_the_others_nothing(tmp_path, place, empt
     log = LvmReader().load(path)
     assert (set(log.columns), log.size) == ({"time", full}, ROWS)
     assert f"no value in the first rows, not read: {empty}" in log.notes
+
+
+def test_a_channel_that_starts_later_is_read(tmp_path):
+    """Its blank cells cost the other channel nothing."""
+    path = tmp_path / "a.lvm"
+    head, _, body = lvm(60, comment=False).content.decode().rpartition("Comment\n")
+    rows = [line.split("\t") for line in body.splitlines()]
+    for row in rows[:50]:
+        row[1] = ""
+    path.write_text(head + "Comment\n" + "".join("\t".join(row) + "\n" for row in rows))
+    log = LvmReader().load(path)
+    assert np.isnan(log.columns["Force z"]).tolist() == [True] * 50 + [False] * 10
+    assert np.isfinite(log.columns["z"]).all()
+    assert LvmReader().only({"z"}).load(path).size == 60
+    force = LvmReader().only({"Force z"}).load(path)
+    assert (force.size, force.dropped) == (10, {"no value in a cell": 50})
+    np.testing.assert_allclose(force.columns["time"], log.columns["time"][50:])

@@ -15,12 +15,14 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.logs import base
 from rftfit.logs.text import (
     MAX_LINE,
+    NO_VALUE,
     Block,
     Kind,
     Layout,
     Line,
     Rows,
     TextFile,
+    each_line,
     lines_of,
     parse,
     text_head,
@@ -30,7 +32,6 @@ from rftfit.logs.units import names_and_units, unit_word
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
 
-_FIRST_ROWS = 40
 _MANY = 10**9  # steps that differ at all do so after so many samples
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
@@ -57,7 +58,12 @@ class LvmReader(base.Reader):
             file, start = _file_header(path, lines_of(text.head))
             file.asked = self.asked
             rows = 0
-            for segment, found in base.parallel_map(_parsed, _pieces(file, text, start)):
+
+            def parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, Rows]:
+                segment, block = piece
+                return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
+
+            for segment, found in base.parallel_map(parsed, _pieces(file, text, start)):
                 log = _log(file, segment, found)
                 rows += log.rows
                 if log.rows:
@@ -114,11 +120,6 @@ def _file_header(path: Path, lines: Sequence[Line]) -> tuple[_File, int]:
         key, _, value = re.sub(r"[\t;]", ",", line.text, count=1).partition(",")
         settings[key.strip()] = value.strip(" \t;")
     raise ValueError(f"the file header has no end ({_END}): cut short?")
-
-
-def _parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, Rows]:
-    segment, block = piece
-    return segment, parse(segment.layout, *block)
 
 
 def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment, Block]]:
@@ -184,7 +185,7 @@ class _Settings(dict[str, list[str]]):
 
 def _unfilled(file: _File, names: Sequence[str], data: bytes) -> list[str]:
     """Columns in which the first rows hold nothing."""
-    lines = (line.text.split(file.separator) for line in lines_of(data, _FIRST_ROWS) if line.whole)
+    lines = (line.text.split(file.separator) for line in each_line(data) if line.whole)
     rows = [cells for cells in lines if len(cells) >= len(names) - 1]
     places = range(len(names) if rows else 0)
     return [
@@ -232,7 +233,9 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     read = {*channels, *xs, *asked.intersection(own_x)}
     kinds = tuple[Kind, ...]("number" if name in read else "skip" for name in names)
     comments = cells[-1:] == ["Comment"]
-    layout = Layout(names, kinds, file.separator, file.decimal, optional=int(comments))
+    layout = Layout(
+        names, kinds, file.separator, file.decimal, optional=int(comments), no_value=NO_VALUE
+    )
     if file.first is None:
         file.began = settings.moment(0)
     timed = all(settings.cell("X_Dimension", at) in ("Time", "") for at, _ in channels.values())
@@ -299,4 +302,7 @@ def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, 
         seen = ", ".join(f"{time[row]:.9g} s" for time in times)
         groups = [[name for name, own in segment.x_of.items() if own == x] for x in segment.begins]
         raise base.MixedClocksError(file.path, f"{seen} in one row", groups)
-    return {"time": times[0], **rows.columns}
+    time = times[0]
+    for other in times[1:]:
+        time = np.where(np.isnan(time), other, time)  # where a channel has no value, its X has none
+    return {"time": time, **rows.columns}
