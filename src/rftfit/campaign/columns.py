@@ -24,12 +24,14 @@ _DIRECTION_WORDS = ("intrusion", "extraction", "horizontal", "rotation")
 class SheetColumn(Column):
     """A column of the run sheet, used by some kinds of run and, if `direction` is set, by one only.
 
-    `section`: The section of the configuration whose keys are the words of a choice.
+    `section`: The section of the configuration whose keys are the words of a choice. `may_be_blank`: Kinds of run for
+    which a needed cell may be blank.
     """
 
     kinds: tuple[str, ...] = KINDS
     direction: str = ""
     section: str = ""
+    may_be_blank: tuple[str, ...] = ()
 
     @property
     def header_needed(self) -> bool:
@@ -42,6 +44,10 @@ class SheetColumn(Column):
         if self.section:
             return f"a key of `{self.section}` in the config"
         return super().allowed
+
+    def is_needed_in(self, cells: Mapping[str, str]) -> bool:
+        """Whether the cell of a row must be filled."""
+        return self.needed and cells.get("kind", "") not in self.may_be_blank
 
     def unused(self, cells: Mapping[str, str]) -> str | None:
         """Why a run does not use this column; None while its kind or direction is itself wrong."""
@@ -87,7 +93,13 @@ COLUMNS = (
         choices=_DIRECTION_WORDS,
         hint="rotation for legs, the others for plates and rods",
     ),
-    _angle("beta_deg", "number", "angle at which the plate is held", period=180),
+    _angle(
+        "beta_deg",
+        "number",
+        "angle at which the plate is held; blank of a rod that is the tare of plates at any angle",
+        period=180,
+        may_be_blank=("rod",),
+    ),
     _angle(
         "gamma_deg",
         "number",

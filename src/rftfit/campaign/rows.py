@@ -98,6 +98,10 @@ class Column:
     hint: str = ""
     period: float = 0.0
 
+    def is_needed_in(self, _: Mapping[str, str]) -> bool:
+        """Whether the cell of a row with these cells must be filled."""
+        return self.needed
+
     @property
     def header_needed(self) -> bool:
         """Whether a table without this column cannot be read."""
@@ -431,7 +435,7 @@ def _read_cell(
     if bad is not None and (column.form != "text" or bad[0] not in ("date", "merged-cell")):
         draft.note(name, *bad, _BAD_CELLS[bad[0]])
     elif not cell:
-        if column.needed and not unused:
+        if column.is_needed_in(cells) and not unused:
             draft.bad.add(name)
             # a column that is missing altogether is one problem of the header, not one of each row
             if unused is not None and (name in cells or not column.header_needed):

@@ -285,6 +285,8 @@ def _column_row(column: SheetColumn) -> tuple[str, ...]:
     used = "all" if column.kinds == KINDS else ", ".join(column.kinds)
     used += f"; {column.direction} only" if column.direction else ""
     needed = used if column.needed else "may be blank"
+    if column.may_be_blank:
+        needed = ", ".join(kind for kind in column.kinds if kind not in column.may_be_blank)
     if column.name == "reason":
         needed = "excluded runs"
     return f"`{column.name}`", needed, used, column.unit, column.allowed, column.meaning

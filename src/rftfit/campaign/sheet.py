@@ -350,7 +350,9 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             untared.append((draft, wanted))
     _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
-        _check_shared(name, several)
+        # without an angle a rod says itself that it is the tare of several plates
+        if by_id[name].text["kind"] != "rod" or by_id[name].text["beta_deg"]:
+            _check_shared(name, several)
     named = {draft.text["tare_run"] for draft in drafts}
     for name, tare in by_id.items():
         if tare.text["kind"] in _TARE and name not in named and not tare.yes("excluded"):

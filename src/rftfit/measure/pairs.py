@@ -164,6 +164,10 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
     if not lacking:
         return log
     columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
+    if "angle" in lacking and run.kind == "rod":
+        # there is no plate on it
+        columns["angle"], found["angle"] = np.zeros(log.size), "deg"
+        lacking.remove("angle")
     if "angle" in lacking and math.isfinite(run.beta_deg):
         columns["angle"], found["angle"] = np.full(log.size, run.beta_deg), "deg"
         notes.append("beta is that of the run sheet: the motion log has no angle")

@@ -276,7 +276,7 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(float(np.median(motion.angle[inside])))
     off = (beta - run.beta_deg + 90) % 180 - 90
-    if abs(off) > arm.angle_tolerance_deg:
+    if math.isfinite(run.beta_deg) and abs(off) > arm.angle_tolerance_deg:
         raise Refused("other-angle", found=beta, stated=run.beta_deg)
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))

@@ -1,0 +1,67 @@
+"""One rod run that is the tare of plates at several angles."""
+
+import pandas as pd
+import pytest
+from campaigns import make_campaign
+from jobs import run_rules
+
+MEDIUM = "poppy_LP"
+DIRECTIONS = ((0.0, 90.0), (30.0, 90.0), (-30.0, 90.0))
+
+
+def read_sheet(folder):
+    return pd.read_csv(folder.root / "raw/paper/runs.csv", dtype=str, keep_default_na=False)
+
+
+def write_sheet(folder, table):
+    table.to_csv(folder.root / "raw/paper/runs.csv", index=False)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """Three plates at different angles and the rod run of the level one."""
+    root = tmp_path_factory.mktemp("rods") / "lab"
+    folder = make_campaign(root, (MEDIUM,), plates_only=True, directions=DIRECTIONS)
+    run_rules(folder.config, "ingest", "tare", "slopes")
+    before = folder.table(f"fits/{MEDIUM}.csv")
+    sheet = read_sheet(folder)
+    plates, rods = (sheet["kind"] == kind for kind in ("plate", "rod"))
+    assert (plates.sum(), rods.sum()) == (3, 3)
+    rod = sheet.loc[plates & (sheet["beta_deg"].astype(float) == 0), "tare_run"].iloc[0]
+    sheet.loc[plates, "tare_run"] = rod
+    sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
+    write_sheet(folder, sheet[plates | (sheet["run_id"] == rod)])
+    return folder, before, rod
+
+
+def test_a_rod_without_an_angle_is_the_tare_of_every_plate(campaign):
+    folder, before, rod = campaign
+    checked = folder.rftfit("check")
+    assert "0 errors" in checked.stdout, checked.stdout
+    run_rules(folder.config, "ingest", "tare", "slopes")
+    after = folder.table(f"fits/{MEDIUM}.csv")
+    for name in ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3"):
+        assert after[name].to_numpy() == pytest.approx(before[name].to_numpy(), abs=0.01)
+    assert (after["tare_run"] == rod).all()
+
+
+def test_its_rows_are_counted_once(campaign):
+    folder, _, rod = campaign
+    run_rules(folder.config, last="ledger")
+    ledger = folder.table("ledger.csv")
+    of_rod = ledger[ledger["run_id"] == rod]
+    log = folder.root / "raw" / "paper" / of_rod["file"].iloc[0]
+    lines = len(log.read_text(encoding="utf-8").splitlines())
+    in_log = of_rod[of_rod["file"] == of_rod["file"].iloc[0]]["rows"].sum()
+    assert 0 <= lines - in_log < 20  # all but the header
+
+
+def test_a_rod_with_an_angle_still_is_that_of_its_own_plate(campaign):
+    folder, _, rod = campaign
+    sheet = read_sheet(folder)
+    sheet.loc[sheet["run_id"] == rod, "beta_deg"] = "0"
+    write_sheet(folder, sheet)
+    said = folder.rftfit("check").stdout
+    assert "the tare must match: beta_deg is 30 here and 0 in" in said
+    sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
+    write_sheet(folder, sheet)
