@@ -199,15 +199,17 @@ def _with_month_numbers(cells: Any) -> Any:
         places = {pattern.groupindex[name]: name for name in ("day", "month", "year")}
         order = [places[number] for number in sorted(places)]
         plain = re.sub(r"\?P<\w+>", "", pattern.pattern).replace("(?=[T ])", "([T ])")
-        found = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
-        words = pc.unique(pc.struct_field(found, "month")).to_pylist()
+        parts = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
+        words = pc.unique(pc.struct_field(parts, "month")).to_pylist()
         day, year = order.index("day") + 1, order.index("year") + 1
         for word in filter(None, words):
             month = _MONTHS.get(word[:3].casefold())
             if month is None:
                 raise ValueError(word)
-            own = plain.replace("([A-Za-zä]{3,10})", f"({word})")
-            cells = pc.replace_substring_regex(cells, f"^{own}", rf"\{year}-{month:02}-\{day}\4")
+            of_month = plain.replace("([A-Za-zä]{3,10})", f"({word})")
+            cells = pc.replace_substring_regex(
+                cells, f"^{of_month}", rf"\{year}-{month:02}-\{day}\4"
+            )
     return cells
 
 

@@ -260,9 +260,10 @@ def _begin(head: Sequence[Sequence[Any]]) -> int:
         # the second may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
             # names such as 1, 2, 3 are text, where the numbers below are none
-            are_names = start + 1 < len(head) and not any(
+            below_start = head[start + 1] if start + 1 < len(head) else ()
+            are_names = bool(below_start) and all(
                 isinstance(head[start][place], str)
-                <= isinstance(_cell(head[start + 1], place), str)
+                and not isinstance(_cell(below_start, place), str)
                 for place in table
             )
             return start + 1 if are_names else start
