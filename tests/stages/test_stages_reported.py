@@ -143,3 +143,19 @@ def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, at, depth_mm):
     fit = folder.table(f"fits/{name}.csv").iloc[0]
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
     assert "rows-alone" in set(folder.table(f"flags/{name}.csv")["code"])
+
+
+@pytest.mark.parametrize("drive", ["steady", "uneven"])
+def test_a_push_that_begins_at_contact_is_read(tmp_path, drive):
+    folder = campaign_around(
+        tmp_path / "lab",
+        "m51_bevameter_clean.txt",
+        {"z": {"column": "Sinkage", "unit": "mm", "factor": -1}, "time": "time"},
+        text={"delimiter": ",", "skip_lines": 4, "rate_Hz": 10},
+        arm={"speed_cm_per_s": 0.5, "drive": drive},
+        zero={"method": "stated", "sd_N": 0.02},
+        intruders={"disc": {"shape": "disc", "diameter_cm": 4, "thickness_cm": 0.5}},
+        media={"bed": {"title": "a bed", "role": "natural_sand", "linear_to_cm": 2.4}},
+    )
+    fit, _ = measured(folder)
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(3.39716, rel=1e-5), fit["reason"]

@@ -19,6 +19,8 @@ UNDERGROUND_CM = 0.3
 DEPTH_TOLERANCE_CM = 0.1
 SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
+_CONTACT_CM = 0.1
+"""A log that begins no deeper begins when the intruder touches the surface."""
 _TURN_CM = 0.05
 """A way back that is shorter is the arm putting itself right."""
 _TIMES_NOISE, _TIMES_RESOLUTION = 8.0, 1.5
@@ -255,19 +257,21 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
 def _uneven_pushes(motion: IntruderPath) -> list[_Found]:
     """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
-    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() <= 0:
+    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CONTACT_CM:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
     # every time below the surface that goes as deep as a stroke, and the deepest
     firsts = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
     lows = np.minimum.reduceat(z, firsts)
     deep = lows <= max(lowest, -UNDERGROUND_CM)
-    if firsts[0] == 0 and lows[0] == lowest:
+    begins_at_contact = bool(z[0] >= -_CONTACT_CM)
+    if firsts[0] == 0 and lows[0] == lowest and not begins_at_contact:
         raise Refused("begins-below")
     found = []
     for first, low in zip(firsts[deep], lows[deep], strict=True):
         end = first + int(np.argmax(z[first:] <= low + BOTTOM_CM))
-        if first > 0:
-            found.append((-float(low), float(motion.time[first - 1]), float(motion.time[end])))
+        if first > 0 or begins_at_contact:
+            start = float(motion.time[max(first - 1, 0)])
+            found.append((-float(low), start, float(motion.time[end])))
     return found
 
 
