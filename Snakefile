@@ -9,6 +9,15 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
+# A clone need not be installed: its package lies beside this file, for Snakemake and for its jobs.
+SOURCE = Path(workflow.basedir) / "src"
+if SOURCE.is_dir():
+    sys.path.insert(0, str(SOURCE))
+    os.environ["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [str(SOURCE), os.environ.get("PYTHONPATH")])
+    )
+
+from rftfit.store.environment import PACKAGE
 from rftfit.workflow.processes import (
     SHELL_PREFIX,
     end_group,
@@ -17,6 +26,9 @@ from rftfit.workflow.processes import (
 )
 
 min_version("9.5")
+
+# `--sdm conda` keeps PYTHONPATH from the jobs: workflow/envs/rftfit.post-deploy.sh links this folder into their environment.
+os.environ["RFTFIT_PACKAGE"] = str(PACKAGE)
 
 
 # No job, on whatever machine, imports Python modules from the campaign's folder, where it works.
