@@ -1,0 +1,85 @@
+"""Readings that stand alone: how many are found by share and size, what they do to alpha, and what is wrongly left out: ``make readings``.
+
+A push of 20 N per cm at 0.5 cm/s, 50 readings a second, noise of 0.02 N. Alpha is the zero-intercept slope from 1 cm on.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
+
+from one_stroke import N_PER_CM, crust, push, stick_slip, stones
+
+from rftfit.campaign.spikes import find_spikes
+
+SHARES = (0.002, 0.01, 0.03, 0.1)
+SIZES_N = (0.5, 2.0, 5.0, 20.0, 100.0)
+
+
+def slope_error_percent(height, readings, kept):
+    """Error of the slope of some readings, percent."""
+    below = kept & (height < -1.0)
+    depth = -height[below]
+    return 100 * abs(float(depth @ readings[below] / (depth @ depth)) / N_PER_CM - 1)
+
+
+def found_and_errors(share, size_N, pushes):
+    """Mean share of the bad readings that is found, and median errors of the slope with and without them."""
+    results = []
+    for seed in range(pushes):
+        random = np.random.default_rng(seed)
+        _, height, force = push(random)
+        bad = random.random(force.size) < share
+        bad[random.integers(200, force.size - 10)] = True
+        readings = force + bad * size_N * random.choice([-1.0, 1.0], force.size)
+        alone = find_spikes(readings)
+        every = np.ones(force.size, dtype=bool)
+        results.append(
+            (
+                100 * (alone & bad).sum() / bad.sum(),
+                slope_error_percent(height, readings, every),
+                slope_error_percent(height, readings, ~alone),
+            )
+        )
+    found, before, after = np.array(results).T
+    return found.mean(), np.median(before), np.median(after)
+
+
+def main():
+    """Run it, print two tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("pushes", nargs="?", type=int, default=100)
+    pushes = parser.parse_args().pushes
+    print(f"{pushes} pushes each: found, percent; error of alpha with and without them, percent")
+    print(f"| off by, N | {' | '.join(f'{100 * share:g} % of the readings' for share in SHARES)} |")
+    print("|---" * (1 + len(SHARES)) + "|")
+    for size_N in SIZES_N:
+        cells = [
+            "{:.0f}; {:.2g}, {:.2g}".format(*found_and_errors(share, size_N, pushes))
+            for share in SHARES
+        ]
+        print(f"| {size_N:g} | {' | '.join(cells)} |")
+    print(
+        f"\nWrongly left out of {pushes} pushes: mean and largest share, percent; largest change of alpha, percent"
+    )
+    for happens in (stick_slip, crust, stones):
+        shares, changes = [], []
+        for seed in range(pushes):
+            random = np.random.default_rng(seed)
+            time, height, force = push(random)
+            readings = force * (1 + happens(random, time))
+            alone = find_spikes(readings)
+            shares.append(100 * alone.mean())
+            errors = [
+                slope_error_percent(height, readings, kept)
+                for kept in (np.ones(force.size, dtype=bool), ~alone)
+            ]
+            changes.append(abs(errors[1] - errors[0]))
+        print(f"{happens.__name__}: {np.mean(shares):.2g}, {max(shares):.2g}; {max(changes):.2g}")
+
+
+if __name__ == "__main__":
+    main()
