@@ -159,3 +159,40 @@ def test_a_push_that_begins_at_contact_is_read(tmp_path, drive):
     )
     fit, _ = measured(folder)
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(3.39716, rel=1e-5), fit["reason"]
+
+
+def test_seconds_and_nanoseconds_in_two_columns(tmp_path):
+    log = "m03_sec_nanosec.csv"
+    said = Folder(tmp_path).rftfit("inspect", str(REPORTED / log)).stdout
+    assert "time: {column: sec, unit: s, plus: {column: nanosec, unit: ns}}" in said
+    seconds = {"column": "sec", "unit": "s", "plus": {"column": "nanosec", "unit": "ns"}}
+    columns = {"time": seconds, "F3": {"column": "force_z", "unit": "N"}, "z": "z"}
+    fit, _ = measured(campaign_around(tmp_path / "lab", log, columns))
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3), fit["reason"]
+
+
+@pytest.mark.parametrize(
+    ("direction", "gamma_deg", "depth_cm"),
+    [("intrusion", 45, ""), ("intrusion", 20, ""), ("horizontal", 0, "2")],
+)
+def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_cm):
+    """One column gives both: x and z by gamma of the sheet."""
+    time, height, _ = truth()
+    along = -height  # mm, 0 where the plate's centre is at the surface
+    angle = np.radians(gamma_deg)
+    depth = np.clip(along * np.sin(angle), 0, None) if gamma_deg else 20.0 * (along > 0)
+    force = 1.5 * depth + np.random.default_rng(1).normal(0, 0.02, time.size)
+    path = tmp_path / "slanted.csv"
+    lines = [f"{t:.4f},{f:.4f},{s:.4f}" for t, f, s in zip(time, force, along, strict=True)]
+    path.write_text("\n".join(["Time (s),Force (N),Stage (mm)", *lines, ""]), encoding="utf-8")
+    row = {"direction": direction, "gamma_deg": str(gamma_deg), "depth_cm": depth_cm}
+    folder = campaign_around(tmp_path / "lab", path, row=row)
+    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    del config["motion_log"]["columns"]["z"]
+    config["motion_log"]["columns"]["along"] = "Stage"
+    config["fit"]["horizontal_depths_cm"] = [2]
+    config["zero"] = {"method": "stated", "sd_N": 0.02}
+    folder.config.write_text(yaml.safe_dump(config), encoding="utf-8")
+    fit, _ = measured(folder)
+    area_cm2 = np.pi * 2.5**2
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(15 / area_cm2, rel=0.01), fit["reason"]

@@ -193,7 +193,7 @@ Intruder = Annotated[Plate | Disc | FlatOutline | Leg, Field(discriminator="shap
 
 
 ForceQuantity = Literal["time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3"]
-MotionQuantity = Literal["time", "x", "z", "angle"]
+MotionQuantity = Literal["time", "x", "z", "angle", "along"]
 QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
 """What a column of a log can be; T1 to T3 are read and not used by the chain."""
 Unit = Literal[
@@ -271,6 +271,15 @@ class TextFormat(Model):
         return name
 
 
+class SecondColumn(Model):
+    """A column whose values are added to those of another."""
+
+    column: str | Annotated[int, Field(ge=1)]
+    """its name as rftfit inspect shows it, or its number in the file, from 1"""
+    unit: Unit | None = None
+    """its unit; needed where the file states none"""
+
+
 class Column(Model):
     """The column of a quantity."""
 
@@ -300,6 +309,12 @@ class Column(Model):
 
     For a log without a position, of an actuator of known speed: 1 mm/s downward from 20 mm above
     the arm's zero is `z: {constant: 20, rate: -1, unit: mm}`.
+    """
+
+    plus: SecondColumn | None = None
+    """a second column whose values are added, as nanoseconds to seconds, or the time of day to the date
+
+    Example: `time: {column: sec, unit: s, plus: {column: nanosec, unit: ns}}`.
     """
 
     @model_validator(mode="after")
@@ -390,7 +405,11 @@ class ForceLog(Source[ForceQuantity]):
 
 
 class MotionLog(Source[MotionQuantity]):
-    """How motion logs are written."""
+    """How motion logs are written.
+
+    `along` is for a rig with one position along its path: x and z follow from gamma in the row of the sheet, and from
+    the depth of a horizontal run; it is 0 where the plate's centre is at the surface, and grows on the way in.
+    """
 
 
 AnyLog = ForceLog | MotionLog

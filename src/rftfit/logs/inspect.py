@@ -375,7 +375,9 @@ def config_block(
     lines = []
     sorts = kinds(found)
     by_rate = "rate_Hz" in {**(text or {}), **(options or {})}
-    if not by_rate and (rate := found.rate_of_coarse_time) is not None:
+    in_two_columns = bool(_nanoseconds_beside(found.quantities.get("time", ""), found))
+    rate = None if by_rate or in_two_columns else found.rate_of_coarse_time
+    if rate is not None:
         # such a time would be refused
         by_rate = True
         kept = {name: column for name, column in found.quantities.items() if name != "time"}
@@ -418,6 +420,18 @@ def config_block(
     return lines
 
 
+_SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")
+
+
+def _nanoseconds_beside(column: str, found: Survey) -> str:
+    """Column of the nanoseconds that belong to one of whole seconds; empty where there is none."""
+    match = _SECONDS.fullmatch(column)
+    if match is None:
+        return ""
+    wanted = re.compile(rf"(?i){re.escape(match[1])}n(ano)?_?(s|secs?|seconds?)")
+    return next((other.name for other in found.columns if wanted.fullmatch(other.name)), "")
+
+
 def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     """Say which column a quantity is; nothing where its name tells, unless `always`."""
     column = found.quantities.get(quantity)
@@ -437,6 +451,10 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
         usual = epoch_unit(lowest) or _unit_of_clock(found.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
+    if quantity == "time" and (second := _nanoseconds_beside(column, found)):
+        return [
+            f"    time: {{column: {name}, unit: s, plus: {{column: {scalar(second)}, unit: ns}}}}"
+        ]
     if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
     # a unit other than the chain's usual one has to be declared

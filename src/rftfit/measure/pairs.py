@@ -14,7 +14,7 @@ from rftfit.campaign.config import AnyLog, Column, Config, ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import unknown_word
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
@@ -44,7 +44,7 @@ def factor(table: dict[str, float], found: str, declared: str, what: str) -> flo
     return table[found]
 
 
-_TABLES = dict.fromkeys(("x", "z"), LENGTH_TO_CM)
+_TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
 _FORCE, _MOTION = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
 
@@ -53,13 +53,19 @@ def chain_units(config: Config) -> dict[str, str]:
     """Return the unit of each quantity in which the chain takes a log."""
     force = dict.fromkeys(("F1", "F2", "F3"), config.transducer.force_unit)
     torque = dict.fromkeys(("T1", "T2", "T3"), "N m")
-    position = dict.fromkeys(("x", "z"), config.arm.position_unit)
+    position = dict.fromkeys(("x", "z", "along"), config.arm.position_unit)
     return {**force, **torque, **position, "time": "s", "angle": "deg", "arm_moving": ""}
 
 
 def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
     """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities."""
-    chosen = {_name(c) for c in source.columns.values() if c.column is not None}
+    first = list(source.columns.values())
+    second = [column.plus.column for column in first if column.plus is not None]
+    chosen = {
+        _name(column)
+        for column in (*(chosen.column for chosen in first), *second)
+        if column is not None
+    }
     if isinstance(source, ForceLog):
         return chosen.union(_FORCE, gauges, ["arm_moving"])
     return chosen.union(_MOTION)
@@ -98,8 +104,9 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     for quantity, chosen in sorted(source.columns.items(), key=lambda item: item[0] != "time"):
         clock = columns.get("time"), found.get("time", "s")
         try:
-            values = _column(log, quantity, chosen, units[quantity], clock)
-            columns[quantity], found[quantity] = values
+            columns[quantity], found[quantity] = _sum_of_columns(
+                log, quantity, chosen, units[quantity], clock
+            )
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         if chosen.rate is not None:
@@ -112,8 +119,21 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     return replace(log, columns=columns, units=found, notes=tuple(map(str.strip, notes)))
 
 
-def _name(column: Column) -> str:
-    return f"column {column.column}" if isinstance(column.column, int) else str(column.column)
+def _name(column: str | int | None) -> str:
+    return f"column {column}" if isinstance(column, int) else str(column)
+
+
+def _sum_of_columns(
+    log: Log, quantity: str, chosen: Column, wanted: str, clock: tuple[FloatArray | None, str]
+) -> tuple[FloatArray, str]:
+    """Values of a quantity, and their unit, with those of a second column where the config names one."""
+    values, unit = _column(log, quantity, chosen, wanted, clock)
+    if chosen.plus is None:
+        return values, unit
+    second = Column(column=chosen.plus.column, unit=chosen.plus.unit)
+    more, its_unit = _column(log, quantity, second, wanted, clock)
+    table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
+    return values + more * (table[its_unit] / table[unit]), unit
 
 
 def _column(
@@ -128,7 +148,7 @@ def _column(
                 raise ValueError("a rate needs a time of the log: name its column")
             values += chosen.rate * TIME_TO_S.get(unit, 1.0) * (time - time[:1])
     else:
-        name = log.name_of(_name(chosen))
+        name = log.name_of(_name(chosen.column))
         if name not in log.columns:
             raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
@@ -160,10 +180,14 @@ def _column(
 
 def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0) -> Log:
     """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path."""
-    lacking = [name for name in _MOTION if name not in log.columns]
-    if not lacking:
-        return log
     columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
+    if "along" in columns:
+        columns["x"], columns["z"] = _along_path(columns.pop("along"), run, units["x"], middle_cm)
+        found["x"] = found["z"] = found.pop("along")
+        notes.append("x and z are those of the position along the path, by gamma of the run sheet")
+    lacking = [name for name in _MOTION if name not in columns]
+    if not lacking:
+        return replace(log, columns=columns, units=found, notes=tuple(notes))
     if "angle" in lacking and run.kind == "rod":
         # there is no plate on it
         columns["angle"], found["angle"] = np.zeros(log.size), "deg"
@@ -181,6 +205,17 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
         raise _no_column(log, lacking, "motion")
     order = {name: columns[name] for name in _MOTION}
     return replace(log, columns=order, units=found, notes=tuple(notes))
+
+
+def _along_path(
+    along: FloatArray, run: Run, unit: str, middle_cm: float
+) -> tuple[FloatArray, FloatArray]:
+    """X and z of a position along the straight path of a run, which is 0 at the surface and grows on the way in."""
+    scale = LENGTH_TO_CM[unit]
+    way_in = run.gamma_deg if run.gamma_deg >= 0 else run.gamma_deg + 180
+    x, z = (float(share) for share in direction(math.radians(way_in)))
+    level = run.depth_cm / scale if run.direction == "horizontal" else 0.0
+    return middle_cm / scale + along * x, along * z - level
 
 
 def clean(log: Log) -> Log:
@@ -274,7 +309,7 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     def motion(run: Run, log: Log) -> Log:
         log = without_missing(log, config.motion_log.missing)
         log = mapped(log, config.motion_log, units, "motion_log")
-        if "z" in log.columns:
+        if not {"z", "along"}.isdisjoint(log.columns):
             log = completed(log, run, units, config.arm.middle_x_mm / 10)
         return _complete(log, run, _MOTION, "motion")
 
