@@ -274,10 +274,16 @@ class TextFormat(Model):
 class SecondColumn(Model):
     """A column whose values are added to those of another."""
 
-    column: str | Annotated[int, Field(ge=1)]
+    column: str | Annotated[int, Field(ge=1)] | None = None
     """its name as rftfit inspect shows it, or its number in the file, from 1"""
     unit: Unit | None = None
     """its unit; needed where the file states none"""
+
+    @model_validator(mode="after")
+    def _names_a_column(self) -> SecondColumn:
+        if self.column is None:
+            raise ValueError("needs a column: the one whose values are added")
+        return self
 
 
 class Column(Model):
