@@ -1,6 +1,7 @@
 """Random and mutated bytes for every reader, with what must hold for each of them."""
 
 import random
+import re
 import time
 import tracemalloc
 from dataclasses import dataclass
@@ -258,6 +259,10 @@ def _one(made, place, content, score):
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"
 
 
+_MINUS = re.compile(b"(?:\xe2\x88\x92|\xe2\x80\x93|\xef\xb9\xa3|\xef\xbc\x8d)(?=[0-9.,])")
+"""Signs of typesetting that stand for a minus before a number."""
+
+
 def check_rows(made, log, content):
     """Compare with the plainest reading of each line.
 
@@ -283,7 +288,7 @@ def check_rows(made, log, content):
     seen = set()
     for line in lines:
         try:
-            seen.add(tuple(made.cells(line.decode("latin-1"))))
+            seen.add(tuple(made.cells(_MINUS.sub(b"-", line).decode("latin-1"))))
         except (ValueError, IndexError, StopIteration):
             continue
     rows = np.stack([log.columns[column] for column in made.raw], axis=1)

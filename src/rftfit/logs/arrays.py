@@ -173,6 +173,12 @@ def _of_hdf5(path: Path) -> Found:
     with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
     _check_heaps(path)
+
+    def look() -> None:
+        with base.limited_memory(_OF_NAMES), h5py.File(path, "r") as file:
+            list(_tables_of_hdf5(path, file))
+
+    base.refuse_what_ends_a_process(path, "damaged", look)
     # the library takes as much memory as a damaged file states of its names and texts
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
@@ -213,13 +219,23 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
     for name, item in read:
         _check_stored(path, item)
         _check_chunks(path, item)
-        yield name.replace("/", "."), item, dict(item.attrs)
+        yield name.replace("/", "."), item, _attributes_of(item)
 
 
 _PACKING = ("scale_factor", "add_offset", "unitSI")
 """Attributes of netCDF and openPMD: value = stored number x `scale_factor` x `unitSI` + `add_offset`."""
 _NO_VALUE = ("_FillValue", "missing_value")
 """Attributes of netCDF: stored numbers that stand for no value."""
+
+
+def _attributes_of(item: Any) -> dict[str, Any]:
+    """Attributes of a dataset that may say what its values are: numbers, and units; the library stumbles over damaged texts."""
+    kinds = {name: item.attrs.get_id(name).dtype.kind for name in item.attrs}
+    return {
+        name: item.attrs[name]
+        for name, kind in kinds.items()
+        if kind in "biuf" or "unit" in name.casefold()
+    }
 
 
 _OF_LIBRARIES = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|unit|grid_")

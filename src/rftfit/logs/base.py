@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import math
+import os
 import re
+import signal
 import sys
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -412,6 +414,37 @@ def file_errors(path: Path) -> Iterator[None]:
         raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
         raise refusal_of_the_system(path, error) from error
+
+
+_MOST_CPU_S = 10
+
+
+def refuse_what_ends_a_process(path: Path, what: str, work: Callable[[], object]) -> None:
+    """Do something in a process of its own first: a library may end the process on a damaged file.
+
+    What `work` raises is not told: the caller does it once more. Where processes cannot be forked nothing is done.
+
+    Raises
+    ------
+    LogError
+        If a signal ends that process, as one that takes more than `_MOST_CPU_S` seconds.
+    """
+    if not hasattr(os, "fork"):
+        return
+    import resource
+
+    child = os.fork()
+    if child == 0:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (_MOST_CPU_S, _MOST_CPU_S))
+        try:
+            work()
+        finally:
+            os._exit(0)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        name = signal.Signals(os.WTERMSIG(status)).name
+        raise LogError("damaged", f"{path}: {what}: it ends the library that reads it ({name})")
 
 
 _LIMITING = Lock()
