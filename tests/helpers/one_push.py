@@ -24,7 +24,7 @@ def campaign_around(
 ):
     """Write config and run sheet of one vertical push around a log: a file of reported, or a path.
 
-    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push.
+    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push, or a list of them for several rows.
     `reads`: Further keys of both logs' sections. `sections`: Of
     the config, in place of its own.
     """
@@ -58,7 +58,7 @@ def campaign_around(
         "fit": {"missing_tare": "flag"},
     }
     write_yaml(root / "config" / "config.yaml", config | sections)
-    cells = {
+    push = {
         "run_id": RUN,
         "kind": "plate",
         "medium": MEDIUM,
@@ -68,9 +68,10 @@ def campaign_around(
         "gamma_deg": "90",
         "force_log": path.name,
         "motion_log": path.name,
-        **(row or {}),
     }
-    sheet = "\n".join([",".join(cells), ",".join(cells.values()), ""])
+    # several rows, each beside the cells of the push, or one
+    rows = [push | cells for cells in (row if isinstance(row, list) else [row or {}])]
+    sheet = "\n".join([",".join(rows[0]), *(",".join(cells.values()) for cells in rows), ""])
     (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
     return Folder(root)
 

@@ -196,3 +196,56 @@ def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_
     fit, _ = measured(folder)
     area_cm2 = np.pi * 2.5**2
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(15 / area_cm2, rel=0.01), fit["reason"]
+
+
+def test_runs_side_by_side_in_one_file(tmp_path):
+    """The row of the sheet names its own columns; units and the rest are those of the config."""
+    rows = [
+        {
+            "run_id": f"run{number}",
+            "force_columns": f"time=Time Run #{number}; F3=Force Run #{number}",
+            "motion_columns": f"time=Time Run #{number}; z=Position Run #{number}",
+        }
+        for number in (1, 2, 3)
+    ]
+    columns = {"time": "Time Run #1", "F3": "Force Run #1", "z": "Position Run #1"}
+    folder = campaign_around(tmp_path / "lab", "m15_pasco.csv", columns, row=rows)
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    fits = folder.table("fits/bed.csv").set_index("run_id")
+    assert fits["alpha_z_N_per_cm3"].to_dict() == pytest.approx(
+        {"run1": 1.0186, "run2": 1.5279, "run3": 0.8149}, rel=2e-3
+    ), fits["reason"].tolist()
+
+
+def test_runs_below_one_another_in_one_file(tmp_path):
+    time, height, force = truth()
+    lines = [
+        f"{number},{t:.4f},{share * f:.4f},{z:.4f}"
+        for number, share in ((1, 1.0), (2, 0.5))
+        for t, f, z in zip(time, force, height, strict=True)
+    ]
+    path = tmp_path / "all.csv"
+    path.write_text("\n".join(["Push,Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    rows = [
+        {"run_id": f"p{number}", "force_where": f"Push={number}", "motion_where": f"Push={number}"}
+        for number in (1, 2)
+    ]
+    folder = campaign_around(tmp_path / "lab", path, row=rows)
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    fits = folder.table("fits/bed.csv").set_index("run_id")
+    assert fits["alpha_z_N_per_cm3"].to_dict() == pytest.approx(
+        {"p1": ALPHA, "p2": ALPHA / 2}, rel=1e-3
+    ), fits["reason"].tolist()
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ({"force_where": "Push 1"}, "column=value; column=value; found 'Push 1'"),
+        ({"force_columns": "F4=Force"}, "found 'F4'"),
+        ({"motion_columns": "z=z; z=Z"}, "found z twice"),
+    ],
+)
+def test_a_cell_that_names_rows_or_columns_wrongly_is_told(tmp_path, cell, said):
+    folder = campaign_around(tmp_path / "lab", "e3_pos_1.csv", row=cell)
+    assert said in folder.rftfit("check").stdout

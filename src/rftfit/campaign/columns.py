@@ -147,6 +147,29 @@ COLUMNS = (
         low=1,
         high=10000,
     ),
+    _optional(
+        "force_where",
+        "text",
+        "rows of the force log that belong to this run, as in sensor=ft_plate; Run=2",
+        hint="column=value, several with ; between them, several values of one column with a comma between them; "
+        "goes before force_log.where of the config",
+    ),
+    _optional(
+        "motion_where",
+        "text",
+        "rows of the motion log that belong to this run",
+        hint="as force_where",
+    ),
+    _optional(
+        "force_columns",
+        "text",
+        "columns of the force log of this run, as in time=Time (s) Run #2; F3=Force (N) Run #2",
+        hint="quantity=column, several with ; between them; unit, factor and all else stay those of "
+        "force_log.columns in the config",
+    ),
+    _optional(
+        "motion_columns", "text", "columns of the motion log of this run", hint="as force_columns"
+    ),
     _optional("session", "text", "label of the runs made under the same conditions, as of one day"),
     _optional("operator", "text", "who made the run"),
     _optional("plate", "text", "label of the plate itself, where there are several of one size"),

@@ -13,6 +13,7 @@ from rftfit.campaign.columns import COLUMNS, DIRECTIONS
 from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.problems import Problem, did_you_mean, listed
+from rftfit.campaign.row_sources import Log, read_assignments, read_columns
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
 from rftfit.conventions import file_extraction
 
@@ -50,6 +51,8 @@ class Run:
     `surface_z_mm`: Arm z of the free surface; None means the configuration's.
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
     `stroke`: Which stroke along the path, from 1; None: the only one.
+    `force_where`, `motion_where`, `force_columns`, `motion_columns`: Rows and columns of the logs that
+        are those of the run, as the sheet writes them; empty: as the configuration says.
     `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
     `lacks_force_x`: Of a table that has no stress along x; no column of a run sheet.
     `row`: As a spreadsheet numbers it; the header is row 1.
@@ -74,6 +77,10 @@ class Run:
     row: int
     zero_log: str = ""
     stroke: int | None = None
+    force_where: str = ""
+    motion_where: str = ""
+    force_columns: str = ""
+    motion_columns: str = ""
     session: str = ""
     operator: str = ""
     plate: str = ""
@@ -128,6 +135,7 @@ def read_sheet(
         _check_cell(draft, vocabulary)
         _check_depth(draft, vocabulary)
         _check_stroke(draft)
+        _check_sources(draft)
         check_excluded(draft)
         if logs is not None:
             lost = "" if draft.yes("excluded") else "this run will be dropped"
@@ -223,6 +231,21 @@ def _check_stroke(draft: DraftRow) -> None:
         draft.note("stroke", "not-whole", draft.text["stroke"], "a whole number, from 1")
 
 
+def _check_sources(draft: DraftRow) -> None:
+    kinds: tuple[Log, ...] = ("force", "motion")
+    for kind in kinds:
+        where, columns = f"{kind}_where", f"{kind}_columns"
+        for name in (where, columns):
+            try:
+                if name == where:
+                    read_assignments(draft.text[name])
+                else:
+                    read_columns(draft.text[name], kind)
+            except ValueError as error:
+                form = "column=value; column=value" if name == where else "quantity=column; ..."
+                draft.note(name, "assignment", draft.text[name], f"{form}; {error}")
+
+
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
     depth, config = draft.number.get("depth_cm"), vocabulary.config
     if depth is None or config is None:
@@ -287,14 +310,18 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             name, path = column.name, draft.text[column.name]
             if not path:
                 continue
-            # of the strokes of one log those with the same number
-            named, alike = uses[folded(path)], uses[path, draft.number.get("stroke")]
+            # of the strokes of one log those with the same number, of the same rows and columns
+            selected = _selected(draft, name)
+            named = uses[folded(path)]
+            alike = uses[path, draft.number.get("stroke"), selected]
             for other, use in [*named[:1], *alike]:
                 same_row = other is draft and other.text[use] == path
                 if same_row and method != "same_clock":
                     draft.note(name, "one-file", path, same_file_needs_one_clock(method))
                 elif other.text[use] == path and (
-                    same_row or _are_different_strokes(draft, other, tolerance)
+                    same_row
+                    or _selected(other, use) != selected
+                    or _are_different_strokes(draft, other, tolerance)
                 ):
                     continue
                 else:
@@ -306,6 +333,12 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 break
             named.append((draft, name))
             alike.append((draft, name))
+
+
+def _selected(draft: DraftRow, log: str) -> tuple[str, str]:
+    """What a row says of the rows and columns of one of its logs."""
+    kind = log.removesuffix("_log")
+    return draft.text[f"{kind}_where"], draft.text[f"{kind}_columns"]
 
 
 def _are_different_strokes(one: DraftRow, other: DraftRow, tolerance_deg: float) -> bool:

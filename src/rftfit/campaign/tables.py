@@ -593,7 +593,8 @@ def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple
             f"a number in all rows of a run, or in none; {np.count_nonzero(blank)} rows are blank"
         )
         draft.note("stress_x_N_per_cm2", "blank", None, allowed)
-    return np.nan_to_num(stress), bool(blank.any())
+    # who has no such channel may have filled the column with zeros
+    return np.nan_to_num(stress), bool(blank.any() or not stress.any())
 
 
 def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -74,15 +75,18 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     for group in groups:
         noise = {name: _noise(force[where[name]]) for name in group if name in where}
         names = [name for name in noise if noise[name].size >= _SHORTEST]
-        for pair in _pairs_with_same_noise([noise[name] for name in names]):
+        shapes = [noise[name] / noise[name].std() for name in names]
+        for pair in _pairs_with_same_noise(shapes):
             one, other = (names[place] for place in pair)
-            found.setdefault(one, []).append(other)
-            found.setdefault(other, []).append(one)
+            # noise of another size is no copy of the readings
+            if abs(math.log(noise[one].std() / noise[other].std())) < _SAME_SIZE:
+                found.setdefault(one, []).append(other)
+                found.setdefault(other, []).append(one)
     return {name: tuple(others) for name, others in found.items()}
 
 
 def _noise(force: FloatArray) -> FloatArray:
-    """Second differences of the more restless component, of standard deviation 1."""
+    """Second differences of the more restless component, N; none where they are all alike."""
     steps = np.diff(force[np.isfinite(force).all(axis=1)], 2, axis=0)
     if not steps.size:
         return np.zeros(0)
@@ -90,7 +94,7 @@ def _noise(force: FloatArray) -> FloatArray:
     most = _JUMP * np.median(np.abs(steps), axis=0)
     steps = np.clip(steps, -most, most)
     own = steps[:, steps.std(axis=0).argmax()]
-    return own / own.std() if own.std() > 0 else np.zeros(0)
+    return own if own.std() > 0 else np.zeros(0)
 
 
 def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
@@ -117,6 +121,7 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
 
 
 _BLOCK = 32
+_SAME_SIZE = 0.1
 
 
 def counted_once(

@@ -483,7 +483,9 @@ def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
     ledger = Ledger()
     for run in campaign.unassigned_air_runs:
         counts = []
-        for file, reader in zip((run.force_log, run.motion_log), readers(campaign), strict=True):
+        for file, reader in zip(
+            (run.force_log, run.motion_log), readers(campaign, run), strict=True
+        ):
             try:
                 counts.append((file, sum(log.rows for log in reader.stream(campaign.raw / file))))
             except LogError as error:

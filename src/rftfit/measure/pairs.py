@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from rftfit.campaign.calibration import Calibration
 from rftfit.campaign.config import AnyLog, Column, Config, ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import unknown_word
+from rftfit.campaign.row_sources import source_of_row
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError, Reader
@@ -46,6 +48,7 @@ def factor(table: dict[str, float], found: str, declared: str, what: str) -> flo
 
 _TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
+LogKey = Literal["force_log", "motion_log"]
 _FORCE, _MOTION = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
 
 
@@ -188,8 +191,8 @@ def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0
     lacking = [name for name in _MOTION if name not in columns]
     if not lacking:
         return replace(log, columns=columns, units=found, notes=tuple(notes))
-    if "angle" in lacking and run.kind == "rod":
-        # there is no plate on it
+    if "angle" in lacking and run.kind == "rod" and not math.isfinite(run.beta_deg):
+        # the tare of plates at any angle
         columns["angle"], found["angle"] = np.zeros(log.size), "deg"
         lacking.remove("angle")
     if "angle" in lacking and math.isfinite(run.beta_deg):
@@ -299,57 +302,99 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     Some runs are read at a time, which is faster than one by one and keeps memory flat.
     """
     config, units = campaign.config, chain_units(campaign.config)
-    force_reader, motion_reader = readers(campaign)
 
     def force(run: Run, log: Log) -> Log:
         log = without_missing(log, config.force_log.missing)
         log = loads(log, campaign.calibration, units)
-        return _complete(mapped(log, config.force_log, units, "force_log"), run, _FORCE, "force")
+        source = source_of(config, run, "force_log")
+        return _complete(mapped(log, source, units, "force_log"), run, _FORCE, "force")
 
     def motion(run: Run, log: Log) -> Log:
         log = without_missing(log, config.motion_log.missing)
-        log = mapped(log, config.motion_log, units, "motion_log")
+        log = mapped(log, source_of(config, run, "motion_log"), units, "motion_log")
         if not {"z", "along"}.isdisjoint(log.columns):
             log = completed(log, run, units, config.arm.middle_x_mm / 10)
         return _complete(log, run, _MOTION, "motion")
 
-    zeros: dict[str, Log | LogError] = {}
+    zeros: dict[tuple[str, ...], Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
         part = runs[first : first + _AT_A_TIME]
         # of several runs with one zero log the first
-        new = {run.zero_log: run for run in reversed(part) if run.zero_log not in ("", *zeros)}
-        unloaded = force_reader.load_many([campaign.raw / name for name in new])
-        pushed = force_reader.load_many([campaign.raw / run.force_log for run in part])
-        moved = motion_reader.load_many([campaign.raw / run.motion_log for run in part])
-        for (name, run), log in zip(new.items(), unloaded, strict=True):
-            zeros[name] = _usable(campaign, name, log, partial(force, run), _FORCE[1:])
-        for run, one, other in zip(part, pushed, moved, strict=True):
-            loaded = _usable(campaign, run.force_log, one, partial(force, run), _FORCE[1:])
-            path = _usable(campaign, run.motion_log, other, partial(motion, run), _MOTION[1:])
+        new = {
+            _zero(run): run for run in reversed(part) if run.zero_log and _zero(run) not in zeros
+        }
+        of_zeros = [run.zero_log for run in new.values()]
+        unloaded = _read(campaign, [*new.values()], "force_log", of_zeros)
+        pushed = _read(campaign, part, "force_log", [run.force_log for run in part])
+        moved = _read(campaign, part, "motion_log", [run.motion_log for run in part])
+        for (key, run), log in zip(new.items(), unloaded, strict=True):
+            zeros[key] = _usable(campaign, run.zero_log, log, partial(force, run), _FORCE[1:])
+        for run, force_log, motion_log in zip(part, pushed, moved, strict=True):
+            loaded = _usable(campaign, run.force_log, force_log, partial(force, run), _FORCE[1:])
+            path = _usable(campaign, run.motion_log, motion_log, partial(motion, run), _MOTION[1:])
             path = without_holds(path) if isinstance(path, Log) else path
-            yield run, Pair(loaded, path, zeros.get(run.zero_log))
+            yield run, Pair(loaded, path, zeros.get(_zero(run)))
+
+
+def _zero(run: Run) -> tuple[str, str, str]:
+    """The zero log of a run, and which of its rows and columns are the run's."""
+    return run.zero_log, run.force_where, run.force_columns
+
+
+def source_of(config: Config, run: Run, key: LogKey) -> AnyLog:
+    """Return how a log of a run is written: as the config says, or the row of the run sheet."""
+    if key == "force_log":
+        return source_of_row(config.force_log, run.force_where, run.force_columns)
+    return source_of_row(config.motion_log, run.motion_where, run.motion_columns)
+
+
+def _read(
+    campaign: Campaign, runs: Sequence[Run], key: LogKey, files: Sequence[str]
+) -> list[Log | LogError]:
+    """Read one log of each run, those that are written alike together."""
+    kind = key.removesuffix("_log")
+    alike: dict[tuple[str, str], list[int]] = {}
+    for place, run in enumerate(runs):
+        words = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
+        alike.setdefault(words, []).append(place)
+    logs: dict[int, Log | LogError] = {}
+    for places in alike.values():
+        reader = _reader(campaign, source_of(campaign.config, runs[places[0]], key), key)
+        paths = [campaign.raw / files[place] for place in places]
+        logs |= zip(places, reader.load_many(paths), strict=True)
+    return [logs[place] for place in range(len(runs))]
 
 
 def same_table(config: Config, run: Run) -> bool:
-    """Tell whether force and motion of a run are columns of one table: a line may hold both."""
+    """Tell whether force and motion of a run are the same rows of one table: a line may hold both."""
 
-    def table(source: AnyLog) -> tuple[object, ...]:
-        return source.text, source.dialect or config.dialect, source.options
+    def table(key: LogKey) -> tuple[object, ...]:
+        source = source_of(config, run, key)
+        dialect = source.dialect or config.dialect
+        return source.text, dialect, source.options, source.where_words
 
-    same_file = run.force_log == run.motion_log
-    return same_file and table(config.force_log) == table(config.motion_log)
+    return run.force_log == run.motion_log and table("force_log") == table("motion_log")
 
 
-def readers(campaign: Campaign) -> tuple[Reader, Reader]:
-    """Return the readers of force and of motion logs, of the columns only that the config names."""
-    config, calibration = campaign.config, campaign.calibration
+def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]:
+    """Return the readers of force and of motion logs, of the columns only that the config names.
+
+    `run`: Whose row of the run sheet may name others.
+    """
+    config = campaign.config
+    keys: tuple[LogKey, LogKey] = ("force_log", "motion_log")
+    force, motion = (
+        getattr(config, key) if run is None else source_of(config, run, key) for key in keys
+    )
+    return _reader(campaign, force, "force_log"), _reader(campaign, motion, "motion_log")
+
+
+def _reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
+    calibration = campaign.calibration
     gauges = calibration.gauges if calibration is not None else ()
-
-    def reader(source: AnyLog, key: str) -> Reader:
-        every_column = source_reader(source, config.dialect, key)
-        return every_column.only(columns_asked(source, gauges))
-
-    return reader(config.force_log, "force_log"), reader(config.motion_log, "motion_log")
+    every = source_reader(source, campaign.config.dialect, key)
+    asks = source.columns or (gauges and key == "force_log")
+    return every.only(columns_asked(source, gauges)) if asks else every
 
 
 def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
