@@ -101,7 +101,7 @@ coverage: env ## lines and branches that the tests run, room by room, 10 min
 	@$(BIN)/python studies/covered.py $(ARGS)
 
 #@ Slow: does the program stand damage?
-fuzz: env ## no random or damaged bytes crash a reader of text or add a row, 10 min for each of seven readers
+fuzz: env ## no random or damaged bytes crash a reader, or add a row to a text, 10 min for each of eighteen readers (ARGS="--seconds 60": a minute)
 	@$(BIN)/python studies/fuzz_logs.py $(ARGS)
 
 killed: env ## a run that is killed at twenty random moments goes on to the same bytes, half an hour

@@ -23,7 +23,7 @@ case "$1 $2" in
 "clean -y") ;;
 "env create")
     for word; do case "$word" in "$PWD"/*.yaml) file=$word ;; esac; done
-    @PYTHON@ -m venv --without-pip "${file%.yaml}"
+    "@PYTHON@" -m venv --without-pip "${file%.yaml}"
     echo "@PACKAGES@" > "$(echo "${file%.yaml}"/lib/python*/site-packages)/packages.pth"
     ;;
 *) echo "not expected: $*" >&2; exit 1 ;;

@@ -234,7 +234,7 @@ def _attributes_of(item: Any) -> dict[str, Any]:
     return {
         name: item.attrs[name]
         for name, kind in kinds.items()
-        if kind in "biuf" or "unit" in name.casefold()
+        if kind in "biuf" or "unit" in name.casefold() or name in (*_PACKING, *_NO_VALUE)
     }
 
 
