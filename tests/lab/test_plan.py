@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.campaign.columns import LABELS
+from rftfit.campaign.columns import LABELS, OF_SOURCES
 from rftfit.campaign.config import Container
 from rftfit.errors import InputError
 from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, window
@@ -82,7 +82,7 @@ def test_unknown_medium(config):
 def test_sheet(runs):
     lines = sheet_text(runs, {}).split("\n")
     assert lines[0] == ",".join(
-        name for name in SHEET_COLUMNS if name not in ("zero_log", "stroke", *LABELS)
+        name for name in SHEET_COLUMNS if name not in ("zero_log", "stroke", *LABELS, *OF_SOURCES)
     )
     assert len(lines) == 935
     assert lines[-1] == ""

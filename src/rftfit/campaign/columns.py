@@ -176,5 +176,8 @@ COLUMNS = (
     _optional("rod", "text", "label of the rod or mount itself"),
 )
 
+OF_SOURCES = ("force_where", "motion_where", "force_columns", "motion_columns")
+"""Columns that say which rows and columns of its logs are those of a run."""
+
 LABELS = ("session", "operator", "plate", "rod")
 """Columns whose labels runs share, and with them perhaps an error."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.columns import COLUMNS, LABELS
+from rftfit.campaign.columns import COLUMNS, LABELS, OF_SOURCES
 from rftfit.lab.plan import FloatArray, Run
 from rftfit.lab.rig import Recording
 
@@ -79,7 +79,7 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
     runs = list(runs)
     used = {"zero_log": any(run.zero_log for run in runs)}
     used["stroke"] = any(run.cycles > 1 for run in runs)
-    used |= dict.fromkeys(LABELS, False)
+    used |= dict.fromkeys((*LABELS, *OF_SOURCES), False)
     columns = [name for name in SHEET_COLUMNS if used.get(name, True)]
     sheet = csv.DictWriter(buffer, columns, lineterminator="\n")
     sheet.writeheader()
