@@ -92,6 +92,18 @@ def test_what_one_source_says_of_itself_is_no_second_source(labels):
     assert sources_of(labels) == []
 
 
+@pytest.mark.parametrize("often", [0.05, 0.3])
+def test_a_state_that_comes_and_goes_is_no_second_source(tmp_path, often):
+    """Its readings go on as before."""
+    table, _ = table_of(3, often, "status", ("ok", "warn"))
+    table["Fz_N"] = 20.0 * np.arange(ROWS) / ROWS + np.random.default_rng(1).normal(0, 0.05, ROWS)
+    assert len(sources_of(list(table["status"]))) == 2
+    for kind, writer in WRITERS.items():
+        path = tmp_path / f"log.{kind}"
+        writer(table, path)
+        assert READERS[kind]().only({"time", "Fz"}).load(path).size == ROWS
+
+
 def test_numbers_are_compared_as_numbers():
     assert is_meant([1, 2.0, "1.0", "x", None], ("1",)).tolist() == [
         True,

@@ -238,6 +238,21 @@ def test_runs_below_one_another_in_one_file(tmp_path):
     ), fits["reason"].tolist()
 
 
+def test_runs_below_one_another_are_never_read_as_one(tmp_path):
+    """The second is longer: what is left of it would be read as the end of the first."""
+    lines = [
+        f"{t / 50:.2f},{f:.3f},{10 - t / 5:.2f}" for t, f in ((t, 0.1 * t) for t in range(300))
+    ]
+    lines += [
+        f"{t / 50:.2f},{f:.3f},{10 - t / 5:.2f}" for t, f in ((t, 0.3 * t) for t in range(500))
+    ]
+    path = tmp_path / "both.csv"
+    path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    fit, _ = measured(campaign_around(tmp_path / "lab", path))
+    assert np.isnan(fit["alpha_z_N_per_cm3"])
+    assert "are several recordings in one file (force_where" in fit["reason"]
+
+
 @pytest.mark.parametrize(
     ("cell", "said"),
     [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -17,6 +18,7 @@ from rftfit.logs.sources import IDENTITY, places_of, refuse_several_sources
 from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
 from rftfit.logs.text import (
     NO_VALUE,
+    PLAIN_NUMBER,
     Kind,
     Layout,
     Line,
@@ -151,12 +153,23 @@ class DelimitedReader(TextReader):
         for name, column in zip(names, zip(*rows, strict=True), strict=False):
             is_word = not any(plain(plain_minus(cell)) or is_stamp(cell) for cell in column)
             if is_word or (IDENTITY.search(name) and name not in (self.asked or ())):
-                labels[name] = tuple(filter(None, column))
-        refuse_several_sources(None, labels, self.where)
+                labels[name] = column
+        readings = [
+            [_reading(cell, text.decimal) for cell in column] for column in zip(*rows, strict=True)
+        ]
+        refuse_several_sources(None, labels, self.where, readings)
         return places
 
 
 _MOST_ROWS_OF_SOURCES = 2000
+
+
+def _reading(cell: str, decimal: str) -> float:
+    """A number without marks of thousands; NaN of all else."""
+    plain = cell if decimal == "." else cell.replace(".", "x").replace(decimal, ".")
+    return float(plain) if PLAIN_NUMBER.fullmatch(plain) else math.nan
+
+
 _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
 
 

@@ -256,25 +256,25 @@ def _log(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
     if not good.any():
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
     log = _with_time(path, topic, columns, received)
-    meant = _of_one_source(
-        path, {name: words[good] for name, words in labels.items()}, where, int(good.sum())
-    )
-    log = log.take(good, MISFIT).take(meant, OTHER_SOURCE)
+    log = log.take(good, MISFIT)
+    meant = _of_one_source(log, {name: words[good] for name, words in labels.items()}, where)
+    log = log.take(meant, OTHER_SOURCE)
     return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
 
 
 def _of_one_source(
-    path: Path, labels: Mapping[str, np.ndarray], where: Mapping[str, tuple[str, ...]], count: int
+    log: Log, labels: Mapping[str, np.ndarray], where: Mapping[str, tuple[str, ...]]
 ) -> np.ndarray:
     """Messages of the source that the config names; refused are those of several without that."""
     if unknown := [name for name in where if name not in labels]:
         listed = "; ".join(unknown_word("text of a message", name, [*labels]) for name in unknown)
-        raise LogError("where", f"{path}: `where` of the config: {listed}")
-    meant = np.ones(count, dtype=bool)
+        raise LogError("where", f"{log.path}: `where` of the config: {listed}")
+    meant = np.ones(log.size, dtype=bool)
     for name, words in where.items():
         meant &= is_meant(labels[name].tolist(), words)
     left = {name: words[meant].tolist() for name, words in labels.items()}
-    refuse_several_sources(path, left, where)
+    readings = [values[meant].tolist() for values in log.columns.values()]
+    refuse_several_sources(log.path, left, where, readings)
     return meant
 
 

@@ -49,6 +49,33 @@ def sources_of(labels: Sequence[str]) -> list[str]:
     return sorted(stretches) if len(often) > 1 and in_turn else []
 
 
+_JUMPS = 1.5
+"""Readings of two sources go so many times as far from row to row as within each source, or farther."""
+
+
+def readings_differ(labels: Sequence[str], readings: Iterable[Sequence[float]]) -> bool:
+    """Whether readings jump where the label changes, so that it tells sources apart and not states of one.
+
+    `readings`: Of each column of numbers one for each label, NaN where there is none.
+    """
+    names = np.asarray(labels)
+    for column in readings:
+        values = np.asarray(column, dtype=float)
+        known = np.isfinite(values)
+        if np.count_nonzero(known) < _FEWEST_READINGS:
+            continue
+        within = sum(
+            float(np.abs(np.diff(values[known & (names == label)])).sum())
+            for label in np.unique(names[known])
+        )
+        if float(np.abs(np.diff(values[known])).sum()) > _JUMPS * within:
+            return True
+    return False
+
+
+_FEWEST_READINGS = 8
+
+
 def several_sources(column: str, sources: Sequence[str]) -> str:
     """Say that rows are of several sources, and how the config says which are meant."""
     listed = ", ".join(map(repr, sources[:_MOST_LISTED]))
@@ -60,12 +87,20 @@ def several_sources(column: str, sources: Sequence[str]) -> str:
 
 
 def refuse_several_sources(
-    path: Path | None, columns: Mapping[str, Sequence[str]], where: Iterable[str], rows: int = 0
+    path: Path | None,
+    columns: Mapping[str, Sequence[str]],
+    where: Iterable[str],
+    readings: Sequence[Sequence[float]],
+    rows: int = 0,
 ) -> None:
-    """Refuse a log in which a column tells that sources take turns, unless the config chose among them."""
+    """Refuse a log in which a column tells that sources take turns, unless the config chose among them.
+
+    `readings`: Of each column of numbers, as many as there are labels.
+    """
     chosen = {*where}
     for column, labels in columns.items():
-        if column not in chosen and (sources := sources_of(labels)):
+        sources = [] if column in chosen else sources_of(labels)
+        if sources and readings_differ(labels, readings):
             before = f"{path}: " if path else ""
             raise LogError("several-sources", before + several_sources(column, sources), rows)
 

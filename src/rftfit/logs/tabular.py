@@ -163,13 +163,20 @@ class XlsxReader(Reader):
         }
         units = ["s" if place in moments else unit for place, unit in enumerate(units)]
         labels = {
-            name: tuple(str(cell) for row in block if (cell := _cell(row, place)) is not None)
+            name: tuple(str(_cell(row, place)) for row in block)
             for place, name in enumerate(names[: len(above[-1])])
             if place not in table.numbers
             or (IDENTITY.search(name) and name not in (self.asked or ()))
         }
         sources = places_of(self.where, names)
-        refuse_several_sources(path, labels, self.where)
+        readings = [
+            [
+                math.nan if (number := _number(_cell(row, place))) is None else number
+                for row in block
+            ]
+            for place in table.numbers
+        ]
+        refuse_several_sources(path, labels, self.where, readings)
 
         def of_source(rows_of_block: list[Any]) -> list[Any]:
             for place, words in sources:
@@ -497,12 +504,17 @@ class ParquetReader(Reader):
             for field, name in zip(file.schema_arrow.names, names, strict=True)
             if name in unread or (IDENTITY.search(name) and name not in (self.asked or ()))
         ]
-        for batch in file.iter_batches(_ROWS_OF_SOURCES, columns=of_names) if of_names else ():
-            labels = {
-                name: [str(cell) for cell in column.to_pylist() if cell is not None]
-                for name, column in zip(batch.schema.names, batch.columns, strict=True)
-            }
-            refuse_several_sources(path, labels, self.where)
+        if not of_names:
+            return
+        for batch in file.iter_batches(_ROWS_OF_SOURCES):
+            columns = dict(zip(batch.schema.names, batch.columns, strict=True))
+            labels = {name: [str(cell) for cell in columns[name].to_pylist()] for name in of_names}
+            readings = [
+                [math.nan if cell is None else float(cell) for cell in column.to_pylist()]
+                for column in columns.values()
+                if any(is_kind(column.type) for is_kind in _number_types())
+            ]
+            refuse_several_sources(path, labels, self.where, readings)
             break
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration
 from rftfit.campaign.config import AnyLog, Column, Config, ForceLog
@@ -237,7 +238,7 @@ def clean(log: Log) -> Log:
     time = log.columns["time"]
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
-    if np.count_nonzero(forward) * 2 <= forward.size:
+    if np.count_nonzero(forward) * 2 <= forward.size or _starts_again(forward):
         text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
         raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
     return log.take(forward, BACKWARDS)
@@ -248,7 +249,10 @@ def _why_time_stands(time: FloatArray) -> str:
     steps = np.diff(time)
     back = np.count_nonzero(steps < 0)
     if back * 10 > np.count_nonzero(steps == 0):
-        wraps = "are several recordings in one file, or does a counter begin anew (micros() of Arduino)?"
+        wraps = (
+            "are several recordings in one file (force_where and motion_where in the run sheet, or `where` in the config, name "
+            "the rows of one), or does a counter begin anew (micros() of Arduino)?"
+        )
         return f"it runs backwards {back} times: {wraps}"
     distinct = np.unique(time).size
     if distinct < 2:
@@ -259,6 +263,16 @@ def _why_time_stands(time: FloatArray) -> str:
         f"{found}; write them with more digits, or leave out the time and state the rate of the rows: "
         "rate_Hz, under text or options"
     )
+
+
+_LONGEST_BACK = 0.1
+
+
+def _starts_again(forward: npt.NDArray[np.bool_]) -> bool:
+    """Whether time goes back and runs on from there over a tenth of the rows: another recording stands below."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], forward, [1]])))
+    lengths = np.diff(edges)[::2]
+    return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))
 
 
 _USUAL_STEPS = 1.5
