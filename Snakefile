@@ -13,9 +13,8 @@ from snakemake.utils import min_version
 SOURCE = Path(workflow.basedir) / "src"
 if SOURCE.is_dir():
     sys.path.insert(0, str(SOURCE))
-    os.environ["PYTHONPATH"] = os.pathsep.join(
-        filter(None, [str(SOURCE), os.environ.get("PYTHONPATH")])
-    )
+    sources = filter(None, [str(SOURCE), dict(os.environ).get("PYTHONPATH")])
+    os.environ.update(PYTHONPATH=os.pathsep.join(sources))
 
 from rftfit.store.environment import PACKAGE
 from rftfit.workflow.processes import (
@@ -28,7 +27,7 @@ from rftfit.workflow.processes import (
 min_version("9.5")
 
 # `--sdm conda` keeps PYTHONPATH from the jobs: workflow/envs/rftfit.post-deploy.sh links this folder into their environment.
-os.environ["RFTFIT_PACKAGE"] = str(PACKAGE)
+os.environ.update(RFTFIT_PACKAGE=str(PACKAGE))
 
 
 # No job, on whatever machine, imports Python modules from the campaign's folder, where it works.
