@@ -64,12 +64,14 @@ def _find_once(values: FloatArray, times: float) -> Mask:
     step = np.abs(np.diff(level))
     far = times * _usual_steps(step)
     # most logs hold no jump at all: whatever stands alone is entered and left by one
-    entered = np.concatenate([[np.inf], step]) > far / _SIDE
-    left = np.concatenate([step, [np.inf]]) > far / _SIDE
-    lengths = np.diff(np.append(starts, values.size))
-    candidates = np.flatnonzero(entered & left & (lengths <= LONGEST))
+    least = far[1:-1] / _SIDE
+    inner = np.flatnonzero((step[:-1] > least) & (step[1:] > least)) + 1
     # beside the first and the last readings there is one side alone, and a log may begin with a step
-    candidates = candidates[(candidates >= _FEWEST) & (candidates < level.size - _FEWEST)]
+    inner = inner[(inner >= _FEWEST) & (inner < level.size - _FEWEST)]
+    if not inner.size:
+        return nothing
+    lengths = np.diff(np.append(starts, values.size))
+    candidates = inner[lengths[inner] <= LONGEST]
     if not candidates.size:
         return nothing
     mirrored = np.pad(level, _SIDE, mode="reflect")
@@ -91,10 +93,14 @@ def _usual_steps(step: FloatArray) -> FloatArray:
 
     Steps to and from bad readings are large: a quarter of such readings makes half of the steps.
     """
-    count = max(step.size // _BLOCK, 1)
-    blocks = np.array([np.quantile(block, 0.25) for block in np.array_split(step, count)])
-    padded = np.pad(blocks, 1, mode="edge")
-    near = np.maximum(np.maximum(padded[:-2], padded[2:]), blocks)
-    sizes = [block.size for block in np.array_split(step, count)]
-    usual = np.repeat(near, sizes)
-    return np.append(usual, usual[-1])
+    size = min(_BLOCK, step.size)
+    count = step.size // size
+    blocks = step[: count * size].reshape(count, size)
+    quarter = size // 4
+    lower = np.partition(blocks, quarter, axis=1)[:, quarter]
+    near = lower.copy()
+    np.maximum(near[1:], lower[:-1], out=near[1:])
+    np.maximum(near[:-1], lower[1:], out=near[:-1])
+    usual = np.full(step.size + 1, near[-1])
+    usual[: count * size] = np.repeat(near, size)
+    return usual
