@@ -184,7 +184,9 @@ class Folder:
 
     def _reaches(self, real: str) -> bool:
         """Whether a path without links lies where look-ups may lead."""
-        return inside(real, self.base) or any(inside(real, folder) for folder in self.elsewhere)
+        if inside(real, self.base):
+            return True
+        return any(inside(real, folder) for folder in self.elsewhere)
 
     def nearest(self, path: str) -> str | None:
         """Find the file beside a missing one that was probably meant.

@@ -44,12 +44,12 @@ def find_spikes(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     ndarray of bool
         Shape (n,).
     """
-    alone = np.zeros(values.size, dtype=bool)
-    for _ in range(_PASSES):
-        left = np.flatnonzero(~alone)
-        spikes = _find_once(values[left], times)
+    alone = spikes = _find_once(values, times)
+    for _ in range(_PASSES - 1):
         if not spikes.any():
             break
+        left = np.flatnonzero(~alone)
+        spikes = _find_once(values[left], times)
         alone[left[spikes]] = True
     return alone
 
@@ -57,14 +57,21 @@ def find_spikes(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
 def _find_once(values: FloatArray, times: float) -> Mask:
     """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
     nothing = np.zeros(values.size, dtype=bool)
-    starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
-    level = values[starts]
+    change = np.diff(values)
+    changes = change != 0
+    if changes.all():
+        starts = np.arange(values.size)
+        level = values
+    else:
+        starts = np.flatnonzero(np.concatenate([[True], changes]))
+        level = values[starts]
+        change = np.diff(level)
     if level.size < 2 * _SIDE + 1:
         return nothing
-    step = np.abs(np.diff(level))
+    step = np.abs(change)
     far = times * _usual_steps(step)
-    # most logs hold no jump at all: whatever stands alone is entered and left by one
-    least = far[1:-1] / _SIDE
+    # most logs hold no jump at all: whatever stands alone is entered and left by one of about its size
+    least = far[1:-1] / 2
     inner = np.flatnonzero((step[:-1] > least) & (step[1:] > least)) + 1
     # beside the first and the last readings there is one side alone, and a log may begin with a step
     inner = inner[(inner >= _FEWEST) & (inner < level.size - _FEWEST)]
@@ -74,11 +81,13 @@ def _find_once(values: FloatArray, times: float) -> Mask:
     candidates = inner[lengths[inner] <= LONGEST]
     if not candidates.size:
         return nothing
-    mirrored = np.pad(level, _SIDE, mode="reflect")
-    places = candidates[:, None] + _SIDE
     sides = np.arange(1, _SIDE + 1)
-    before = np.median(mirrored[places - sides], axis=1)
-    after = np.median(mirrored[places + sides], axis=1)
+    # beside a reading near an end those that there are, as in a mirror
+    last = level.size - 1
+    places_before = np.abs(candidates[:, None] - sides)
+    places_after = last - np.abs(last - candidates[:, None] - sides)
+    before = np.median(level[places_before], axis=1)
+    after = np.median(level[places_after], axis=1)
     # between the two levels lies what was read while the force changed from one to the other
     above = level[candidates] - np.maximum(before, after)
     below = np.minimum(before, after) - level[candidates]

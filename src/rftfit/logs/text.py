@@ -546,7 +546,8 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
     columns = {}
     blank = {}
     for place in layout.wanted:
-        cells = table.column(str(place)).combine_chunks()
+        column = table.column(str(place))
+        cells = column.chunk(0) if column.num_chunks == 1 else column.combine_chunks()
         if layout.kinds[place] == "same":
             columns[layout.names[place]] = pc.equal(cells, layout.same.encode()).to_numpy(
                 zero_copy_only=False

@@ -44,6 +44,8 @@ def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
         if quantity not in log.columns:
             continue
         spikes = find_spikes(log.columns[quantity])
+        if not spikes.any():
+            continue
         if spikes.mean() > MOST_SHARE:
             text = (
                 f"{log.path}: {spikes.sum()} of {spikes.size} readings of {quantity} stand alone, far from "
@@ -82,10 +84,15 @@ class Holds(NamedTuple):
 
 def find_holds(position: FloatArray) -> Holds:
     """Judge the positions of one axis in the order of time, shape (n,)."""
+    each_is_new = Holds(1, 0.0, is_regular=True)
+    repeats = np.count_nonzero(position[1:] == position[:-1])
+    if 3 * repeats < position.size:
+        # most positions are there once, however the repeats lie
+        return each_is_new
     starts, lengths = _runs(position)
     level = position[starts]
-    if level.size < _FEWEST_LEVELS:
-        return Holds(1, 0.0, is_regular=True)
+    if level.size < _FEWEST_LEVELS or 2 * np.count_nonzero(lengths > 1) < lengths.size:
+        return each_is_new
     moving = lengths[1:-1]
     usual = float(np.median(moving[moving <= _AT_REST * np.median(moving)]))
     steps = np.abs(np.diff(level))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -54,7 +55,7 @@ class IntruderPath:
         at = np.arange(1, self.time.size - 1)
         most = (at.size + 1) // 2
         # over so many samples that noise makes no tenth of the speed
-        least_s = math.sqrt(2) * self._noise() / (0.1 * arm.speed_cm_per_s)
+        least_s = math.sqrt(2) * self._noise / (0.1 * arm.speed_cm_per_s)
         steps = min(max(math.ceil(least_s / (2 * usual)), 1), most)
         while True:
             # central differences, so that an edge is not seen half a step late
@@ -83,6 +84,7 @@ class IntruderPath:
         kept = np.concatenate([[True], np.repeat(rest, 2), [True]]) if ends.size else ends > 0
         return np.asarray(ends[kept].reshape(-1, 2))
 
+    @cached_property
     def _noise(self) -> float:
         """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
@@ -90,12 +92,13 @@ class IntruderPath:
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
         return float(np.median(np.abs(off), axis=1).max()) / 0.826
 
+    @cached_property
     def least_turn_cm(self) -> float:
         """Way that is seen as one, cm: not noise, not the flicker of a sensor between two steps."""
         steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
         resolution = float(steps[steps > 0].min(initial=np.inf))
         flicker = _TIMES_RESOLUTION * resolution if math.isfinite(resolution) else 0.0
-        return max(_TIMES_NOISE * self._noise(), flicker)
+        return max(_TIMES_NOISE * self._noise, flicker)
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
         """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
@@ -186,7 +189,7 @@ def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[floa
     time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
     if x.size < 3:
         return [(start, end)]
-    least = motion.least_turn_cm()
+    least = motion.least_turn_cm
     turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least))
     at = [float(time[turn]) for turn in turns]
     if not at and (corner := _corner(x, z, max(_CORNER_CM, least))) is not None:
