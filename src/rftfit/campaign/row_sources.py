@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from rftfit.campaign.config import AnyLog, Column, ForceLog, ForceQuantity, MotionQuantity
 from rftfit.campaign.problems import unknown_word
 
-Log = Literal["force", "motion"]
+LogKind = Literal["force", "motion"]
 
 _QUANTITIES = {"force": get_args(ForceQuantity), "motion": get_args(MotionQuantity)}
 
@@ -26,7 +26,7 @@ def read_assignments(text: str) -> dict[str, str]:
     return assignments
 
 
-def read_columns(text: str, log: Log) -> dict[str, str]:
+def read_columns(text: str, log: LogKind) -> dict[str, str]:
     """Read the columns of a log, quantity by quantity; raises ValueError for an unknown quantity."""
     columns = read_assignments(text)
     for quantity in columns:
@@ -39,7 +39,7 @@ def source_of_row(source: AnyLog, where: str, columns: str) -> AnyLog:
     """Return how a log is written, with what a row of the run sheet says in place of the config."""
     if not where and not columns:
         return source
-    kind: Log = "force" if isinstance(source, ForceLog) else "motion"
+    kind: LogKind = "force" if isinstance(source, ForceLog) else "motion"
     changed: dict[str, object] = {}
     if where:
         changed["where"] = {

@@ -13,7 +13,7 @@ from rftfit.campaign.columns import COLUMNS, DIRECTIONS
 from rftfit.campaign.config import PLATE_SHAPES, Config
 from rftfit.campaign.files import Folder, folded
 from rftfit.campaign.problems import Problem, did_you_mean, listed
-from rftfit.campaign.row_sources import Log, read_assignments, read_columns
+from rftfit.campaign.row_sources import LogKind, read_assignments, read_columns
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
 from rftfit.conventions import file_extraction
 
@@ -232,7 +232,7 @@ def _check_stroke(draft: DraftRow) -> None:
 
 
 def _check_sources(draft: DraftRow) -> None:
-    kinds: tuple[Log, ...] = ("force", "motion")
+    kinds: tuple[LogKind, ...] = ("force", "motion")
     for kind in kinds:
         where, columns = f"{kind}_where", f"{kind}_columns"
         for name in (where, columns):

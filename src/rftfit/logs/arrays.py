@@ -42,7 +42,7 @@ _DEFLATE, _CHECKSUMS = 1, 64
 """Number of a filter of HDF5; the bytes by which checksums make a block larger."""
 
 
-class Column(NamedTuple):
+class ArrayColumn(NamedTuple):
     """Values, of shape (n,), the unit that the file states, and what its attributes made of the values.
 
     `blank`: Whether the file says which values stand for none; they are NaN.
@@ -54,7 +54,7 @@ class Column(NamedTuple):
     blank: bool = False
 
 
-Found = Iterator[tuple[str, Column | str]]
+Found = Iterator[tuple[str, ArrayColumn | str]]
 """Columns by name; of what is none, what it is."""
 
 
@@ -84,7 +84,7 @@ class ArraysReader(base.Reader):
         others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
         return self._log(path, found, others)
 
-    def _log(self, path: Path, found: dict[str, Column], others: list[str]) -> base.Log:
+    def _log(self, path: Path, found: dict[str, ArrayColumn], others: list[str]) -> base.Log:
         names, in_names = names_and_units(found)
         columns, units = {}, {}
         notes = []
@@ -250,7 +250,7 @@ def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
         for column, found in _of_array(name, stored):
             field = column.removeprefix(f"{name}.").partition(" column ")[0]
             unit = units.get(field, "")
-            yield column, found if isinstance(found, str) else Column(found.values, unit)
+            yield column, found if isinstance(found, str) else ArrayColumn(found.values, unit)
         return
     unit = unit_word(_text_of(attributes.get("unit", attributes.get("units", ""))))
     packing = {key: _number_of(attributes[key]) for key in _PACKING if key in attributes}
@@ -476,12 +476,12 @@ def _of_array(path: str, value: Any, unit: str = "") -> Found:
         array, unit = base.ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
-        yield path or "column 1", Column(array.ravel(), unit)
+        yield path or "column 1", ArrayColumn(array.ravel(), unit)
     elif len(shape) == 2 and min(shape) <= MOST_COLUMNS:
         table: FloatArray = array.reshape(shape)
         # samples are more than columns: MATLAB and HDF5 lay a table differently
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
-            yield f"{path} column {number}".strip(), Column(values, unit)
+            yield f"{path} column {number}".strip(), ArrayColumn(values, unit)
 
 
 def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
@@ -494,7 +494,7 @@ def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
         return
     cells = [np.asanyarray(cell) for cell in array.flat]
     if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
-        yield path, Column(np.array([cell.item() for cell in cells]), unit)
+        yield path, ArrayColumn(np.array([cell.item() for cell in cells]), unit)
     elif len(cells) > MOST_COLUMNS:
         yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
     else:

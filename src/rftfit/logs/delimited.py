@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -93,7 +93,8 @@ class DelimitedReader(TextReader):
             given, below = _columns_of_gef(skipped)
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
-        rows = [_cells(line, delimiter) for line in lines[:KIND_LINES] if line.whole]
+        first_rows = [_cells(line, delimiter) for line in lines if line.whole]
+        rows = first_rows[:KIND_LINES]
         given, below = without_mark(given, rows), without_mark(below, rows)
         width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
         names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
@@ -119,7 +120,15 @@ class DelimitedReader(TextReader):
                 columns[name] = clocks[name].follow(columns[name])
             return {**columns, "time": index / rate} if rate else columns
 
-        source = self._places_of_sources(names, delimiter, text, lines, further)
+        source = places_of(self.where, names)
+        may_name_sources = {
+            name
+            for name, kind in zip(names, seen.kinds, strict=True)
+            if kind == "skip" or (IDENTITY.search(name) and name not in (self.asked or ()))
+        }
+        if may_name_sources - {*self.where}:
+            looked_through = [*first_rows, *islice(further(), _MOST_ROWS_OF_SOURCES)]
+            self._refuse_several_sources(names, may_name_sources, looked_through, text.decimal)
         layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
         layout = replace(
             layout,
@@ -134,31 +143,27 @@ class DelimitedReader(TextReader):
         derived = derive if rate or clocks else None
         return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 
-    def _places_of_sources(
+    def _refuse_several_sources(
         self,
         names: Sequence[str],
-        delimiter: str,
-        text: TextFormat,
-        lines: Sequence[Line],
-        further: Callable[[], Iterable[Sequence[str]]],
-    ) -> tuple[tuple[int, tuple[str, ...]], ...]:
-        """Places of the columns of `where`, and their words; refuse rows of several sources without it."""
-        places = places_of(self.where, names)
-        first = [
-            _cells(line, delimiter) for line in lines if line.whole and _counts(line, text.comment)
-        ]
-        rows = _of_width([*first, *islice(further(), _MOST_ROWS_OF_SOURCES)], len(names))
-        plain = _NUMBERS[text.decimal].fullmatch
-        labels: dict[str, tuple[str, ...]] = {}
-        for name, column in zip(names, zip(*rows, strict=True), strict=False):
-            is_word = not any(plain(plain_minus(cell)) or is_stamp(cell) for cell in column)
-            if is_word or (IDENTITY.search(name) and name not in (self.asked or ())):
-                labels[name] = column
-        readings = [
-            [_reading(cell, text.decimal) for cell in column] for column in zip(*rows, strict=True)
-        ]
-        refuse_several_sources(None, labels, self.where, readings)
-        return places
+        may_name_sources: Collection[str],
+        rows: Iterable[Sequence[str]],
+        decimal: str,
+    ) -> None:
+        """Refuse rows of several sources that a column of words or of names tells apart, and no row of the config."""
+        columns = [*zip(*_of_width(rows, len(names)), strict=True)]
+        labels = {
+            name: column
+            for name, column in zip(names, columns, strict=False)
+            if name in may_name_sources
+            and (IDENTITY.search(name) or not any(map(is_stamp, column)))
+        }
+        refuse_several_sources(
+            None,
+            labels,
+            self.where,
+            lambda: ([_reading(c, decimal) for c in column] for column in columns),
+        )
 
 
 _MOST_ROWS_OF_SOURCES = 2000

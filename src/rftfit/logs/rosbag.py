@@ -273,8 +273,9 @@ def _of_one_source(
     for name, words in where.items():
         meant &= is_meant(labels[name].tolist(), words)
     left = {name: words[meant].tolist() for name, words in labels.items()}
-    readings = [values[meant].tolist() for values in log.columns.values()]
-    refuse_several_sources(log.path, left, where, readings)
+    refuse_several_sources(
+        log.path, left, where, lambda: [values[meant] for values in log.columns.values()]
+    )
     return meant
 
 
@@ -463,12 +464,9 @@ class MessageLayout:
         return found
 
     def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
-        """Texts of messages, the rows of `raw`, by field."""
+        """Texts of messages, the rows of `raw`, by field: one of each, or one for all."""
         return {
-            name: [
-                bytes(word).rstrip(b"\0").decode("utf-8", "replace")
-                for word in raw[:, place : place + length]
-            ]
+            name: _texts(raw[:, place : place + length])
             for name, (place, length) in self.texts.items()
         }
 
@@ -534,6 +532,13 @@ class MessageLayout:
 
     def _aligned(self, place: int, width: int) -> int:
         return place + (4 - place) % width if self._cdr else place
+
+
+def _texts(fields: np.ndarray) -> list[str]:
+    """Texts of fields of one length, shape (n, length); one for all of them where they are alike."""
+    if not (fields != fields[:1]).any():
+        fields = fields[:1]
+    return [bytes(field).rstrip(b"\0").decode("utf-8", "replace") for field in fields]
 
 
 def _cut(raw: np.ndarray, place: int, kind: str) -> np.ndarray:

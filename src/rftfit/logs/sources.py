@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -53,7 +53,7 @@ _JUMPS = 1.5
 """Readings of two sources go so many times as far from row to row as within each source, or farther."""
 
 
-def readings_differ(labels: Sequence[str], readings: Iterable[Sequence[float]]) -> bool:
+def readings_differ(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) -> bool:
     """Whether readings jump where the label changes, so that it tells sources apart and not states of one.
 
     `readings`: Of each column of numbers one for each label, NaN where there is none.
@@ -90,17 +90,18 @@ def refuse_several_sources(
     path: Path | None,
     columns: Mapping[str, Sequence[str]],
     where: Iterable[str],
-    readings: Sequence[Sequence[float]],
+    readings: Callable[[], Iterable[npt.ArrayLike]],
     rows: int = 0,
 ) -> None:
     """Refuse a log in which a column tells that sources take turns, unless the config chose among them.
 
-    `readings`: Of each column of numbers, as many as there are labels.
+    `readings`: Gives those of each column of numbers, as many as there are labels; asked for where labels
+    take turns only.
     """
     chosen = {*where}
     for column, labels in columns.items():
         sources = [] if column in chosen else sources_of(labels)
-        if sources and readings_differ(labels, readings):
+        if sources and readings_differ(labels, readings()):
             before = f"{path}: " if path else ""
             raise LogError("several-sources", before + several_sources(column, sources), rows)
 

@@ -169,13 +169,12 @@ class XlsxReader(Reader):
             or (IDENTITY.search(name) and name not in (self.asked or ()))
         }
         sources = places_of(self.where, names)
-        readings = [
-            [
-                math.nan if (number := _number(_cell(row, place))) is None else number
-                for row in block
-            ]
-            for place in table.numbers
-        ]
+
+        def readings() -> Iterator[list[float]]:
+            for place in table.numbers:
+                numbers = (_number(_cell(row, place)) for row in block)
+                yield [math.nan if number is None else number for number in numbers]
+
         refuse_several_sources(path, labels, self.where, readings)
 
         def of_source(rows_of_block: list[Any]) -> list[Any]:
@@ -509,12 +508,14 @@ class ParquetReader(Reader):
         for batch in file.iter_batches(_ROWS_OF_SOURCES):
             columns = dict(zip(batch.schema.names, batch.columns, strict=True))
             labels = {name: [str(cell) for cell in columns[name].to_pylist()] for name in of_names}
-            readings = [
-                [math.nan if cell is None else float(cell) for cell in column.to_pylist()]
+            numbers = [
+                column
                 for column in columns.values()
                 if any(is_kind(column.type) for is_kind in _number_types())
             ]
-            refuse_several_sources(path, labels, self.where, readings)
+            refuse_several_sources(
+                path, labels, self.where, partial(map, lambda column: _numbers(column)[0], numbers)
+            )
             break
 
 

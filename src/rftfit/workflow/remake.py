@@ -23,7 +23,7 @@ from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
 from rftfit.workflow.state import States
 
-Cells = list[list[str]]
+TextRows = list[list[str]]
 """Rows of a table as texts, its names first."""
 
 
@@ -135,7 +135,7 @@ def _difference(here: Path, again: Path) -> str:
     return _of_bytes(here, again)
 
 
-def _cells(path: Path) -> Cells:
+def _cells(path: Path) -> TextRows:
     if path.suffix == ".parquet":
         table = read_parquet(path)
         rows = table.astype(object).to_numpy().tolist()
@@ -147,7 +147,7 @@ def _cells(path: Path) -> Cells:
     return [*csv.reader(io.StringIO(text, newline=""))]
 
 
-def _difference_of_tables(here: Cells, again: Cells) -> str:
+def _difference_of_tables(here: TextRows, again: TextRows) -> str:
     """Say which cell of a table differs first and by how much; empty where all cells are equal."""
     names = again[0] if again else []
     if here[:1] != again[:1]:
@@ -167,7 +167,7 @@ def _difference_of_tables(here: Cells, again: Cells) -> str:
     return f"line {line}, {names[column]}: {was!r}, made again {now!r}{size}{more}{rows}"
 
 
-def _unequal_cells(here: Cells, again: Cells) -> Iterator[tuple[int, int, str, str]]:
+def _unequal_cells(here: TextRows, again: TextRows) -> Iterator[tuple[int, int, str, str]]:
     """Line, column, text and text made again of each cell that differs, in rows that both tables have."""
     for line, (row, row_again) in enumerate(zip(here, again, strict=False), 1):
         if row != row_again:
