@@ -151,19 +151,21 @@ class DelimitedReader(TextReader):
         decimal: str,
     ) -> None:
         """Refuse rows of several sources that a column of words or of names tells apart, and no row of the config."""
-        columns = [*zip(*_of_width(rows, len(names)), strict=True)]
-        labels = {
-            name: column
-            for name, column in zip(names, columns, strict=False)
-            if name in may_name_sources
-            and (IDENTITY.search(name) or not any(map(is_stamp, column)))
-        }
-        refuse_several_sources(
-            None,
-            labels,
-            self.where,
-            lambda: ([_reading(c, decimal) for c in column] for column in columns),
-        )
+        whole = [cells for cells in rows if len(cells) == len(names)]
+        columns = [*zip(*whole, strict=True)] or [()] * len(names)
+        labels: dict[str, list[str]] = {}
+        for name, column in zip(names, columns, strict=True):
+            if name not in may_name_sources:
+                continue
+            words = [cell.strip() for cell in column]
+            if IDENTITY.search(name) or not any(map(is_stamp, words)):
+                labels[name] = words
+
+        def readings() -> Iterator[list[float]]:
+            for column in columns:
+                yield [_reading(cell.strip(), decimal) for cell in column]
+
+        refuse_several_sources(None, labels, self.where, readings)
 
 
 _MOST_ROWS_OF_SOURCES = 2000
