@@ -126,8 +126,7 @@ def fuzz(name, seconds, seed, place, most=10**9):
     makers = [TEXTS[name](rows) for rows in (0, 1, 3, 12, 150)]
     score = Score()
     makers[2].reader.load(_written(place, makers[2].content))  # libraries loaded: not counted
-    end = time.perf_counter() + seconds
-    while time.perf_counter() < end and score.inputs < most:
+    for _ in _turns(seconds, most):
         made = luck.choice(makers)
         content = _input(luck, made)
         _one(made, _written(place, content), content, score)
@@ -135,28 +134,10 @@ def fuzz(name, seconds, seed, place, most=10**9):
 
 
 def fuzz_binary(name, seconds, seed, folder, most=10**9):
-    """Feed damaged files of a kind that a library of other people reads; as `fuzz`, but for memory.
+    """As `fuzz`, of a kind of `binary_logs.BINARIES` that a library of other people reads, damaged.
 
-    Memory is that of the process, since libraries take theirs past Python.
-
-    Parameters
-    ----------
-    name : str
-        Of `binary_logs.BINARIES`.
-    seconds : float
-    seed : int
-    folder : Path
-        Where the inputs are written; the last one is kept when something fails.
-    most : int
-
-    Returns
-    -------
-    Score
-
-    Raises
-    ------
-    AssertionError
-        If anything but a `Log` or a `LogError` comes back, or time or memory run away.
+    `folder`: Where the inputs are written. Memory is that of the process, since libraries take theirs past
+    Python.
     """
     luck = random.Random(seed)
     made, score = make_binary(name), Score()
@@ -165,11 +146,19 @@ def fuzz_binary(name, seconds, seed, folder, most=10**9):
     place = folder / made.name
     for content in made.contents:  # libraries loaded: not counted
         made.reader.load(_written(place, content))
-    end = time.perf_counter() + seconds
-    while time.perf_counter() < end and score.inputs < most:
+    for _ in _turns(seconds, most):
         content = _binary_input(luck, made.contents)
         judge_binary(made.reader, _written(place, content), score)
     return score
+
+
+def _turns(seconds, most):
+    """Count up to `most` for so many seconds."""
+    end = time.perf_counter() + seconds
+    for turn in range(most):
+        if time.perf_counter() >= end:
+            return
+        yield turn
 
 
 def judge_binary(reader, place, score):

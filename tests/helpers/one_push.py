@@ -76,6 +76,12 @@ def campaign_around(
     return Folder(root)
 
 
+def write_table(path, names, rows):
+    """Write a table of text with these lines of cells."""
+    path.write_text("\n".join([names, *rows, ""]), encoding="utf-8")
+    return path
+
+
 def measured(folder):
     """Fit of the push, and the flags of its run by code."""
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")

@@ -9,7 +9,8 @@ import pytest
 import yaml
 from campaigns import Folder
 from jobs import run_rules
-from one_push import ALPHA, REPORTED, campaign_around, measured, truth
+from one_push import ALPHA, REPORTED, campaign_around, measured, truth, write_table
+from paper import write_yaml
 
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
 
@@ -116,10 +117,8 @@ def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
 
 
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
-    lines = ["beta_deg,gamma_deg,depth_cm,stress_z,stress_x"]
-    lines += [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
-    table = tmp_path / "stress.csv"
-    table.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
+    write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_cm,stress_z,stress_x", rows)
     done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
     said = done.stdout + done.stderr
     assert "a number in all rows of a run, or in none; 1 rows are blank" in said
@@ -127,10 +126,8 @@ def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("at", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
 def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, at, depth_mm):
-    lines = ["beta_deg,gamma_deg,depth_mm,stress_z"]
-    lines += [f"0,90,{depth_mm if row == at else row},{0.1 * row:.4f}" for row in range(1, 50)]
-    table = tmp_path / "stress.csv"
-    table.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    rows = [f"0,90,{depth_mm if row == at else row},{0.1 * row:.4f}" for row in range(1, 50)]
+    write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_mm,stress_z", rows)
     done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
     said = done.stdout + done.stderr
     if depth_mm < 0:
@@ -143,6 +140,30 @@ def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, at, depth_mm):
     fit = folder.table(f"fits/{name}.csv").iloc[0]
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
     assert "rows-alone" in set(folder.table(f"flags/{name}.csv")["code"])
+
+
+def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
+    """Many in a row, of one run some, of another all."""
+    names = "beta_deg,gamma_deg,depth_cm,stress_z,stress_x,run_id"
+    rows = [f"0,90,{depth},{-9999 if 10 <= depth < 20 else depth},0,push" for depth in range(1, 40)]
+    rows += [f"30,90,-9999,{depth},0,lost" for depth in range(1, 9)]
+    write_table(tmp_path / "stress.csv", names, rows)
+    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    folder = Folder(tmp_path / "lab")
+    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    config["table"]["missing"] = [-9999]
+    write_yaml(folder.config, config)
+    done = folder.rftfit("check")
+    said = done.stdout + done.stderr
+    assert "18 rows" in said
+    assert "one row or more with data in each run" in said
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
+    fit = folder.table(f"fits/{name}.csv").iloc[0]
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
+    ledger = folder.table(f"ledger/ingest/{name}.csv")
+    assert ledger.loc[ledger["reason_code"] == "no-data", "rows"].sum() == 10
+    assert "no-data" in set(folder.table(f"flags/{name}.csv")["code"])
 
 
 @pytest.mark.parametrize("drive", ["steady", "uneven"])

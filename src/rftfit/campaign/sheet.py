@@ -55,6 +55,7 @@ class Run:
         are those of the run, as the sheet writes them; empty: as the configuration says.
     `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
     `lacks_force_x`: Of a table that has no stress along x; no column of a run sheet.
+    `rows_without_data`: Of a table, left out since they hold a value of `table.missing`; no column either.
     `row`: As a spreadsheet numbers it; the header is row 1.
     """
 
@@ -86,6 +87,7 @@ class Run:
     plate: str = ""
     rod: str = ""
     lacks_force_x: bool = False
+    rows_without_data: int = 0
 
     @property
     def motion_gamma_deg(self) -> float:

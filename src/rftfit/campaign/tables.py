@@ -416,12 +416,12 @@ class _Checked:
         note(column, code, found, allowed)
 
     def no_data(self, missing: Iterable[float]) -> None:
-        """Leave out the rows with a value that the config names as no data."""
+        """Mark the rows with a value that the config names as no data; the checks see zeros there."""
         columns = self.rows.columns
         absent = [np.isin(columns[name], [*missing]) for name in _NUMBERS if name in columns]
-        if not (at := np.flatnonzero(np.any(absent, axis=0))).size:
+        columns["no_data"] = np.any(absent, axis=0)
+        if not (at := np.flatnonzero(columns["no_data"])).size:
             return
-        columns["bad"][at] = True
         for name in _NUMBERS:
             if name in columns:
                 columns[name][at] = 0.0
@@ -513,9 +513,18 @@ class _Checked:
         notes: list[Problem] = []
         pushes = []
         for start, stop in pairwise([*first.tolist(), columns["row"].size]):
-            own = {name: values[start:stop] for name, values in columns.items()}
+            of_run = {name: values[start:stop] for name, values in columns.items()}
+            has_data = ~of_run.pop("no_data", np.zeros(stop - start, dtype=bool))
+            own = {name: values[has_data] for name, values in of_run.items()}
+            if not has_data.any():
+                draft = DraftRow(self.schema, int(of_run["row"][0]), notes)
+                allowed = "one row or more with data in each run; this one is left out"
+                draft.note("depth_cm", "run-without-data", None, allowed, severity="warning")
+                continue
             said = {name: words[name][own[name][0]] for name in words if name != "medium"}
-            pushes.append(_push(own, said, known[own["medium"][0]], self.schema, notes, file))
+            push = _push(own, said, known[own["medium"][0]], self.schema, notes, file)
+            without_data = int(np.count_nonzero(~has_data))
+            pushes.append(replace(push, run=replace(push.run, rows_without_data=without_data)))
         for code in dict.fromkeys(one.code for one in notes):
             first_of, *others = (one for one in notes if one.code == code)
             more = f"; this is the first of {1 + len(others)} runs" if others else ""

@@ -158,7 +158,7 @@ def of_moment(value: Any) -> float:
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
-    """Seconds of a column of an Arrow table of text; None where a cell has to be looked at by hand."""
+    """Seconds of a column of an Arrow table of text; None where Arrow reads some cell otherwise or not at all: then the reader takes them one by one, and says which is wrong."""
     import pyarrow as pa
     import pyarrow.compute as pc
 

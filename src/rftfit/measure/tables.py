@@ -10,7 +10,7 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import FIT_COLUMNS, N_REPEATS, filed_under
-from rftfit.measure.flags import reason_columns, remark
+from rftfit.measure.flags import NO_DATA, Remark, dropped_rows, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import is_symmetric, readings_digest
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
@@ -30,9 +30,14 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
     for run in campaign.runs_of(medium):
         table = campaign.numbers[run.run_id]
         size = len(next(iter(table.values())))
-        count = {"rows_force": size, "rows_motion": size, "sample_step_s": 1.0}
+        lines = size + run.rows_without_data
+        count = {"rows_force": lines, "rows_motion": lines, "sample_step_s": 1.0}
         name = {"run_id": run.run_id, "kind": run.kind, "status": "read"}
         rows.append(RUN_COLUMNS | name | count | known)
+        if run.rows_without_data:
+            rows_of_file = {"count": run.rows_without_data, "file": run.force_log}
+            ledger.flag(run, Remark("no-data", {**rows_of_file, "why": NO_DATA}))
+            ledger.add(run, run.force_log, DROPPED, run.rows_without_data, dropped_rows(NO_DATA))
         if run.excluded:
             reason = remark("excluded", why=run.reason)
             ledger.add(run, run.force_log, DROPPED, size, reason)
