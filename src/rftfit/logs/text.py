@@ -9,7 +9,7 @@ import math
 import re
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -427,7 +427,7 @@ def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) 
 
 
 def _parse(layout: Layout, body: bytes) -> list[Rows]:
-    """Parse a block, or its halves when it has a bad line."""
+    """Parse a block; in parts where it has a bad line."""
     if b"\xe2" in body or b"\xef" in body:
         body = _MINUS.sub(b"-", body)
     if not layout.regrouped:
@@ -436,13 +436,22 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
             return [fast]
         plain = _without_thousands(layout, body)
         if plain != body:
-            return _parse(layout, plain)
+            return _parse_halves(layout, plain)
+    return _parse_halves(layout, body, is_bad=True)
+
+
+def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[Rows]:
+    """Parse a block, or its halves where it has a bad line; `is_bad`: it is known to have one."""
+    if not (layout.regrouped or is_bad):
+        fast = _fast(layout, body)
+        if fast is not None:
+            return [fast]
     if count_lines(body) > _LINES_BY_HAND:
         middle = len(body) // 2
         # never between \r and \n
         place = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
         if 0 < place < len(body) and body[place : place + 1] != b"\n":
-            return [*_parse(layout, body[:place]), *_parse(layout, body[place:])]
+            return [*_parse_halves(layout, body[:place]), *_parse_halves(layout, body[place:])]
     return [_by_hand(layout, body)]
 
 
@@ -457,14 +466,72 @@ def plain_minus(cell: str) -> str:
 
 
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
-    """Take the separators out of numbers that leave no doubt: 1,442.21 has both marks; 1'442, 1 442."""
+    """Take the separators of thousands out of the numbers of a block that leave no doubt.
+
+    1,442.21 has both marks. In 1 442.21 and 1'442 the separator may be a damaged digit or decimal mark:
+    there the other numbers of the column decide.
+    """
     group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
     delimiter = layout.delimiter.encode()
     if group in body and point in body:
         marked = _grouped(re.escape(group), point, delimiter, b"")
         body = marked.sub(lambda number: number[0].replace(group, b""), body)
-    spaced = _grouped(_SPACE, point, delimiter, b"?")
-    return spaced.sub(lambda number: re.sub(_SPACE, b"", number[0]), body)
+    spaced = [*_grouped(_SPACE, point, delimiter, b"?").finditer(body)]
+    if not spaced:
+        return body
+    numbers_of: dict[int, list[re.Match[bytes]]] = {}
+    for number in spaced:
+        numbers_of.setdefault(_column_of(layout, body, number.start()), []).append(number)
+    lines = islice(filter(layout.is_data, body.splitlines()), _LINES_OF_EVIDENCE)
+    rows = [
+        cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
+        for line in lines
+    ]
+    doubtful: set[re.Match[bytes]] = set()
+    for place, numbers in numbers_of.items():
+        column = [cells[place].strip(" \t") for cells in rows if place < len(cells)]
+        doubtful |= _doubtful_thousands(numbers, column, point)
+    pieces = []
+    stop = 0
+    for number in spaced:
+        if number in doubtful:
+            continue
+        pieces += [body[stop : number.start()], re.sub(_SPACE, b"", number[0])]
+        stop = number.end()
+    return b"".join([*pieces, body[stop:]])
+
+
+_LINES_OF_EVIDENCE = 1000
+
+
+def _column_of(layout: Layout, body: bytes, place: int) -> int:
+    """Which cell of its line stands at this place of a block."""
+    start = body.rfind(b"\n", 0, place) + 1
+    start = max(start, body.rfind(b"\r", start, place) + 1)
+    before = body[start:place].rstrip(b'"').decode("latin-1") + "0"
+    return len(cells_of(before, layout.delimiter, quote=layout.quote) or "0") - 1
+
+
+def _doubtful_thousands(
+    spaced: Sequence[re.Match[bytes]], column: Sequence[str], point: bytes
+) -> set[re.Match[bytes]]:
+    """Numbers of a column whose blanks may be something else than separators of thousands.
+
+    All, where other numbers of the column have as many digits and no blank. Those without a decimal mark,
+    where the column has decimal marks, unless it has both: whole numbers, and thousands with a mark.
+    """
+    mark = point.decode()
+    plain = [cell.replace(mark, ".", 1) for cell in column if mark == "." or "." not in cell]
+    plain = [cell.lstrip("+-") for cell in plain if PLAIN_NUMBER.fullmatch(cell)]
+    digits = [len(re.split("[.eE]", cell)[0]) for cell in plain]
+    wholes = [re.sub(_SPACE, b"", number[0].partition(point)[0]) for number in spaced]
+    if max(digits, default=0) >= min(len(whole.lstrip(b"+-")) for whole in wholes):
+        return {*spaced}
+    without_mark = {number for number in spaced if point not in number[0]}
+    has_marks = len(without_mark) < len(spaced)
+    has_wholes = not all("." in cell for cell in plain)
+    is_safe = has_wholes if has_marks else not any("." in cell for cell in plain)
+    return set() if is_safe else without_mark
 
 
 _SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"

@@ -32,7 +32,7 @@ STATES = f"{FOLDER}/state"
 HANDED = "RFTFIT_CAMPAIGN"
 """Environment variable: the file with the campaign that `rftfit run` has read, and its seal."""
 
-_LEFT_OUT = ("row", "note", "lacks_force_x")
+_LEFT_OUT = ("row", "note", "lacks_force_x", "rows_without_data")
 """The number of a row, what nobody computes with, and what the digest of a table tells."""
 
 
