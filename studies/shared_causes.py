@@ -321,18 +321,21 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
     found = judged(made)
     checks = found.checks.set_index("check")
     kinds = () if fault == SOUND else FAULTS[fault][0]
-    words = str(checks.loc["shared", "found"])
-    names = {"gain": "force changes", "turn": "turned", "crosstalk": "channel along x seems"}
+    told = found.causes[found.causes["verdict"] == "told"]
+    beside = {
+        words.split()[0] for cell in told["inseparable"] for words in cell.split("; ") if words
+    }
     return {
         "fault": fault,
         "medium": medium,
         "told": checks.loc["shared", "verdict"] == "failed",
-        "by its cause": any(names[kind] in words for kind in kinds),
+        "by its cause": not told.empty and any(told["kind"].isin(kinds)),
+        "printed beside": not told.empty and bool(beside & {*kinds}),
         "inside": _holds_size(found.causes, kinds, size),
         "another check": " ".join(
             check for check in checks.index[checks["verdict"] == "failed"] if check != "shared"
         ),
-        "words": words,
+        "words": checks.loc["shared", "found"],
     }
 
 
@@ -467,7 +470,9 @@ def main() -> int:
         ]
         with Pool() as pool:
             files = pd.DataFrame(pool.map(judge_files, jobs_of_files, chunksize=1))
-        told = files.groupby("fault", sort=False)[["told", "by its cause", "inside"]].sum()
+        files["by either"] = files["by its cause"] | files["printed beside"]
+        columns = ["told", "by its cause", "by either", "inside"]
+        told = files.groupby("fault", sort=False)[columns].sum()
         told["sized"] = files.groupby("fault", sort=False)["inside"].count()
         print(f"through files, of {chosen.files} seeds in each of {len(FILE_MEDIA)} media:")
         print(told.to_string())

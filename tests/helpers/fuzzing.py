@@ -250,6 +250,8 @@ def _one(made, place, content, score):
 
 _MINUS = re.compile(b"(?:\xe2\x88\x92|\xe2\x80\x93|\xef\xb9\xa3|\xef\xbc\x8d)(?=[0-9.,])")
 """Signs of typesetting that stand for a minus before a number."""
+_QUOTED_THOUSANDS = re.compile(rb'(?<=")[+-]?\d{1,3}(?:,\d{3})+\.\d*(?:[eE][+-]?\d+)?(?=")')
+"""A number in quotes with separators of thousands and a decimal mark."""
 
 
 def check_rows(made, log, content):
@@ -276,8 +278,10 @@ def check_rows(made, log, content):
         return  # a column that holds hardly a number any more is left out, and damage to it allowed
     seen = set()
     for line in lines:
+        plain = _MINUS.sub(b"-", line)
+        plain = _QUOTED_THOUSANDS.sub(lambda number: number[0].replace(b",", b""), plain)
         try:
-            seen.add(tuple(made.cells(_MINUS.sub(b"-", line).decode("latin-1"))))
+            seen.add(tuple(made.cells(plain.decode("latin-1"))))
         except (ValueError, IndexError, StopIteration):
             continue
     rows = np.stack([log.columns[column] for column in made.raw], axis=1)

@@ -88,6 +88,15 @@ def test_a_time_that_is_none_costs_its_row(form, tmp_path):
 AMBIGUOUS = "03/04/2026 12:00:0"
 
 
+def test_a_time_that_is_no_text_costs_its_row(tmp_path):
+    rows = [b"2026-01-02T23:59:%02d,1.5" % second for second in range(10)]
+    rows[4] = b"\xcf" + rows[4][1:]
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"time,Fz (N)\n" + b"\n".join(rows) + b"\n")
+    log = rftfit.read_log(path, text={})
+    assert (log.size, log.dropped) == (9, {"not a time": 1})
+
+
 def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
     """It stays listed with its first cell and the reason, is refused where it is asked for, and `dates` reads it."""
     path = tmp_path / "a.csv"

@@ -568,14 +568,35 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         least_seen = trial.cause.tolerated + (trial.limit + _POWER) * se
         if not least_seen < KINDS[trial.cause.kind].most:
             break
-        others = tuple(
-            other.cause
-            for other in tried
-            if other is not trial and other.times > max(other.limit, trial.times - _INSEPARABLE)
+        told.append(
+            Found(trial.cause, trial.size, se, trial.times, _inseparable_from(trial, tried, scan))
         )
-        told.append(Found(trial.cause, trial.size, se, trial.times, others))
         model, scan = right, right.scan()
     return told, scan
+
+
+def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Cause, ...]:
+    """Other causes that explain the runs about as well as one that is told.
+
+    Causes of all runs are told by the known shape alone, from which each medium departs in its own way. So
+    of these also the ones with a score near that of the cause count, though a medium might have their size.
+    """
+    least_times = told.times - _INSEPARABLE
+    others = {
+        other.cause[:3]: other.cause
+        for other in tried
+        if other is not told and other.times > max(other.limit, least_times)
+    }
+    if told.cause.group == ALL:
+        scores = np.abs(scan.size) / scan.se
+        names = [cause[:3] for cause in scan.causes]
+        least_score = scores[names.index(told.cause[:3])] - _INSEPARABLE
+        others |= {
+            name: cause
+            for name, cause, score in zip(names, scan.causes, scores, strict=True)
+            if cause.group == ALL and score > least_score and name != told.cause[:3]
+        }
+    return tuple(others.values())
 
 
 class _Trial(NamedTuple):

@@ -585,7 +585,6 @@ def count_lines(body: bytes) -> int:
 def _fast(layout: Layout, body: bytes) -> Rows | None:
     """Parse lines without a single bad one, or give None."""
     import pyarrow as pa
-    import pyarrow.compute as pc
     import pyarrow.csv as pacsv
 
     if "integer" in layout.kinds and (b"x" in body or b"X" in body):
@@ -610,6 +609,17 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
         # blank lines, or a quote that swallowed line ends
         dense = _EMPTY_LINES.sub(b"\n", body).lstrip(b"\n")
         return _fast(layout, dense) if len(dense) < len(body) else None
+    try:
+        return _rows_of_table(layout, table)
+    except pa.ArrowInvalid:
+        return None
+
+
+def _rows_of_table(layout: Layout, table: Any) -> Rows | None:
+    """Turn the cells of an Arrow table into values, or give None; Arrow's own error where its text is none."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
     columns = {}
     blank = {}
     for place in layout.wanted:
@@ -621,10 +631,7 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
             )
             continue
         if place in layout.mixed:
-            try:
-                cells = numbers_among_words(cells, layout.decimal)
-            except pa.ArrowInvalid:
-                return None
+            cells = numbers_among_words(cells, layout.decimal)
         elif layout.kinds[place] == "stamp" and layout.no_value:
             values_without = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value))
             cells = pc.if_else(values_without, pa.scalar(None, pa.string()), cells)

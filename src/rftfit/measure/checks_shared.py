@@ -95,8 +95,15 @@ def _describe_told(row: Mapping[Any, Any], measured: Measured) -> Remark:
     else:
         place = remark("where-label", column=row["group"], label=row["place"], count=row["n_runs"])
     told = remark(f"told-{row['kind']}", where=str(place), **size)
-    others = [part.split() for part in str(row["inseparable"]).split("; ") if part]
+    others = [words.split() for words in str(row["inseparable"]).split("; ") if words]
     if not others:
         return told
-    kinds = dict.fromkeys(str(remark(f"kind-{other[0]}")) for other in others)
-    return remark("told-or", told=str(told), others=", ".join(kinds))
+    texts = dict.fromkeys(_describe_other(kind, group) for kind, group, *_ in others)
+    return remark("told-or", told=str(told), others=", ".join(texts))
+
+
+def _describe_other(kind: str, group: str) -> str:
+    """Kind of another cause, and the runs that would share it."""
+    if group in ("trend", "all", "from-run", "holder"):
+        return str(remark(f"other-{group}", kind=str(remark(f"kind-{kind}"))))
+    return str(remark("other-label", kind=str(remark(f"kind-{kind}")), column=group))
