@@ -187,9 +187,10 @@ def dated(rows):
         parts = [part.strip(' \t"') for part in next(csv.reader([line]))]
         whole, _, rest = parts[0].replace(",", ".").partition(".")
         zone = rest.lstrip("0123456789")
-        # a year of two digits, month and day of one are as clear
+        # a year of two digits, others of one are as clear
         whole = re.sub(r"^\d\d(?=-)", "20\\g<0>", whole)
         whole = re.sub(r"(?<=-)\d(?=[-T ])", lambda digit: digit[0].zfill(2), whole)
+        whole = re.sub(r"(?<=[T: ])\d(?=:|$)", lambda digit: digit[0].zfill(2), whole)
         time = dt.datetime.fromisoformat(whole + zone)
         time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
         if len(parts) != 2:

@@ -278,6 +278,18 @@ def test_two_cells_are_no_verdict_and_three_are():
         assert found.found.startswith(f"{len(bad)} of 91 cells")
 
 
+@pytest.mark.parametrize(
+    ("cells", "back", "verdict"),
+    [(12, (-0.012, -0.012), "failed"), (12, (-0.012, -0.007), "passed"), (12, (-0.1,), "passed"),
+     (12, (-0.007,) * 3, "failed"), (16, (-0.012, -0.012), "passed"), (16, (-0.007,) * 3, "failed")],
+)  # fmt: skip
+def test_energy_given_back_counts_by_its_size(cells, back, verdict):
+    """Two cells clearly beyond the limit of 0.005 N/cm^3 are a large share of a small table."""
+    done = [*back, *[0.1] * (cells - len(back))]
+    table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(done)])
+    assert axes(table)["work"].verdict == verdict
+
+
 def test_one_push_that_pulls_is_enough():
     table = alpha_frame("poppy_CP", one_cell(-0.5))
     assert axes(table)["work"].verdict == "failed"

@@ -252,6 +252,8 @@ SENTENCES = {
     "logs-read": "{count} logs",
     "negative-work": "{count} of {size} cells give energy back",
     "few-cells": "at most {count} of them",
+    "few-clear": "at most {count} of them, {clear} of these by twice the limit",
+    "few-clear-no-push": "at most {count} of them, {clear} of these by twice the limit, and not the push straight down",
     "no-cell": "none",
     "few-cells-no-push": "at most {count} of them, and not the push straight down",
     "no-cell-no-push": "none, and not the push straight down",
