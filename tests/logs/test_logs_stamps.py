@@ -1,6 +1,7 @@
 """Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
 
 import datetime as dt
+import math
 import gzip
 import re
 from collections.abc import Callable
@@ -153,6 +154,13 @@ def test_dates_are_those_of_python(time, between, zone):
     own = dt.datetime.fromisoformat(text)
     own = own if own.tzinfo else own.replace(tzinfo=dt.UTC)
     assert seconds_of(text) == pytest.approx(own.timestamp(), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "order"), [("6-01-02T23:59:59", "ymd"), ("1/2/6 23:59:59", "mdy")]
+)
+def test_a_year_of_one_digit_is_a_damaged_one(text, order):
+    assert math.isnan(seconds_of(text, order))
 
 
 @pytest.mark.parametrize("text", ["12", "12:30", "1.5", "2026-01-02", "12:60:00", "12-30-00", ""])

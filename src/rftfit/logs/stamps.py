@@ -122,7 +122,7 @@ def seconds_of(text: str, order: str = "") -> float:
         text, order = _with_month_number(text), "ymd"
     found = _DATE.fullmatch(text)
     order = order or order_of([text])
-    if not found or not order:
+    if not found or not order or len(found[f"d{order.index('y')}"]) == 1:
         return np.nan
     year, month, day = (int(found[f"d{order.index(part)}"]) for part in "ymd")
     hour, half, zone = int(found["hour"]), found["half"], found["zone"] or "Z"
