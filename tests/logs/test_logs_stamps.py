@@ -1,8 +1,8 @@
 """Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
 
 import datetime as dt
-import math
 import gzip
+import math
 import re
 from collections.abc import Callable
 from importlib import import_module
