@@ -63,6 +63,20 @@ def test_nothing_is_told_of_a_sound_campaign(name, alpha, repeats, seed):
     assert np.isfinite(scan.least_seen[scan.checked]).all()
 
 
+@pytest.mark.parametrize("seed", range(seeds(20, 3)))
+def test_errors_that_repeats_share_are_no_cause_of_a_sorted_campaign(seed):
+    """A plate that is mounted once for its repeats, one rod for them all: the order is that of the directions."""
+    random = np.random.default_rng(seed)
+    beta, gamma = np.repeat(np.array(sorted(DIRECTIONS), dtype=float), 3, axis=0).T
+    alpha = table_medium("glass3mm_CP")(np.radians(beta), np.radians(gamma))
+    level = np.hypot(*alpha)
+    shared = np.repeat(random.standard_normal((2, beta.size // 3)), 3, axis=1)
+    alpha = alpha + shared * (0.03 * level + 0.015 * level.max())
+    alpha = alpha * random.normal(1, 0.05, beta.size)
+    told, _ = find_causes(model_of(beta, gamma, alpha, ("glass3mm_CP",)))
+    assert not told
+
+
 def turned(alpha, gamma, degrees):
     """Forces of a mount that is turned; alpha_x of pulls is stored with the other sign."""
     side = np.where(gamma < 0, -1, 1)

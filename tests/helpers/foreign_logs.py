@@ -187,7 +187,8 @@ def dated(rows):
         parts = [part.strip(' \t"') for part in next(csv.reader([line]))]
         whole, _, rest = parts[0].replace(",", ".").partition(".")
         zone = rest.lstrip("0123456789")
-        # a year of two digits, others of one are as clear
+        # a year of two digits, others of one, and more blanks are as clear
+        whole = re.sub(r"(?<=\d)[T ] *(?=\d)", "T", whole)
         whole = re.sub(r"^\d\d(?=-)", "20\\g<0>", whole)
         whole = re.sub(r"(?<=-)\d(?=[-T ])", lambda digit: digit[0].zfill(2), whole)
         whole = re.sub(r"(?<=[T: ])\d(?=:|$)", lambda digit: digit[0].zfill(2), whole)

@@ -62,11 +62,11 @@ _TOLERATED_OF_ALL = {"turn": 1.8, "crosstalk": 0.03}
 """Beds and mounts are never quite alike to both sides: the published tables themselves look turned by up to 1.4 degrees."""
 _WIDER = {"beta-scale": 1.25, "gamma-offset": 1.4, "holder": 1.5}
 """Errors of causes that only the known shape can tell are so many times as large as the model says (sound campaigns)."""
-_LIMIT_OF_ALL, _LIMIT_OF_TURN = 3.2, 2.5
+_LIMIT_OF_ALL, _LIMIT_OF_TURN = 3.2, 1.6
 """Limits of causes of all runs, in errors beyond what is tolerated; of a turned mount and crosstalk, of which more is."""
 _TRIED_OF_ALL = 0.5
 """Score beyond the tolerated size from which a cause of all runs is decided by the exact transformation."""
-_MIXED_UP = 4.0
+_MIXED_UP = 3.0
 """A cause whose error is so many times that beside a known shape is mixed up with the directions of its runs."""
 _POWER = 0.84
 """Standard normal quantile of 80 %."""
@@ -96,6 +96,9 @@ _ANGLES_DEG = (0.3, 0.2)
 _DEPARTURE_DOF = 5.0
 _BED, _REST, _SCATTER_LOG_SD = 0.05, 0.015, 0.6
 """Scatter from run to run beforehand: along alpha and in all directions, relative to alpha, and how well that is known."""
+_LOCAL, _LOCAL_FLOOR = 0.03, 0.015
+"""What each direction has of its own, relative to its alpha and to the largest: a plate that is mounted once for its
+repeats, one rod for all of them."""
 _WEAK, _FLOOR = 0.3, 0.002
 """Weak directions scatter as if alpha were so large, and by so much, of the largest alpha."""
 
@@ -250,6 +253,7 @@ class JointModel:
         if not beside:
             self.mean, covariance = _prior_at(self.without, *self.directions)
             self.prior = covariance + 1e-8 * np.eye(2 * count)
+            self.local = _local_variance(self.mean)
             return
         self.prior_mean, self.prior_rows = _prior_beside(
             self.without, self.directions.tobytes(), count
@@ -257,6 +261,7 @@ class JointModel:
         places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
         self.mean = self.prior_mean[places]
         self.prior = self.prior_rows[places] + 1e-8 * np.eye(2 * count)
+        self.local = _local_variance(self.mean)
 
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
         """Take alpha of the directions and its slopes over the angles, per degree."""
@@ -302,7 +307,8 @@ class JointModel:
         return _Solved(columns, weighted.reshape(2 * size, -1), float(log_det))
 
     def _covariance(self, theta: FloatArray) -> FloatArray:
-        return np.asarray(math.exp(2 * theta[0] + theta[1]) * self.prior)
+        relative = math.exp(theta[1]) * self.prior + np.diag(self.local)
+        return np.asarray(math.exp(2 * theta[0]) * relative)
 
     def _inner(self, theta: FloatArray, precision: FloatArray) -> FloatArray:
         """I + P Z' D^-1 Z, of the directions."""
@@ -352,8 +358,13 @@ class JointModel:
         solved = self._solve(self.theta)
         if not keep_expected:
             sums = self._sum_by_direction(solved.solved[:, :1].reshape(2, self.runs.size, 1))[:, 0]
-            departure = math.exp(2 * self.theta[0] + self.theta[1]) * (self.prior_rows @ sums)
-            self._set_expected(math.exp(self.theta[0]) * self.prior_mean + departure)
+            departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
+            count = self.directions.shape[1]
+            places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+            departure[places] += self.local * sums
+            self._set_expected(
+                math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
+            )
         distance = self._distance_from_others(solved.solved[:, 0])
         self.weight = np.clip((_T_DOF + 2) / (_T_DOF + distance), 0.02, 1.0)
 
@@ -712,6 +723,13 @@ def _freedom(mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
         (sd**2 * np.outer(rows, rows) for sd, rows in factors), np.zeros((mean.size, mean.size))
     )
     return freedom
+
+
+def _local_variance(mean: FloatArray) -> FloatArray:
+    """Variance of what each direction has of its own, shape (2 n,), of a medium of size 1 with this mean."""
+    level = np.hypot(*mean.reshape(2, -1))
+    variance = (_LOCAL * level) ** 2 + (_LOCAL_FLOOR * level.max()) ** 2
+    return np.concatenate([variance, variance])
 
 
 AXES = {
