@@ -22,7 +22,7 @@ from rftfit.model.outlines import arc, polyline
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.config import paper_robot
-from rftfit.robot.mujoco import Ground, attach
+from rftfit.robot.mujoco import MujocoGround, attach
 from rftfit.robot.run import simulate, start_state
 
 POPPY = TableProfile.published("poppy_LP")
@@ -30,7 +30,7 @@ POPPY = TableProfile.published("poppy_LP")
 
 def paper_robot_in_mujoco(
     delta_mm: float, tau_s: float, step_s: float = 0.001
-) -> tuple[Any, Ground]:
+) -> tuple[Any, MujocoGround]:
     """The paper's robot in the plane, its legs as sheets in space, driven at 2 Hz by hinges of great inertia."""
     robot = paper_robot()
     legs = "".join(
@@ -108,7 +108,7 @@ QUADRUPED = f"""<mujoco><option timestep="{{step}}"/><worldbody>
 {LEGS}</body></worldbody></mujoco>"""
 
 
-def quadruped(step_s: float, delta_mm: float, tau_s: float) -> tuple[Any, Ground]:
+def quadruped(step_s: float, delta_mm: float, tau_s: float) -> tuple[Any, MujocoGround]:
     """9 kg on four box feet."""
     model = mujoco.MjModel.from_xml_string(QUADRUPED.format(step=step_s))
     data = mujoco.MjData(model)
@@ -150,7 +150,7 @@ def speed() -> None:
         while data.time < start + 2:
             ground.step()
         print(
-            f"{name}: {len(ground._faces)} triangles, {2 / (time.process_time() - began):.1f} simulated s a s"
+            f"{name}: {ground.n_faces} triangles, {2 / (time.process_time() - began):.1f} simulated s a s"
         )
 
 

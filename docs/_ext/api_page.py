@@ -40,6 +40,7 @@ GROUPS = {
         "path",
         "Mesh",
         "Motion3D",
+        "Ground",
         "simulate",
     ),
     "Logs and tables": ("read_log", "fit_slope", "published_table"),

@@ -16,6 +16,7 @@ __all__ = [
     "Comparison",
     "DepthOnlyProfile",
     "FourierProfile",
+    "Ground",
     "Map",
     "Medium",
     "Mesh",
@@ -82,6 +83,7 @@ _FOUND_IN = {
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
+    "robot.ground": ("Ground",),
 }
 """Modules by what they define of it; one is imported when a name of it is first used."""
 
@@ -116,6 +118,7 @@ if TYPE_CHECKING:
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open
+    from rftfit.robot.ground import Ground
 
 
 def __getattr__(name: str) -> object:

@@ -250,8 +250,8 @@ def _one(made, place, content, score):
 
 _MINUS = re.compile(b"(?:\xe2\x88\x92|\xe2\x80\x93|\xef\xb9\xa3|\xef\xbc\x8d)(?=[0-9.,])")
 """Signs of typesetting that stand for a minus before a number."""
-_QUOTED_THOUSANDS = re.compile(rb'(?<=")[+-]?\d{1,3}(?:,\d{3})+\.\d*(?:[eE][+-]?\d+)?(?=")')
-"""A number in quotes with separators of thousands and a decimal mark."""
+_THOUSANDS = re.compile(rb'(?<![^\s"])[+-]?\d{1,3}(?:,\d{3})+\.\d*(?:[eE][+-]?\d+)?(?![^\s"])')
+"""A number alone in quotes or between blanks, with separators of thousands and a decimal mark."""
 
 
 def check_rows(made, log, content):
@@ -279,7 +279,7 @@ def check_rows(made, log, content):
     seen = set()
     for line in lines:
         plain = _MINUS.sub(b"-", line)
-        plain = _QUOTED_THOUSANDS.sub(lambda number: number[0].replace(b",", b""), plain)
+        plain = _THOUSANDS.sub(lambda number: number[0].replace(b",", b""), plain)
         try:
             seen.add(tuple(made.cells(plain.decode("latin-1"))))
         except (ValueError, IndexError, StopIteration):

@@ -126,3 +126,13 @@ def test_a_channel_that_starts_later_is_read(tmp_path):
     force = LvmReader().only({"Force z"}).load(path)
     assert (force.size, force.dropped) == (10, {"no value in a cell": 50})
     np.testing.assert_allclose(force.columns["time"], log.columns["time"][50:])
+
+
+def test_a_segment_without_a_column_is_refused(tmp_path):
+    lines = lvm(ROWS, comment=False).content.decode().splitlines(keepends=True)
+    names_at = next(place for place, line in enumerate(lines) if line.startswith("X_Value"))
+    lines[names_at] = "\t\t\n"
+    path = tmp_path / "log.lvm"
+    path.write_text("".join(lines), encoding="utf-8")
+    with pytest.raises(LogError, match="names no column"):
+        LvmReader().load(path)

@@ -139,6 +139,17 @@ def test_samples_and_messages_that_were_lost(tmp_path):
         assert dialect(name).load(path).missing == missing
 
 
+def test_a_message_without_a_number_is_none_that_was_lost(tmp_path):
+    path, lines = tmp_path / "log.txt", rostopic(60).content.splitlines(keepends=True)
+    for row in (1, 6, 50):
+        stamp, number, rest = lines[row].split(b",", 2)
+        assert number.isdigit()
+        lines[row] = b",".join([stamp, b"", rest])
+    path.write_bytes(b"".join(lines))
+    log = dialect("rostopic").load(path)
+    assert (log.size, log.missing) == (60, {})
+
+
 def test_numbers_with_two_decimal_commas(tmp_path):
     path = tmp_path / "log.csv"
     rows = [f"{row},5;1,5\n" for row in range(30)]

@@ -232,6 +232,10 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     xs = tuple(dict.fromkeys(x_of.values())) or (x,)
     read = {*channels, *xs, *asked.intersection(own_x)}
     kinds = tuple[Kind, ...]("number" if name in read else "skip" for name in names)
+    if not read.intersection(names):
+        raise ValueError(
+            f"a segment names no column; found {lines[-1].strip()[:40]!r} where its names stand"
+        )
     comments = cells[-1:] == ["Comment"]
     layout = Layout(
         names, kinds, file.separator, file.decimal, optional=int(comments), no_value=NO_VALUE

@@ -68,7 +68,9 @@ class RostopicReader(TextReader):
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
             if packets is not None:
-                packets.follow(columns[COUNT], index)
+                # a damaged number is one that is not known, of a row that came
+                is_counted = np.isfinite(columns[COUNT])
+                packets.follow(columns[COUNT][is_counted], index[is_counted])
             times = {name: ns_to_s(columns.pop(name)) for name in {RECEIVED, clock}}
             return {"time": times[clock], RECEIVED: times[RECEIVED], **columns}
 

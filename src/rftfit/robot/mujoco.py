@@ -9,49 +9,28 @@ from typing import Any
 import numpy as np
 
 from rftfit.campaign.problems import choose
-from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.mesh import Mesh
-from rftfit.model.mesh_prediction import describe, law_of
 from rftfit.model.profiles import Profile
+from rftfit.robot.ground import Ground
 
 _FACETS = 17
 """Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
 
-MOST_TAU_DT_S2 = 2e-6
-"""Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
 
+class MujocoGround:
+    """A medium under a robot of MuJoCo: made by `attach`, moved on by `step`.
 
-class Ground:
-    """A medium under a robot: made by `attach`, moved on by `step`.
-
-    `bodies`: numbers of the bodies that feel the medium. `frames`: their places (cm) and motions, as of
-    `rftfit.Motion3D`. `forces`: (bodies, 7): force (N) and moment about the body's origin (N cm), at the last step.
+    `bodies`: numbers of the bodies that feel the medium. `frames`, `forces`: of these at the last step, as of `Ground`.
     """
 
-    def __init__(
-        self,
-        model: Any,
-        data: Any,
-        law: tuple[Any, ...],
-        friction: float,
-        meshes: Mapping[int, Sequence[FloatArray]],
-        delta_cm: float,
-        tau_s: float,
-    ) -> None:
-        from rftfit.model.face_kernel import face_forces
-
+    def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
         self.model, self.data = model, data
-        self.bodies = np.array(sorted(meshes))
-        each = [np.concatenate(meshes[body]) for body in self.bodies]
-        ends = np.cumsum([len(faces) for faces in each])
-        self._ranges = np.stack([np.append(0, ends[:-1]), ends], axis=-1)
-        self._faces = np.concatenate(each)
-        self._shifts = np.zeros((len(self._faces), 3))
-        self._elastic = (delta_cm, tau_s)
-        self._law, self._friction = law, friction
-        self._kernel: Any = face_forces
-        self.frames, self.forces = np.zeros((len(each), 18)), np.zeros((len(each), 7))
+        self.bodies = np.array(bodies)
+        self._ground = ground
+        self.frames, self.forces = ground.frames, ground.forces
+        self.n_faces = ground.n_faces
+        ground.check_time_step(float(model.opt.timestep))
 
     def step(self) -> None:
         """Move the robot on by one time step, the medium's forces included.
@@ -69,23 +48,13 @@ class Ground:
         model, data, bodies = self.model, self.data, self.bodies
         rate = data.cvel[bodies, :3]
         arm = data.xpos[bodies] - data.subtree_com[model.body_rootid[bodies]]
-        self.frames[:, :3] = 100 * data.xpos[bodies]
-        self.frames[:, 3:6] = 100 * (data.cvel[bodies, 3:] + np.cross(rate, arm))
-        self.frames[:, 6:9] = rate
-        self.frames[:, 9:] = data.xmat[bodies]
-        elastic = (float(model.opt.timestep), *self._elastic)
-        self._kernel(
-            *self._law,
-            self._friction,
-            self._faces,
-            self._ranges,
-            self.frames,
-            elastic,
-            self._shifts,
-            self.forces,
+        velocity = data.cvel[bodies, 3:] + np.cross(rate, arm)
+        rotation = data.xmat[bodies].reshape(-1, 3, 3)
+        forces = self._ground.step(
+            100 * data.xpos[bodies], rotation, 100 * velocity, rate, float(model.opt.timestep)
         )
-        force, arm = self.forces[:, :3], data.xpos[bodies] - data.xipos[bodies]
-        moment = self.forces[:, 3:6] / 100 + np.cross(arm, force)
+        force, arm = forces[:, :3], data.xpos[bodies] - data.xipos[bodies]
+        moment = forces[:, 3:] / 100 + np.cross(arm, force)
         data.xfrc_applied[bodies] = np.hstack([force, moment])
 
 
@@ -101,7 +70,7 @@ def attach(
     triangle_cm: float = 0.5,
     delta_mm: float = 0.3,
     tau_s: float = 0.002,
-) -> Ground:
+) -> MujocoGround:
     """Put a robot on a measured medium, whose surface is z = 0 of MuJoCo's world.
 
     Parameters
@@ -123,7 +92,7 @@ def attach(
 
     Returns
     -------
-    Ground
+    MujocoGround
 
     Raises
     ------
@@ -138,11 +107,6 @@ def attach(
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise InputError(
             "integrator RK4 does not step in two halves; allowed: Euler, implicit, implicitfast"
-        )
-    if tau_s * model.opt.timestep > MOST_TAU_DT_S2 * (1 + 1e-9):
-        raise InputError(
-            f"tau_s = {tau_s:g} s times the time step of {model.opt.timestep:g} s is too long; allowed: "
-            f"a product of {MOST_TAU_DT_S2:g} s^2, as 0.002 s times 0.001 s"
         )
     names = {model.geom(number).name: number for number in range(model.ngeom)}
     if geoms is None and meshes is None:
@@ -160,21 +124,29 @@ def attach(
                     f"geom {model.geom(under).name or under} is a floor that would carry geom "
                     f"{model.geom(geom).name or geom} too: take it out, or set its contype and conaffinity to 0"
                 )
-    bodies: dict[int, list[FloatArray]] = {}
+    bodies: dict[int, list[Mesh]] = {}
     for geom in chosen:
         turned = np.zeros(9)
         mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
         shape = _shape(mujoco.mjtGeom, model, geom)
         placed = shape.moved(turned.reshape(3, 3), 100 * model.geom_pos[geom])
-        faces = describe(placed.refined(triangle_cm))
-        bodies.setdefault(int(model.geom_bodyid[geom]), []).append(faces)
+        bodies.setdefault(int(model.geom_bodyid[geom]), []).append(placed)
     for name, mesh in (meshes or {}).items():
         body = choose("body", name, tuple(model.body(number).name for number in range(model.nbody)))
-        bodies.setdefault(model.body(body).id, []).append(describe(mesh.refined(triangle_cm)))
+        bodies.setdefault(model.body(body).id, []).append(mesh)
     if not bodies:
         raise InputError("no geom that collides and moves; allowed: geoms=[...], by name")
-    limit = -1.0 if friction is None else float(friction)
-    return Ground(model, data, law_of(medium, law), limit, bodies, delta_mm / 10, tau_s)
+    numbers = sorted(bodies)
+    ground = Ground(
+        medium,
+        [bodies[number] for number in numbers],
+        law=law,
+        friction=friction,
+        triangle_cm=triangle_cm,
+        delta_mm=delta_mm,
+        tau_s=tau_s,
+    )
+    return MujocoGround(model, data, numbers, ground)
 
 
 def _shape(kinds: Any, model: Any, geom: int) -> Mesh:

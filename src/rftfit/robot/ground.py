@@ -1,0 +1,143 @@
+"""A measured medium under the bodies of any simulator: at each step their places and velocities, and the forces on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
+from rftfit.model.mesh import Mesh
+from rftfit.model.mesh_prediction import describe, law_of
+from rftfit.model.profiles import Profile
+
+MOST_TAU_DT_S2 = 2e-6
+"""Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
+
+
+class Ground:
+    """A medium, below z = 0, under n bodies.
+
+    Parameters
+    ----------
+    medium : Profile
+        Of a campaign, `scale`, `read_profile` ...
+    bodies : sequence of Mesh, or of sequences of Mesh
+        Shape of each body in its own frame, cm: one mesh, or several that move together.
+    law, friction : optional
+        As of `predict`.
+    triangle_cm : float, optional
+        Longest edge of a triangle.
+    delta_mm, tau_s : float, optional
+        Elastic length of a face, and how far ahead its velocity is looked: by these a body rests instead of creeping.
+        0: the plain law. delta is not measured: compare with a third of it and three times it.
+
+    Attributes
+    ----------
+    frames : ndarray, shape (n, 18)
+        Places and motions at the last step, as of `Motion3D.frames`.
+    forces : ndarray, shape (n, 7)
+        Force (N), moment about the body's origin (N cm) in the world's axes, and `closure_cm3`, at the last step.
+
+    Raises
+    ------
+    InputError
+        If there is no body, or the law is unknown.
+    """
+
+    def __init__(
+        self,
+        medium: Profile,
+        bodies: Sequence[Mesh | Sequence[Mesh]],
+        *,
+        law: str = "measured",
+        friction: float | None = None,
+        triangle_cm: float = 0.5,
+        delta_mm: float = 0.3,
+        tau_s: float = 0.002,
+    ) -> None:
+        from rftfit.model.face_kernel import face_forces
+
+        if not bodies:
+            raise InputError("no body; allowed: a mesh for each body that touches the medium")
+        shapes = [[body] if isinstance(body, Mesh) else body for body in bodies]
+        faces = [
+            np.concatenate([describe(mesh.refined(triangle_cm)) for mesh in meshes])
+            for meshes in shapes
+        ]
+        ends = np.cumsum([len(of_body) for of_body in faces])
+        self._ranges = np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+        self._faces = np.concatenate(faces)
+        self._shifts = np.zeros((len(self._faces), 3))
+        self._delta_cm, self._tau_s = delta_mm / 10, tau_s
+        self._law = law_of(medium, law)
+        self._friction = -1.0 if friction is None else float(friction)
+        self._kernel: Any = face_forces
+        self.frames, self.forces = np.zeros((len(faces), 18)), np.zeros((len(faces), 7))
+
+    @property
+    def n_faces(self) -> int:
+        """Number of triangles of all bodies."""
+        return len(self._faces)
+
+    def check_time_step(self, time_step_s: float) -> None:
+        """Raise `InputError` for a time step with which a resting body would creep or shake."""
+        if self._delta_cm > 0 and self._tau_s * time_step_s > MOST_TAU_DT_S2 * (1 + 1e-9):
+            raise InputError(
+                f"tau_s = {self._tau_s:g} s times the time step of {time_step_s:g} s is too long; allowed: "
+                f"a product of {MOST_TAU_DT_S2:g} s^2, as 0.002 s times 0.001 s"
+            )
+
+    def step(
+        self,
+        position_cm: npt.ArrayLike,
+        rotation: npt.ArrayLike,
+        velocity_cm_per_s: npt.ArrayLike,
+        rate_rad_per_s: npt.ArrayLike,
+        time_step_s: float,
+    ) -> FloatArray:
+        """Forces of the medium on the bodies as they move now.
+
+        Call it once a time step: where the medium gives way is remembered from one call to the next.
+
+        Parameters
+        ----------
+        position_cm, velocity_cm_per_s : array_like, shape (n, 3)
+            Of the origin of each body's frame, in the world's axes; z points up and is 0 at the surface.
+        rotation : array_like, shape (n, 3, 3)
+            From the body's axes to the world's.
+        rate_rad_per_s : array_like, shape (n, 3)
+            Angular velocity, in the world's axes.
+        time_step_s : float
+            Since the last call.
+
+        Returns
+        -------
+        ndarray, shape (n, 6)
+            Force (N) and moment about the body's origin (N cm), in the world's axes.
+
+        Raises
+        ------
+        InputError
+            If the time step is too long for `tau_s`.
+        """
+        self.check_time_step(time_step_s)
+        count = len(self.frames)
+        self.frames[:, :3] = position_cm
+        self.frames[:, 3:6] = velocity_cm_per_s
+        self.frames[:, 6:9] = rate_rad_per_s
+        self.frames[:, 9:] = np.reshape(rotation, (count, 9))
+        self._kernel(
+            *self._law,
+            self._friction,
+            self._faces,
+            self._ranges,
+            self.frames,
+            (time_step_s, self._delta_cm, self._tau_s),
+            self._shifts,
+            self.forces,
+        )
+        return self.forces[:, :6].copy()
