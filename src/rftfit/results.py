@@ -23,6 +23,7 @@ from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window
 from rftfit.measure.flags import Flags, Remark, remark, with_reasons
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
+from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
 from rftfit.model.common_errors import covariance_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
@@ -463,6 +464,23 @@ class Medium:
     def fits(self) -> pd.DataFrame:
         """Slope of every plate run."""
         return self.results.table(f"fits/{self.name}.csv")
+
+    def pressure_sinkage(self) -> PressureSinkage:
+        """Bekker's k and n of the pushes straight down, for programs that calculate tracks and wheels by them.
+
+        Raises
+        ------
+        InputError
+            If no such push has a power of depth.
+        """
+        campaign = self.results.campaign
+        plates = campaign.config.intruders
+        widths = {
+            run.run_id: width_of_plate(plates[run.intruder])
+            for run in campaign.runs
+            if run.kind == "plate"
+        }
+        return pressure_sinkage(self.fits, widths, campaign.config.fit.law_depth_cm)
 
     @property
     def runs(self) -> pd.DataFrame:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import shutil
 import time
 
+import numpy as np
 import pandas as pd
 import pytest
 from campaigns import Folder
 from dictionary_check import check_results
 
+import rftfit
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
 from rftfit.workflow.stages import ALL, STAGES
@@ -150,3 +153,22 @@ def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(small, tmp_
     assert "page" in copy.stale()
     assert copy.rftfit("verify", "results/coefficients.csv").returncode == 0
     assert copy.rftfit("verify", "results/report.html").returncode != 0
+
+
+def test_bekkers_law_of_the_pushes_straight_down(small, tmp_path):
+    """Of Table S5 stress is a line: n is 1, and k_phi is alpha_z(0, 90 deg)."""
+    medium = rftfit.open(small.root)["poppy_LP"]
+    output = tmp_path / "bekker.json"
+    words = ("--medium", "poppy_LP", "--results", small.root, "--bekker", "--output", output)
+    said = small.rftfit("export", *words)
+    law = json.loads(output.read_text(encoding="utf-8"))
+    down = medium.alpha.query("beta_deg == 0 and gamma_deg == 90")
+    assert law["n"] == pytest.approx(1, abs=0.05)
+    assert law["widths_m"] == [0.0254]
+    at_m = 0.05
+    pressure = medium.pressure_sinkage().pressure_Pa(np.array([at_m]), law["widths_m"][0])
+    assert pressure == pytest.approx(1e6 * at_m * down["alpha_z_N_per_cm3"].iloc[0], rel=0.03)
+    assert "k_c from k_phi" in said.stderr
+    refused = small.rftfit("export", "--medium", "poppy_LP", "--bekker")
+    assert refused.returncode == 2
+    assert "--results DIR" in refused.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -45,7 +46,17 @@ def export(
     notes: Annotated[
         str, typer.Option(metavar="TEXT", help="What a user of the file has to know.")
     ] = "",
-    output: Annotated[Path, options.file("The file.")] = Path("profile.json"),
+    bekker: Annotated[
+        bool,
+        typer.Option(
+            "--bekker",
+            help="Instead of the profile: Bekker's k and n of the pushes straight down, in SI units, for programs that "
+            "calculate wheels and tracks by them (SCM). Needs --results.",
+        ),
+    ] = False,
+    output: Annotated[
+        Path | None, options.file("The file. Default: profile.json, or bekker.json.")
+    ] = None,
     force: options.Overwrite = False,
 ) -> None:
     """Write the stress profile of a medium as one file to hand on.
@@ -68,6 +79,12 @@ def export(
     if profile is not None:
         allowed = KINDS if medium is not None else ("map",)
         choose("--profile", profile, allowed, "a profile with a number in each direction")
+    if bekker:
+        if results is None or medium is None:
+            raise InputError("--bekker needs the pushes of a campaign: --medium NAME --results DIR")
+        _export_bekker(results, medium, output or Path("bekker.json"), force)
+        return
+    output = output or Path("profile.json")
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
     if medium is None:
@@ -83,6 +100,44 @@ def export(
     say(_summary(output))
     if marks := facts.get("marks"):
         warn(f"warning: {medium} is {marks}")
+
+
+_BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
+
+
+def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
+    from dataclasses import asdict
+
+    from rftfit.measure.flags import say as say_remarks
+    from rftfit.store import write_text
+
+    check_target(output, _BEKKER_MARK, "law", force)
+    campaign = rftfit.open(folder)
+    choose("--medium", name, campaign.media, f"in {folder}")
+    law = campaign[name].pressure_sinkage()
+    numbers = {
+        key: None if isinstance(value, float) and math.isnan(value) else value
+        for key, value in asdict(law).items()
+    }
+    content = {
+        "format": "rftfit-bekker 1",
+        "medium": name,
+        "law": "pressure = (k_c / b + k_phi) z^n; Pa, m, k_phi in N/m^(n+2), k_c in N/m^(n+1)",
+        **numbers,
+    }
+    write_text(output, json.dumps(content, indent=1) + "\n")
+    interval = "" if math.isnan(law.n_lo) else f" ({law.n_lo:.3g} to {law.n_hi:.3g})"
+    widths = ", ".join(f"{100 * width:g}" for width in law.widths_m)
+    say(
+        f"n {law.n:.3g}{interval}, k_phi {law.k_phi:.4g} N/m^(n+2), k_c {law.k_c:.4g} N/m^(n+1); {law.n_pushes} pushes, "
+        f"b {widths} cm, {100 * law.depth_m[0]:.1f} to {100 * law.depth_m[1]:.1f} cm deep\nWritten: {output}"
+    )
+    if len(law.widths_m) == 1:
+        warn(
+            "warning: plates of one width cannot tell k_c from k_phi: k_phi is their sum, k_c / b + k_phi, for this width"
+        )
+    if campaign.marks.get(name):
+        warn(f"warning: {name} is {say_remarks(campaign.marks[name])}")
 
 
 def _of_pushes(known: options.Medium, se: float | None) -> tuple[Map, dict[str, Any]]:
