@@ -19,7 +19,9 @@ def fits_of(widths_cm, gamma_deg=90.0):
     rows = []
     for number, width_cm in enumerate(widths_cm):
         stress = (K_C / (width_cm / 100) + K_PHI) * (DEPTH_CM / 100) ** N / 1e4
-        power = other_laws(DEPTH_CM, stress[None], AT_CM)["power"][0]
+        laws = other_laws(DEPTH_CM, stress[None], AT_CM)
+        assert laws is not None
+        power = laws["power"][0]
         line = float(stress @ DEPTH_CM / (DEPTH_CM @ DEPTH_CM))
         rows.append(
             {
