@@ -223,7 +223,8 @@ def estimate_clocks(
     if profile.unexplained[profile.best] > 1 - _EXPLAINED:
         share = 100 * (1 - profile.unexplained[profile.best])
         raise Refused("force-not-depth", percent=share, least=100 * _EXPLAINED)
-    starts = [float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()]
+    # a clear push has its best lag at both ends of the good ones too
+    starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
     chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]

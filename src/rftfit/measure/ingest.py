@@ -191,10 +191,11 @@ def _trace(
         raise Refused("no-force-in-stroke")
     x, z, angle = path.at(time)
     moving = _within(time, spans)
-    in_air = z >= height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
+    clear_cm = height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
+    in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
     rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    zero = _zero(config, readings, rest, in_stroke, zero_log)
+    zero = _zero(config, readings, rest, in_stroke, zero_log, float(clear_cm.min()))
     force = readings.force - zero.force
     if compliance is not None:
         travel, known = compliance.at(force[0])
@@ -285,6 +286,7 @@ def _zero(
     rest: np.ndarray,
     in_stroke: np.ndarray,
     zero_log: Log | LogError | None,
+    clear_cm: float,
 ) -> Zero:
     """Zero of a run from its zero log, else as the config states it, else from its rest in air."""
     drift = config.transducer.drift_N_per_min
@@ -295,7 +297,7 @@ def _zero(
         zero = stated_zero(config.zero, config.transducer)
     else:
         middle = float(readings.time[in_stroke].mean())
-        zero = find_zero(readings.time, readings.force, rest, middle, drift)
+        zero = find_zero(readings.time, readings.force, rest, middle, drift, clear_cm)
     # no rest shows what moves the zero back and forth between it and the stroke
     return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
 
