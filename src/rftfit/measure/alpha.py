@@ -383,6 +383,8 @@ def _of_clocks(cell: _Cell, c: str) -> float:
 
 def _of_session(surface: float, clocks: float) -> Part:
     """Error of surface and clocks of a session, N/cm^3, with the sign of the larger one."""
+    if not clocks:
+        return Part(surface)
     return Part(math.copysign(math.hypot(surface, clocks), surface + clocks))
 
 
