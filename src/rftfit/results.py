@@ -21,6 +21,7 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.flags import Flags, Remark, remark, with_reasons
+from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
 from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
@@ -210,6 +211,15 @@ class Results(Tables):
         # a campaign that was not run yet has none
         there = all(self.has(f"checks/{medium}.csv") for medium in self.media)
         return marks_of(self.checks, self.config.media) if there else {}
+
+    @property
+    def session_clocks(self) -> SessionClocks | None:
+        """Clocks of all sessions, from the pushes of all media; None where they are not estimated."""
+        settings = self.config.clock
+        if settings.method != "estimate":
+            return None
+        tables = (self.table(f"clocks/{medium}.parquet") for medium in self.media)
+        return SessionClocks.of_pushes(tables, settings)
 
     @property
     def titles(self) -> dict[str, str]:

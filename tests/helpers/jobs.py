@@ -48,6 +48,7 @@ def planned_jobs(config, targets=()):
         campaign.of_role("laboratory"),
         campaign.of_role("natural_sand"),
         campaign.robot_medium,
+        campaign.config.clock.method,
         tuple((path, one[1]) for path, one in states.figures.items()),
         tuple(targets),
     )

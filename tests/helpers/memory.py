@@ -56,6 +56,8 @@ def run(run_id, medium, kind="plate", direction="intrusion"):
         intruder={"leg": "c_leg"}.get(kind, kind),
         beta_deg=0.0,
         gamma_deg=90.0,
+        excluded=False,
+        session="",
     )
 
 

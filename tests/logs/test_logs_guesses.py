@@ -65,6 +65,7 @@ CASES: dict[str, dict[str, str]] = {
     "Standard travel [mm]|Speed mm/min": {"z": "Standard travel"},
     "Force [N]|Travel [mm]|Force [N]|Travel [mm]": {"F3": "Force", "z": "Travel"},
     "Force 1 [N]|Weg 1 [mm]|Force 2 [N]|Weg 2 [mm]": {},
+    "millis|X [gf]|Y [gf]|Z [gf]": {"time": "millis", "F1": "X", "F2": "Y", "F3": "Z"},
     "Load [kg]|Extension [mm]": {"F3": "Load", "z": "Extension"},
     "force column 1|force column 2|force column 3": {
         "F1": "force column 1",

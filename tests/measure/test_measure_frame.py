@@ -2,12 +2,16 @@
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from campaign_room import plate_run
 
-from rftfit.campaign.config import Axes, Transducer
-from rftfit.measure.lab_frame import sensor_to_lab
+from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
+from rftfit.logs.base import Log
+from rftfit.measure.lab_frame import path_in_lab_frame, sensor_to_lab
+from rftfit.measure.pairs import completed, mapped
 
 
 def transducer(x, y, z, turn_deg):
@@ -52,3 +56,16 @@ def test_a_push_from_below_on_the_papers_rig():
     np.testing.assert_allclose(up, [0, 5], atol=1e-12)
     turned = sensor_to_lab(transducer("-F2", "+F1", "-F3", 90)) @ channels
     np.testing.assert_allclose(turned, [5, 0], atol=1e-12)
+
+
+def test_the_surface_is_stated_in_readings_after_factor_and_offset():
+    """A stage that counts downward reads 60 mm at the surface and 100 mm at the end of the push."""
+    position = {"column": "p", "unit": "mm", "factor": -1}
+    source = MotionLog.model_validate({"columns": {"time": {"column": "t"}, "z": position}})
+    readings = {"t": np.arange(3.0), "p": np.array([40.0, 60.0, 100.0])}
+    log = Log(Path("stage.csv"), readings, {"t": "s", "p": "mm"}, 3)
+    units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
+    run = plate_run("push", medium="sand")
+    counted = completed(mapped(log, source, units, "motion_log"), run, units)
+    path = path_in_lab_frame(counted, run, Arm(surface_z_mm=-60))
+    np.testing.assert_allclose(path.z, [2.0, 0.0, -4.0])

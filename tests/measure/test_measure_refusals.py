@@ -10,12 +10,13 @@ from pushes import estimate, make_push
 
 from rftfit.campaign.config import Arm, Clock
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.alignment import estimate_clocks, find_clock
+from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
 from rftfit.measure.ingest import _gaps
 from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.pairs import FORCE_TO_N, completed, factor
+from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface, place_surface
 
@@ -203,7 +204,7 @@ def test_a_motion_up_toward_minus_x():
 def test_a_sync_line_is_needed():
     readings = ForceReadings(TIME, np.stack([TIME] * 2), None, TIME < 0, np.stack([TIME] * 3))
     with pytest.raises(Refused) as caught:
-        find_clock(Clock(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)))
+        find_clock(Clock(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None)
     assert caught.value.remark.code == "no-sync-line"
 
 

@@ -14,7 +14,7 @@ from rftfit.figures import protocol, style
 from rftfit.figures.plates import CELLS, linearity, runs_of_cells
 from rftfit.figures.protocol import Column
 from rftfit.figures.traces import by_run
-from rftfit.measure import ingest
+from rftfit.measure import ingest, session_clocks
 
 
 def recording(kind):
@@ -94,7 +94,8 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch
 def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
-    monkeypatch.setattr(ingest, "load_pairs", lambda *_: iter(()))
+    for module in (ingest, session_clocks):
+        monkeypatch.setattr(module, "load_pairs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
 

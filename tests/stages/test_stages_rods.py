@@ -65,3 +65,52 @@ def test_a_rod_with_an_angle_still_is_that_of_its_own_plate(campaign):
     assert "the tare must match: beta_deg is 30 here and 0 in" in said
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
     write_sheet(folder, sheet)
+
+
+@pytest.fixture
+def rows_of_one_log(campaign):
+    """The sheet with a rod row for each angle, all of which name one log."""
+    folder, _, rod = campaign
+    kept = read_sheet(folder)
+    rods = kept.loc[[kept.index[kept["run_id"] == rod][0]] * len(DIRECTIONS)]
+    betas = [f"{beta:g}" for beta, _ in DIRECTIONS]
+    rods = rods.assign(run_id=[f"rod_{beta}" for beta in betas], beta_deg=betas)
+    plates = kept[kept["kind"] == "plate"]
+    tares = [f"rod_{float(beta):g}" for beta in plates["beta_deg"]]
+    write_sheet(folder, pd.concat([rods, plates.assign(tare_run=tares)]))
+    yield folder
+    write_sheet(folder, kept)
+
+
+def test_rows_that_name_one_rod_log_are_one_run(campaign, rows_of_one_log):
+    _, before, _ = campaign
+    folder = rows_of_one_log
+    said = folder.rftfit("check").stdout
+    assert "0 errors" in said, said
+    run_rules(folder.config, last="ledger")
+    after = folder.table(f"fits/{MEDIUM}.csv")
+    assert (after["tare_run"] == "rod_0").all()
+    for name in ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3"):
+        assert after[name].to_numpy() == pytest.approx(before[name].to_numpy(), abs=0.01)
+    ledger = folder.table("ledger.csv")
+    of_rods = ledger[ledger["kind"] == "rod"]
+    assert set(of_rods["run_id"]) == {"rod_0"}
+    lines = len((folder.root / "raw/paper" / of_rods["file"].iloc[0]).read_text().splitlines())
+    in_log = of_rods[of_rods["file"] == of_rods["file"].iloc[0]]["rows"].sum()
+    assert 0 <= lines - in_log < 20  # all but the header
+
+
+@pytest.mark.parametrize(
+    ("changes", "differs"),
+    [({"gamma_deg": "45"}, "gamma_deg"), ({"excluded": "yes", "reason": "bent"}, "excluded")],
+)
+def test_rows_of_one_rod_log_must_describe_one_run(rows_of_one_log, changes, differs):
+    folder = rows_of_one_log
+    sheet = read_sheet(folder)
+    sheet.loc[sheet["run_id"] == "rod_30", [*changes]] = [*changes.values()]
+    write_sheet(folder, sheet)
+    said = " ".join(folder.rftfit("check").stdout.split())
+    assert (
+        f"a file of its own; force_log of row 2 names this one. Rows of one rod log must agree in {differs}"
+        in said
+    )

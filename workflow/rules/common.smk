@@ -11,6 +11,7 @@ MEDIA = CAMPAIGN.media_with_runs
 LABORATORY = CAMPAIGN.of_role("laboratory")
 SANDS = CAMPAIGN.of_role("natural_sand")
 ROBOT = bool(CAMPAIGN.robot_medium)
+ESTIMATED = CAMPAIGN.config.clock.method == "estimate"
 FIGURES = STATES.figures
 
 # A job's state: a file that is written anew only when code, settings, rows or logs change.

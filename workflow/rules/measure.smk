@@ -13,9 +13,24 @@ rule stage:
         " --reads {input:q} --writes {output:q} 2> {log:q}"
 
 
-use rule stage as ingest with:
-    # Read force and motion logs: clocks, frame, zero, phases.
+use rule stage as clocks with:
+    # Align the two logs of each push straight down.
     input:
+        state=state_of("clocks"),
+    output:
+        "results/clocks/{medium}.parquet",
+    log:
+        "results/logs/clocks/{medium}.log",
+
+
+use rule stage as ingest with:
+    # Read force and motion logs: clocks of their sessions, frame, zero, phases.
+    input:
+        clocks=(
+            expand("results/clocks/{medium}.parquet", medium=MEDIA)
+            if ESTIMATED
+            else []
+        ),
         state=state_of("ingest"),
     output:
         traces="results/traces/{medium}.parquet",

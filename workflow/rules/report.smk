@@ -4,7 +4,10 @@ from rftfit.workflow.stages import STAGES
 TABLES = [
     getattr(rules, name)
     for name, one in STAGES.items()
-    if one.room != "page" and not one.on_demand and (ROBOT or not one.robot)
+    if one.room != "page"
+    and not one.on_demand
+    and (ROBOT or not one.robot)
+    and (ESTIMATED or not one.estimated)
 ]
 
 

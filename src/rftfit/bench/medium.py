@@ -16,6 +16,7 @@ from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
 from rftfit.measure.flags import Remark, flag_table, has, reason_of, say
 from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
+from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
 from rftfit.model.planning import Plan
 from rftfit.model.shapes import Map
@@ -86,7 +87,11 @@ class Medium:
 
 
 def measure(
-    campaign: Campaign, medium: str, wanted: Collection[str], moving: Collection[str]
+    campaign: Campaign,
+    medium: str,
+    wanted: Collection[str],
+    moving: Collection[str],
+    clocks: SessionClocks | None,
 ) -> Iterator[tuple[str, Measured]]:
     """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
     every, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*wanted]
@@ -96,7 +101,7 @@ def measure(
         own = replace(campaign, runs=tuple(every[name] for name in every if name in chosen))
         # between the stages tables are as their files hold them, so that results are the same
         results = Results(own)
-        samples, status, book_of_ingest = ingest_medium(own, medium)
+        samples, status, book_of_ingest = ingest_medium(own, medium, clocks)
         status = results.hold_as_csv(f"runs/{medium}.csv", status)
         tared, tares, book_of_tare = tare_medium(own, medium, samples, status)
         tares = results.hold_as_csv(f"tares/{medium}.csv", tares)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rftfit.bench.files import Files, Stamp, stamp_of
 from rftfit.bench.medium import Medium, hold, measure
@@ -21,6 +22,7 @@ from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
+from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
 from rftfit.measure.verdicts import FAILED
 from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.model.shapes import estimate, map_nodes, pushes_of
@@ -84,6 +86,7 @@ class Watch:
             raise InputError(f"{campaign.sheet}: a table has no logs, so there is none to wait for")
         self.campaign: Campaign = campaign
         self._has_to_look_again = False
+        self._aligned: dict[str, tuple[Any, pd.DataFrame]] = {}
 
     def step(self, now: float | None = None) -> Iterator[Event]:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
@@ -99,8 +102,9 @@ class Watch:
             yield from self._withdraw(medium, self.rows.get(medium.name, ()))
         self.media = {name: self.media.get(name) or Medium(name) for name in self.rows}
         before = {name: dict(medium.keys) for name, medium in self.media.items()}
+        clocks = self._session_clocks()
         for medium in self.media.values():
-            yield from self._measure(medium)
+            yield from self._measure(medium, clocks)
         changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
         if changed:
             yield from self._tell_media(changed)
@@ -146,7 +150,31 @@ class Watch:
 
     # --- runs
 
-    def _measure(self, medium: Medium) -> Iterator[Event]:
+    def _session_clocks(self) -> SessionClocks | None:
+        """Clocks of the sessions by the pushes straight down whose files are still; None where they are not estimated."""
+        settings = self.campaign.config.clock
+        if settings.method != "estimate":
+            return None
+        aligned = {}
+        for medium, rows in self.rows.items():
+            for name, row in rows.items():
+                stamps = self._files.stamps(row.files)
+                if (
+                    row.run.excluded
+                    or not goes_straight_down(row.run)
+                    or None in (stamps or [None])
+                ):
+                    continue
+                key = settings, row.cells, stamps
+                before = self._aligned.get(name)
+                if before is None or before[0] != key:
+                    alone = replace(self.campaign, runs=(row.run,))
+                    before = key, align_medium(alone, medium)
+                aligned[name] = before
+        self._aligned = aligned
+        return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
+
+    def _measure(self, medium: Medium, clocks: SessionClocks | None) -> Iterator[Event]:
         """Measure the runs whose files are still and not those that were measured; tell each."""
         rows, first = self.rows[medium.name], medium.alpha.empty
         stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
@@ -156,11 +184,13 @@ class Watch:
             tare = rows.get(row.run.tare_run)
             by = tare and stamps[tare.run.run_id]
             waits = tare and by is None and (row.run.kind == "leg" or name in medium.runs)
-            key = row.cells, stamps[name], tare and (tare.cells, by), plates
+            sessions = {one.run.session for one in (row, tare) if one}
+            lie = clocks and tuple(clocks.of_session(label) for label in sorted(sessions))
+            key = row.cells, stamps[name], tare and (tare.cells, by), plates, lie
             if stamps[name] is not None and not waits and medium.keys.get(name) != key:
                 wanted[name] = key
         moving = [name for name, stamp in stamps.items() if stamp is None]
-        for name, one in measure(self.campaign, medium.name, wanted, moving):
+        for name, one in measure(self.campaign, medium.name, wanted, moving, clocks):
             read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
             if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
                 continue  # written while it was read: it is measured when it is still

@@ -170,7 +170,11 @@ COLUMNS = (
     _optional(
         "motion_columns", "text", "columns of the motion log of this run", hint="as force_columns"
     ),
-    _optional("session", "text", "label of the runs made under the same conditions, as of one day"),
+    _optional(
+        "session",
+        "text",
+        "label of the runs made under the same conditions, as of one day, and between two settings of the clocks",
+    ),
     _optional("operator", "text", "who made the run"),
     _optional("plate", "text", "label of the plate itself, where there are several of one size"),
     _optional("rod", "text", "label of the rod or mount itself"),

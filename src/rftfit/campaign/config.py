@@ -42,9 +42,10 @@ class Clock(Model):
 
     The force log and the motion log are often written by two computers whose clocks differ by
     seconds. With `sync_line` each edge of the line gives the offset; it needs a column `arm_moving`
-    in the force log. With `estimate` the offset is fitted so that the force grows where the
-    intruder goes deeper; it works for pushes straight down. Example: `clock: {method: same_clock}`
-    where force and motion are columns of one file.
+    in the force log. With `estimate` the offset of each push straight down is fitted so that the
+    force grows where the intruder goes deeper; offset and drift of a session (column `session` of
+    the run sheet) are found from all of its pushes and used for all of its runs. Example:
+    `clock: {method: same_clock}` where force and motion are columns of one file.
     """
     max_residual_s: Positive = 0.05
     """a run whose edges agree no better than this is refused, s"""

@@ -147,7 +147,7 @@ def read_sheet(
     _check_files(drafts, vocabulary)
     _check_tares(drafts, vocabulary)
     problems.sort(key=lambda each: (each.place.row or 0, _ORDER.get(each.place.column or "", -1)))
-    return [_run(draft) for draft in drafts if not draft.bad], problems
+    return merge_rods([_run(draft) for draft in drafts if not draft.bad]), problems
 
 
 def _run(draft: DraftRow) -> Run:
@@ -324,11 +324,15 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                     same_row
                     or _selected(other, use) != selected
                     or _are_different_strokes(draft, other, tolerance)
+                    or (_are_rods(draft, other) and not _differences(draft, other))
                 ):
                     continue
                 else:
                     where = "of this row" if other is draft else f"of row {other.row}"
                     allowed = f"a file of its own; {use} {where} names this one"
+                    if other is not draft and _are_rods(draft, other):
+                        different = ", ".join(_differences(draft, other))
+                        allowed += f". Rows of one rod log must agree in {different}"
                     if other.text[use] != path:
                         allowed += f", as {other.text[use]}: some disks treat both names as one"
                     draft.note(name, "shared-file", path, allowed)
@@ -352,6 +356,54 @@ def _are_different_strokes(one: DraftRow, other: DraftRow, tolerance_deg: float)
     way, back = (_motion_gamma_deg(*fact) for fact in facts)
     # within the arm's tolerance both would be found along either way
     return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
+
+
+_OF_ROW = ("run_id", "intruder", "beta_deg", "tare_run", "tare_shared", "reason", "note")
+"""What rows of kind rod that name one log need not agree in; nor labels of others than the session."""
+_OF_ROD_LOG = tuple(
+    column.name for column in COLUMNS if column.name not in (*_OF_ROW, "operator", "plate", "rod")
+)
+
+
+def _are_rods(one: DraftRow, other: DraftRow) -> bool:
+    return one.text["kind"] == other.text["kind"] == "rod"
+
+
+def _differences(one: DraftRow, other: DraftRow) -> list[str]:
+    """Columns in which two rows of kind rod are not one run of one rod."""
+    return [
+        name
+        for name in _OF_ROD_LOG
+        if one.number.get(name) != other.number.get(name)
+        or (name not in one.number and one.text[name] != other.text[name])
+    ]
+
+
+def merge_rods(runs: list[Run]) -> list[Run]:
+    """Make one run of the rows of kind rod that name one log, each for plates at another angle.
+
+    It has the run_id of the first row, and no angle where the rows differ in it; runs that name another of the rows
+    as their tare name this one.
+    """
+    first: dict[tuple[object, ...], Run] = {}
+    names: dict[str, str] = {}
+    angles: defaultdict[str, set[float]] = defaultdict(set)
+    for run in runs:
+        if run.kind == "rod":
+            # NaN differs from itself
+            key = tuple(str(getattr(run, name)) for name in _OF_ROD_LOG)
+            names[run.run_id] = first.setdefault(key, run).run_id
+            angles[names[run.run_id]].add(run.beta_deg)
+    merged = []
+    for run in runs:
+        if names.get(run.run_id, run.run_id) != run.run_id:
+            continue
+        several = len(angles[run.run_id]) > 1
+        tare_run = names.get(run.tare_run, run.tare_run)
+        changed = several or tare_run != run.tare_run
+        beta_deg = math.nan if several else run.beta_deg
+        merged.append(replace(run, beta_deg=beta_deg, tare_run=tare_run) if changed else run)
+    return merged
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:

@@ -378,8 +378,11 @@ def _mean_of(
     mean = share @ alpha
     mean[:, 1] *= x_known
     startup, tare, curvature = (_error(runs, name) for name in ("startup", "tare", "curvature"))
-    # the curvature is alike in runs over the same depths; the tare is shared and counted below
-    own = np.maximum(_error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2, 0.0)
+    lever = np.nan_to_num(_number(runs, "lever_per_cm"))[:, None]
+    clock = alpha * lever * np.nan_to_num(_number(runs, "clock_cm"))[:, None]
+    # the curvature is alike in runs over the same depths; tare and clock are shared and counted below
+    own = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
+    own = np.maximum(own, 0.0)
     unit = mean / np.maximum(np.hypot(*mean.T), 1e-30)[:, None]
     across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     off = alpha[None] - mean[:, None]
@@ -390,8 +393,8 @@ def _mean_of(
     ]
     turned = np.where(np.nan_to_num(_number(runs, "mirrored")) != 0, -1.0, 1.0)[:, None]
     effects: dict[tuple[str, ...], FloatArray] = {
-        (side.name, side.campaign, "surface"): share
-        @ (alpha * np.nan_to_num(_number(runs, "lever_per_cm"))[:, None] * side.surface_cm),
+        (side.name, side.campaign, "surface"): share @ (alpha * lever * side.surface_cm),
+        (side.name, side.campaign, "clock"): share @ clock,
         (side.campaign or side.name, "turn"): share
         @ (np.stack([-alpha[:, 1], alpha[:, 0]], axis=1) * turned * math.radians(side.turn_deg)),
         (side.campaign or side.name, side.medium, "rod"): share

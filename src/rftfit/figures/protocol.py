@@ -367,14 +367,14 @@ _LABELS = (
     "depth below surface (cm)",
 )
 _GOOD = (
-    "Good: one clear lowest point at the offset (left, log scale); readings on one curve (middle); "
-    "force flat above\nand growing from the surface on (right). Bands: 95 % intervals."
+    "Good: one clear lowest point at the offset of the session (left, log scale, dotted); readings on one curve "
+    "(middle);\nforce flat above and growing from the surface on (right). Bands: 95 % intervals."
 )
 
 
 @figure(
     "clocks",
-    reads=("runs/{medium}.csv",),
+    reads=("runs/{medium}.csv", "clocks/{media}.parquet"),
     settings=(
         "raw",
         "dialect",
@@ -392,37 +392,44 @@ _GOOD = (
     media=lambda c: c.media_with_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
     caption=(
-        "How the clocks of force and motion log were brought together in {medium}, run by run. "
-        "Good: one lag stands out, and its interval is narrow."
+        "How the clocks of force and motion log lie by each push straight down in {medium}, and in its session (dotted). "
+        "Good: one lag stands out, its interval is narrow and holds that of the session."
     ),
 )
 def clocks(results: Results, medium: str) -> Figure:
-    """Draw how the clocks of each run of a medium were brought together."""
+    """Draw how the clocks of each push straight down of a medium were brought together."""
+    from rftfit.measure.alignment import Alignment
     from rftfit.measure.ingest import ingest_traces
+    from rftfit.measure.session_clocks import align_pushes
 
-    # the tables of the ingest stage do not keep what the estimates were made from
-    traces, *_ = ingest_traces(results.campaign, medium)
-    if all(trace.alignment is None for trace in traces):
+    # no table keeps what the estimates were made from
+    found = {run.run_id: one for run, one in align_pushes(results.campaign, medium)}
+    traces, *_ = ingest_traces(results.campaign, medium, results.session_clocks)
+    aligned = [
+        (trace, one)
+        for trace in traces
+        if isinstance(one := found.get(trace.run.run_id), Alignment)
+    ]
+    if not aligned:
         return style.missing(f"{results.titles[medium]}: no run whose clocks were estimated")
-    return draw_clocks(traces)
+    return draw_clocks(aligned)
 
 
 @style.styled()
-def draw_clocks(traces: Sequence[Ingested]) -> Figure:
-    """Draw a row of three panels for each run whose clocks were estimated; others are left out.
+def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
+    """Draw a row of three panels for each run, with its alignment by itself.
 
     Left: the share of the force's variance that no smooth function of depth explains, over the lags
-    that were tried. Middle: force over depth at the estimated offset, and that function. Right: the
+    that were tried, and the offset of the session. Middle: force over depth at the estimated offset, and that function. Right: the
     force next to the surface, the model there, and the surface.
     """
-    rows = [(trace, trace.alignment) for trace in traces if trace.alignment is not None]
     height = _HEAD_CM + len(rows) * _ROW_CM + _FOOT_CM - 1.2
     page = style.new_figure(style.DOUBLE_CM, height, dpi=150)
     for place, (trace, alignment) in enumerate(rows):
         top = _HEAD_CM + place * _ROW_CM
         lefts = [_CLOCKS_LEFT_CM + column * _STEP_CM for column in range(3)]
         panels = [style.axes_cm(page, left, top, _WIDTH_CM, _ROW_CM - 1.5) for left in lefts]
-        _draw_lags(panels[0], alignment)
+        _draw_lags(panels[0], alignment, trace.clock)
         panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
         panels[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
         _draw_lift(panels[1], alignment)
@@ -441,11 +448,14 @@ def _offset(clock: ClockFit) -> str:
     return f"clocks {hours}{rest:+.3f} s ± {clock.se_s:.3f} s"
 
 
-def _draw_lags(axes: Axes, alignment: Alignment) -> None:
+def _draw_lags(axes: Axes, alignment: Alignment, used: ClockFit) -> None:
     lag = alignment.profile.lag - alignment.clock.offset_s
     axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
     half = 1.96 * (alignment.clock.se_s or 0.0)
     axes.axvspan(-half, half, color=_RED, alpha=0.4, linewidth=0)
+    at_reference = used.motion_time(np.array([alignment.clock.reference_s]))[0]
+    of_session = float(at_reference) - alignment.clock.reference_s - alignment.clock.offset_s
+    axes.axvline(of_session, color="black", linewidth=0.8, linestyle=":")
     axes.set_ylabel("unexplained share", fontsize=7.5)
     axes.set_xlim(-10, 10)
     axes.minorticks_off()

@@ -356,7 +356,10 @@ def _instead(name: str) -> str:
     if name == "angle":
         return "without it beta is taken from the run sheet"
     if name == "x":
-        return "without it only vertical paths can be used"
+        return (
+            "without it only vertical paths can be used; a stage that moves along a slanted path has one position: "
+            "name it along, in place of x and z"
+        )
     nobody = (
         "a channel that nobody measured: {constant: 0, unit: N}, and its direction counts for 0"
     )
@@ -449,7 +452,8 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         usual = "m"  # of a robot
     if quantity == "time" and not stated:
         lowest = next(summary.lowest for summary in found.columns if summary.name == column)
-        usual = epoch_unit(lowest) or _unit_of_clock(found.clock) or usual
+        of_board = _CLOCKS_OF_BOARDS.get(column.casefold(), "")
+        usual = epoch_unit(lowest) or of_board or _unit_of_clock(found.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
     if quantity == "time" and (second := _nanoseconds_beside(column, found)):
         return [
@@ -465,6 +469,9 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
         why = " # z points up: check"
     return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}}{why}"]
 
+
+_CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}
+"""Functions of Arduino that count time, and their units."""
 
 _SLOWEST_HZ = 0.2
 """Logs of pushes have more rows a second."""

@@ -52,7 +52,7 @@ _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead 
 _WORDS = (
     (
         "time",
-        _set("""time t timestamp stamp elapsed zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
+        _set("""time t timestamp stamp elapsed millis micros zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
     temps heure tiempo hora tempo 时间 時間 時刻"""),
         "v running total test run recording measurement relative standardmessrate ecoule transcurrido",
     ),
@@ -100,6 +100,7 @@ _KINDS = {
     **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
+_AXIS_LETTERS = ("x", "y", "z")
 _BETWEEN = re.compile(r"[\s_\-:,()\[\]{}]+")
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LAST = re.compile(r"(.*?)([xyz]|\d+)")
@@ -179,6 +180,8 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
     `numbers`: Of the columns of the file with the same name but for a number at its end.
     """
     quantity = name if name in QUANTITIES else ""
+    if name.casefold() in _AXIS_LETTERS and unit in _FITTING_UNITS["F"]:
+        return _AXES["F"][_AXIS_LETTERS.index(name.casefold())]
     if not quantity:
         kind, stem, axis = _vector(name)
         quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name)

@@ -10,46 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import Clock
-from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.clocks import HOUR_S, ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import Refused
-from rftfit.measure.lab_frame import ForceReadings, new_readings
+from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import weighted_sum_variance
-from rftfit.measure.strokes import IntruderPath
-
-
-def find_clock(
-    settings: Clock, run: Run, readings: ForceReadings, path: IntruderPath, spans: FloatArray
-) -> tuple[ClockFit, Alignment | None]:
-    """Align the clocks of force and motion log in the way the config asks for.
-
-    Returns what they were estimated from, too, where they were. `spans` are those of `path`.
-    """
-    if settings.method == "same_clock":
-        return ClockFit(0.0, 0.0, 0.0, 0.0, 0), None
-    time = readings.time
-    if settings.method == "estimate":
-        if run.direction != "intrusion" or run.gamma_deg != 90:
-            raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
-        good = ~readings.saturated
-        alignment = estimate_clocks(
-            time[good],
-            readings.force[0, good],
-            path.time,
-            -path.z,
-            settings.max_drift,
-            settings.max_se_s,
-        )
-        return alignment.clock, alignment
-    if readings.arm_moving is None:
-        raise Refused("no-sync-line")
-    seen = moving_spans(time, readings.arm_moving, 0.5)
-    seen = whole_spans(seen, float(time[0]), float(time[-1]))
-    # the speed is known from the second sample to the last but one; no spans in fewer than three
-    done = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans
-    return align(seen, done, settings.max_residual_s), None
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
@@ -201,7 +166,7 @@ _RISE_TO_NOISE, _RISE_TO_SLOW_NOISE = 12.0, 18.0
 _EXPLAINED = 0.9
 _STEP_S, _STEP_CM = 0.04, 0.02
 _AS_GOOD = 1.2
-_BUILD_UP_S = 0.02
+BUILD_UP_S = 0.02
 """A force needs some travel to build up and relaxes at rest, so that it lags the depth by as much."""
 
 
@@ -258,13 +223,14 @@ def estimate_clocks(
     if profile.unexplained[profile.best] > 1 - _EXPLAINED:
         share = 100 * (1 - profile.unexplained[profile.best])
         raise Refused("force-not-depth", percent=share, least=100 * _EXPLAINED)
-    starts = [float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()]
+    # a clear push has its best lag at both ends of the good ones too
+    starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
     chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
     # the right stiffness is unknown: the spread of the results with each is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
-    se = math.sqrt(chosen.offset_variance + spread + _BUILD_UP_S**2)
+    se = math.sqrt(chosen.offset_variance + spread + BUILD_UP_S**2)
     if not se <= max_se_s:
         raise Refused("clocks-uncertain", seconds=se, most=max_se_s)
     residual = pushed - chosen.fitted

@@ -162,9 +162,17 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
                 np.array([run.get(column(component, q), 0.0) for run in part])
                 for q in ("_tare", "_curvature")
             )
-            # a tare that they share and a curvature that they have alike do not make them differ
-            groups.append((alpha, np.sqrt(np.maximum(se**2 - same * tare**2 - curvature**2, 0.0))))
+            clock = np.array([_moved_by_clock(run, component) for run in part])
+            # a tare and a clock that they share and a curvature that they have alike do not make them differ
+            own = se**2 - same * tare**2 - curvature**2 - clock**2
+            groups.append((alpha, np.sqrt(np.maximum(own, 0.0))))
     return groups
+
+
+def _moved_by_clock(run: Row, component: str) -> float:
+    """By how much the standard error of the clock that all runs of a session have in common moves alpha, N/cm^3."""
+    lever = float(run.get("lever_per_cm", 0.0)) * float(run.get("clock_cm", 0.0))
+    return float(run[column(component)]) * lever
 
 
 def _by_depth(runs: list[Row]) -> list[list[Row]]:
@@ -363,17 +371,30 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
         "startup": Part(float(cell.share @ startup)),
         "tare": Part(signs * math.hypot(*of_tares)),
         "surface": Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
-        "session": Part(surface.session * float(moved.sum())),
+        "session": _of_session(surface.session * float(moved.sum()), _of_clocks(cell, c)),
         "curvature": Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
     }
 
 
+def _of_clocks(cell: _Cell, c: str) -> float:
+    """By how much the common error of the clocks moves a cell, N/cm^3: not less for more runs."""
+    return float(cell.share @ np.array([_moved_by_clock(run, c) for run in cell.runs]))
+
+
+def _of_session(surface: float, clocks: float) -> Part:
+    """Error of surface and clocks of a session, N/cm^3, with the sign of the larger one."""
+    if not clocks:
+        return Part(surface)
+    return Part(math.copysign(math.hypot(surface, clocks), surface + clocks))
+
+
 def _noise_variance(cell: _Cell, c: str) -> FloatArray:
-    """Variance of the noise of each run, (N/cm^3)^2: of its standard error what neither start-up, tare nor curvature is."""
+    """Variance of the noise of each run, (N/cm^3)^2: its standard error without start-up, tare, curvature and session."""
     startup, tare, curvature = (
         cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
     )
-    left = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2
+    clock = np.array([_moved_by_clock(run, c) for run in cell.runs])
+    left = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
     return np.asarray(np.maximum(left, 0))
 
 

@@ -20,7 +20,8 @@ class ClockFit:
     """Motion time = force time + offset + drift x (force time - reference).
 
     `residual_s`: root mean square of the `edges` about the fit. `se_s` and `hours` (whole hours in the
-    offset) are there where the force alone gave the offset (`measure.alignment`).
+    offset) are there where the force alone gave the offset (`measure.alignment`). `shared_se_s`: how much of the
+    standard error all runs have in common.
     """
 
     offset_s: float
@@ -30,6 +31,7 @@ class ClockFit:
     edges: int
     se_s: float | None = None
     hours: int | None = None
+    shared_se_s: float = 0.0
 
     def offset_se(self, step_s: float) -> float:
         """Standard error of the offset, s, by the step of the sync line; 0 for logs on one clock."""

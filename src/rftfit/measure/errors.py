@@ -28,8 +28,8 @@ Source = Literal[
 noise: of the run's own log, with its zero and clocks; startup: what the start-up of a horizontal run
 left; surface, angle: of a run; bed: from one prepared bed to the next; curvature: of a run whose
 stress is no line; tare: noise and zero of the tares, common to the runs that share one; rod: of the bed that rods alone
-are pushed into, common to all runs of a medium; session: of the surface,
-common to all runs of a medium; turn: of the mount, likewise.
+are pushed into, common to all runs of a medium; session: of the surface
+and of estimated clocks, common to all runs of a medium; turn: of the mount, likewise.
 """
 
 SOURCES: tuple[str, ...] = get_args(Source)

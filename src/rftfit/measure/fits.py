@@ -72,6 +72,7 @@ FIT_COLUMNS = [
     "depth_to_cm",
     "n_points",
     "lever_per_cm",
+    "clock_cm",
     "offset_cm",
     "offset_se_cm",
     "start_cm",
@@ -137,7 +138,8 @@ class Stroke:
 
     `depth`, `x`, `path` (length travelled) in cm; `force`, `tare` (2, n): granular force and what was
     subtracted, z, x, N, NaN where the tare is not known. `zero_variance` (N^2), `zero_dof` (2, 2): of run
-    and tare (rows), for z and x. `depth_sd`, cm: standard error, from the clocks, that all depths share.
+    and tare (rows), for z and x. `depth_sd`, cm: standard error, from the clocks, that all depths share; `clock_cm`: its
+    part that all runs of a session have in common, below 0 where the plate rises.
     """
 
     depth: FloatArray
@@ -148,6 +150,7 @@ class Stroke:
     zero_variance: FloatArray
     zero_dof: FloatArray
     depth_sd: float = 0.0
+    clock_cm: float = 0.0
     tare: FloatArray | None = None
 
 
@@ -369,6 +372,7 @@ def fit_medium(
             _account(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
         row = _row(run, fit, campaign.config.fit.confidence, fact["note"])
+        row["clock_cm"] = 0.0 if part is None else stroke.clock_cm
         if lacks_force_x(campaign.config, run):
             row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
         rows.append(row)
@@ -383,6 +387,7 @@ def _stroke(
     depth, run = samples["depth_cm"], facts[0]
     # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
     speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
+    common_s = float(np.nan_to_num(run["clock_shared_se_s"]))
     # so does an error of the surface, where that was found in the run; that of a given one is no run's own
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
@@ -394,6 +399,7 @@ def _stroke(
         np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
         np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
         math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
+        math.copysign(speed * common_s, depth[-1] - depth[0]),
         rods,
     )
 

@@ -18,7 +18,6 @@ from rftfit.logs.base import BLANK, Log, LogError
 from rftfit.logs.sources import OTHER_SOURCE
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure import lab_frame
-from rftfit.measure.alignment import Alignment, find_clock
 from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import (
     REASON,
@@ -35,25 +34,35 @@ from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.pairs import Pair, gaps, load_pairs, readers, same_table
 from rftfit.measure.readings import find_holds
 from rftfit.measure.samples import PHASES, samples_table
+from rftfit.measure.session_clocks import (
+    SessionClocks,
+    find_clock,
+    find_session_clocks,
+    flags_of_clock,
+)
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import Compliance, Surface, find_compliance, place_surface
 from rftfit.measure.zero import Zero, find_zero, height_needed, stated_zero, zero_of_log
 
 
-def ingest_medium(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+def ingest_medium(
+    campaign: Campaign, medium: str, clocks: SessionClocks | None = None
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Read all logs of a medium, keeping what is wrong with the bad ones.
 
-    Returns a row per force sample; a row per run: status, reason, clock and zero; the rows of all logs but
+    `clocks`: Of the sessions, where they are estimated; default: as the pushes of this campaign show them. Returns a
+    row per force sample; a row per run: status, reason, clock and zero; the rows of all logs but
     the good ones of the strokes, and flags of the runs.
     """
-    traces, rows, ledger = ingest_traces(campaign, medium)
+    traces, rows, ledger = ingest_traces(campaign, medium, clocks)
     return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def ingest_traces(
-    campaign: Campaign, medium: str
+    campaign: Campaign, medium: str, clocks: SessionClocks | None = None
 ) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
-    """As `ingest_medium`, with the traces and what their clocks and surfaces were estimated from."""
+    """As `ingest_medium`, with the traces and what their surfaces were estimated from."""
+    clocks = find_session_clocks(campaign) if clocks is None else clocks
     ledger = Ledger()
     traces: list[Trace] = []
     rows: list[dict[str, object]] = []
@@ -66,10 +75,10 @@ def ingest_traces(
         except InputError as error:
             compliance = error
     for run, pair in load_pairs(campaign, runs):
-        found = _ingest_run(config, run, pair, ledger, compliance)
+        found = _ingest_run(config, run, pair, ledger, compliance, clocks)
         if isinstance(found, Trace):
             traces.append(found)
-            rows.append(_run_row(found, config.arm.surface_z_mm))
+            rows.append(_run_row(found, config.arm.surface_z_mm, clocks))
             ledger.flag(run, *found.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
@@ -78,7 +87,12 @@ def ingest_traces(
 
 
 def _ingest_run(
-    config: Config, run: Run, pair: Pair, ledger: Ledger, compliance: Compliance | InputError | None
+    config: Config,
+    run: Run,
+    pair: Pair,
+    ledger: Ledger,
+    compliance: Compliance | InputError | None,
+    clocks: SessionClocks | None,
 ) -> Trace | list[Remark]:
     """Align the two logs of a run and turn them into the lab frame, or say why not.
 
@@ -98,7 +112,7 @@ def _ingest_run(
         assert isinstance(motion, Log)
         try:
             read = lab_frame.without_repeats(force, config.transducer)
-            trace = _trace(config, run, read, motion, pair.zero, compliance)
+            trace = _trace(config, run, read, motion, pair.zero, compliance, clocks)
         except ValueError as error:
             reasons = [quoted(error)]
         else:
@@ -116,9 +130,9 @@ class Trace:
 
     `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
     `force` (2, n) as z, x in N, its `zero` removed. `phase` is an index into `PHASES`, `why` a `RowStatus`,
-    `rows` the data lines of force and motion log. `flags` do not stop the run; `alignment` and `surface`
-    are there where they were looked for; `channels`: of `channel_facts`. `hold_s`: how long a position stays
-    in the log while the arm moves, 0 where that moves no depth.
+    `rows` the data lines of force and motion log. `flags` do not stop the run; `surface` is there where it was
+    looked for; `channels`: of `channel_facts`. `hold_s`: how long a position stays in the log while the arm moves, 0
+    where that moves no depth.
     """
 
     run: Run
@@ -133,7 +147,6 @@ class Trace:
     clock: ClockFit
     flags: tuple[Remark, ...]
     rows: tuple[int, int]
-    alignment: Alignment | None = None
     surface: Surface | None = None
     channels: dict[str, object] = field(default_factory=dict)
     hold_s: float = 0.0
@@ -161,11 +174,12 @@ def _trace(
     motion_log: Log,
     zero_log: Log | LogError | None,
     compliance: Compliance | None,
+    clocks: SessionClocks | None,
 ) -> Trace:
     readings = lab_frame.force_in_lab_frame(force_log, config.transducer)
     path = lab_frame.path_in_lab_frame(motion_log, run, config.arm)
     spans = path.spans(config.arm)
-    clock, alignment = find_clock(config.clock, run, readings, path, spans)
+    clock = find_clock(config.clock, run, readings, path, spans, clocks)
     time = clock.motion_time(readings.time)
     good = ~readings.saturated
     path, surface = place_surface(
@@ -177,10 +191,11 @@ def _trace(
         raise Refused("no-force-in-stroke")
     x, z, angle = path.at(time)
     moving = _within(time, spans)
-    in_air = z >= height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
+    clear_cm = height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
+    in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
     rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    zero = _zero(config, readings, rest, in_stroke, zero_log)
+    zero = _zero(config, readings, rest, in_stroke, zero_log, float(clear_cm.min()))
     force = readings.force - zero.force
     if compliance is not None:
         travel, known = compliance.at(force[0])
@@ -195,6 +210,7 @@ def _trace(
     phase[in_stroke] = _STROKE
     hold_s, in_steps = _position_in_steps(path, start, end)
     flags = [
+        *flags_of_clock(run, clocks),
         *in_steps,
         *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
         *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
@@ -215,7 +231,6 @@ def _trace(
         clock,
         tuple(flags),
         (force_log.rows, motion_log.rows),
-        alignment,
         surface,
         lab_frame.channel_facts(readings.channels, in_stroke),
         hold_s,
@@ -271,6 +286,7 @@ def _zero(
     rest: np.ndarray,
     in_stroke: np.ndarray,
     zero_log: Log | LogError | None,
+    clear_cm: float,
 ) -> Zero:
     """Zero of a run from its zero log, else as the config states it, else from its rest in air."""
     drift = config.transducer.drift_N_per_min
@@ -281,7 +297,7 @@ def _zero(
         zero = stated_zero(config.zero, config.transducer)
     else:
         middle = float(readings.time[in_stroke].mean())
-        zero = find_zero(readings.time, readings.force, rest, middle, drift)
+        zero = find_zero(readings.time, readings.force, rest, middle, drift, clear_cm)
     # no rest shows what moves the zero back and forth between it and the stroke
     return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
 
@@ -370,6 +386,8 @@ RUN_COLUMNS: dict[str, object] = {
             "clock_drift",
             "clock_drift_se",
             "clock_explained",
+            "clock_shared_se_s",
+            "clock_pushes",
             "surface_z_mm",
             "surface_se_mm",
             "surface_growth_N_per_cm",
@@ -385,7 +403,9 @@ RUN_COLUMNS: dict[str, object] = {
 """Columns of the table of runs, and what stands where nothing is known."""
 
 
-def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
+def _run_row(
+    trace: Trace, given_surface_z_mm: float, clocks: SessionClocks | None
+) -> dict[str, object]:
     clock, zero = trace.clock, trace.zero
     row: dict[str, object] = {
         "run_id": trace.run.run_id,
@@ -404,15 +424,18 @@ def _run_row(trace: Trace, given_surface_z_mm: float) -> dict[str, object]:
         "zero_trend_z_N": zero.trend_N[0],
         "zero_trend_x_N": zero.trend_N[1],
     }
-    if (found := trace.alignment) is not None:
-        hours = clock.whole_hours
+    if clocks is not None:
+        hours, push = clock.whole_hours, clocks.pushes.get(trace.run.run_id, {})
+        session = clocks.of_session(trace.run.session)
         # in a table of six digits hours would hide the rest
         row |= {
             "clock_hours": hours,
             "clock_rest_s": clock.offset_s - HOUR_S * hours,
             "clock_drift": clock.drift,
-            "clock_drift_se": found.drift_se,
-            "clock_explained": found.explained,
+            "clock_drift_se": push["drift_se"] if session.contradiction else session.drift_se,
+            "clock_explained": push.get("explained", math.nan),
+            "clock_shared_se_s": clock.shared_se_s,
+            "clock_pushes": 1 if session.contradiction else session.pushes,
         }
     if (surface := trace.surface) is not None:
         row |= {

@@ -12,6 +12,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Remark, reason_of
 from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.session_clocks import SessionClocks, find_session_clocks
 from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
 
@@ -43,16 +44,20 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     if form is not None and form.holds == "alpha":
         return found
     every = campaign.runs_of(medium)
-    sizes = {run.run_id: _sizes(campaign, run) for run in every}
+    sizes = {run.run_id: _sizes(campaign, run) for run in {*every, *campaign.runs}}
     large = {
         name for name, own in sizes.items() if max(filter(None, own), default=0) > LARGEST_BYTES
     }
     runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
     found.passed_over = len(every) - len(runs)
-    reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs)
+    # pushes of other media in the same session show the clocks too
+    small = tuple(run for run in campaign.runs if run.run_id not in large)
+    clocks = find_session_clocks(replace(campaign, runs=small))
+    reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs, clocks)
     if form:
         # a part of the rows may give no alpha where all give one, not the other way round
-        reasons |= _measured(campaign, medium, [run for run in runs if reasons[run.run_id]])[0]
+        without = [run for run in runs if reasons[run.run_id]]
+        reasons |= _measured(campaign, medium, without, clocks)[0]
         flags = {  # of all else the table's own reader has warned
             run: tuple(one for one in own if one.code == "gives-back") for run, own in flags.items()
         }
@@ -81,14 +86,18 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
 _Remarks = dict[str, tuple[Remark, ...]]
 
 
-def _measured(campaign: Campaign, medium: str, runs: list[Run]) -> tuple[_Remarks, _Remarks]:
+def _measured(
+    campaign: Campaign, medium: str, runs: list[Run], clocks: SessionClocks | None
+) -> tuple[_Remarks, _Remarks]:
     """Reasons and flags of some runs, by run_id."""
-    ingest = ingest_table if campaign.config.table else ingest_medium
     reasons: _Remarks = {}
     flags: _Remarks = {}
     for part in _portions(runs):
         own = replace(campaign, runs=part)
-        samples, status, book = ingest(own, medium)
+        if campaign.numbers:
+            samples, status, book = ingest_table(own, medium)
+        else:
+            samples, status, book = ingest_medium(own, medium, clocks)
         tared, tares, _ = tare_medium(own, medium, samples, status)
         fits, _, book_of_fits = fit_medium(own, medium, status, tared, tares)
         for table in (status, tares, fits):

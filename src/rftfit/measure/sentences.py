@@ -53,6 +53,11 @@ FLAGS = {
     "no-data": Flag(_LOST_ROWS),
     "other-source": Flag(_LOST_ROWS),
     "held-positions": Flag(_LOST_ROWS),
+    "clock-by-itself": Flag(
+        "the offset of the clocks is that of this push alone, since the pushes of {session} contradict one offset and "
+        "drift: {pushes}; label the runs before and after a clock was set in the column session of the run sheet",
+        shared="always",
+    ),
     "position-in-steps": Flag(
         "the position changes every {rows} rows, by {step_mm:.2g} mm: a coarse sensor, or a position that is read seldom and "
         "held; which of them it is moves the depth by {off_mm:.2g} mm, and the interval holds both"
@@ -165,11 +170,23 @@ SENTENCES = {
     "no-rotation": "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, "
     "from negative theta to positive",
     "no-force-in-stroke": "the force log has no sample during the stroke; do the two logs belong to one run?",
-    "no-zero": "no zero: the intruder is never at rest in air for half a second; where the zero is known otherwise, "
-    "name a zero_log in the run sheet, or state it under `zero` in the config",
+    "no-zero": "no zero: the intruder is never at rest in air for half a second, its reference point at least "
+    "{least:.1f} cm above the surface (half its height and fit.air_clearance_cm); begin the run higher; where the "
+    "zero is known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
     "no-push-to-match": "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; "
     "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock; a "
     "difference that is known is stated as offset of the column time, with clock.method same_clock",
+    # clocks of a session
+    "no-push-aligned": "clock.method estimate: no push straight down shows how the clocks of {session} lie{why}; "
+    "needed: one at least in each session (column session of the run sheet) whose force rises clearly from the air "
+    "on, or an offset that is known, as offset of the column time with clock.method same_clock",
+    "session-uncertain": "the clocks of {session} differ by {offset:+.3f} s, with a standard error of {seconds:.3g} s "
+    "at the time of this run; allowed: {most:g} s (clock.max_se_s). Found from {pushes} pushes straight down: more of "
+    "them, before and after this run, or a smaller clock.max_drift",
+    "clocks-contradict": "the pushes straight down of {session} contradict one offset and drift of the clocks: "
+    "{pushes}; allowed for a run that cannot show its own offset: one clock a session. If a clock was set or started "
+    "anew, label the runs before and after in the column session of the run sheet; if each log counts its time from "
+    "0, record time of day",
     "no-sync-line": "the force log has no column arm_moving; clock.method sync_line needs it, allowed without: "
     "estimate, same_clock",
     "surface-not-stated": "surface.method find works for flat plates pushed down, which meet the surface all at "

@@ -13,10 +13,10 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log
-from rftfit.measure.alignment import find_clock
 from rftfit.measure.flags import Refused, say
 from rftfit.measure.lab_frame import force_in_lab_frame, path_in_lab_frame, without_repeats
 from rftfit.measure.pairs import load_pairs
+from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
 
@@ -315,7 +315,7 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
         force_log = without_repeats(pair.force, config.transducer)
         readings = force_in_lab_frame(force_log, config.transducer)
         path = path_in_lab_frame(pair.motion, run, config.arm)
-        clock, _ = find_clock(config.clock, run, readings, path, path.spans(config.arm))
+        clock = find_clock(config.clock, run, readings, path, path.spans(config.arm), None)
         _, depth, lift = _in_motion_log(path, clock.motion_time(readings.time), readings.force[0])
         return compliance_of(depth, lift, config.transducer.precision_N)
     except ValueError as error:

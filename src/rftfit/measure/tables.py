@@ -90,6 +90,7 @@ def fit_alpha_table(
             N_REPEATS: 1,
             **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
+            "clock_cm": 0.0,
         }
         rows.append(row)
         if excluded:

@@ -56,8 +56,9 @@ def find_zero(
     at_rest: np.ndarray,
     stroke_time: float,
     drift_N_per_min: float,
+    least_cm: float = 0.0,
 ) -> Zero:
-    """Estimate the zero from the samples `at_rest` in air.
+    """Estimate the zero from the samples `at_rest` in air, at least `least_cm` above the surface.
 
     Refused if there are fewer of them than half a second holds, at most `MIN_SAMPLES`. `force` (2, n): z, x,
     N; `time` and `stroke_time`, the middle of the stroke, in s. Where the intruder is in air at one end
@@ -69,7 +70,7 @@ def find_zero(
     breaks = np.flatnonzero(np.diff(rest) > 1) + 1
     pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
     if not pieces:
-        raise Refused("no-zero")
+        raise Refused("no-zero", least=least_cm)
     rests = [(float(time[piece].mean()), piece) for piece in pieces]
     if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke

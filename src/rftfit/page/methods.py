@@ -221,7 +221,7 @@ def _spread(results: Results) -> str:
 
 _OF_ALPHA = {
     "surface": "of the free surface in each run",
-    "session": "of the free surface common to all runs",
+    "session": "of the free surface and the clocks common to all runs",
     "angle": "of the angles",
     "turn": "of the turn of the mount",
     "curvature": "of a stress that is no line",

@@ -17,6 +17,7 @@ from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
 from rftfit.measure.ledger import check, join
 from rftfit.measure.pairs import same_table
+from rftfit.measure.session_clocks import align_medium
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.measure.verdicts import COLUMNS, marks_of
@@ -28,10 +29,17 @@ FLAGGING = ("ingest", "tare", "slopes")
 """Stages that flag runs by their own logs, in the order of the data's way."""
 
 
+def clocks(results: Results, medium: str) -> pd.DataFrame:
+    """Align the two logs of each push straight down of a medium, by itself."""
+    return align_medium(results.campaign, medium)
+
+
 def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     """Read all logs of a medium: samples, a row for each run, counts of rows, flags."""
-    read_all = ingest_table if results.campaign.numbers else ingest_medium
-    samples, runs, book = read_all(results.campaign, medium)
+    if results.campaign.numbers:
+        samples, runs, book = ingest_table(results.campaign, medium)
+    else:
+        samples, runs, book = ingest_medium(results.campaign, medium, results.session_clocks)
     return samples, runs, book.table(), flag_table(medium, "ingest", book.flags)
 
 
@@ -122,6 +130,9 @@ def check_logs(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
     results = Results(campaign)
     verdicts = []
+    if campaign.config.clock.method == "estimate":
+        for medium in results.media:
+            results.hold(f"clocks/{medium}.parquet", clocks(results, medium))
     for medium in results.media:
         measure_logs(results, medium)
         verdicts.append(checks(results, medium)[0])

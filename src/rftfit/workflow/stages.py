@@ -31,6 +31,7 @@ class Stage:
     `order`: Whether it reads the order of the plate runs of its medium.
     `logs`: `OWN` or `EVERY` where it reads logs.
     `robot`: Whether it reads the robot's files.
+    `estimated`: Whether it is there only where clocks are estimated.
     `on_demand`: Whether ``rftfit sweep`` makes it, and not ``rftfit run``.
     """
 
@@ -41,6 +42,7 @@ class Stage:
     order: bool = False
     logs: str = ""
     robot: bool = False
+    estimated: bool = False
     on_demand: bool = False
     each: str = ""
 
@@ -55,6 +57,15 @@ def _robot(name: str, *settings: str, **more: Any) -> Stage:
 
 
 STAGES = {
+    "clocks": Stage(
+        f"{_MEASURE}:clocks",
+        "measure",
+        rows=True,
+        logs=OWN,
+        settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock"),
+        estimated=True,
+        each="medium",
+    ),
     "ingest": Stage(
         f"{_MEASURE}:ingest",
         "measure",

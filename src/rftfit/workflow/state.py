@@ -94,6 +94,8 @@ class States:
         stage = STAGES.get(rule)
         if not stage or (stage.robot and rule != LAST and not self.campaign.robot_medium):
             return False
+        if stage.estimated and self.campaign.config.clock.method != "estimate":
+            return False
         if stage.each == "runs":
             return key.removeprefix("runs_") in PROFILES
         return key in (self.campaign.media_with_runs if stage.each else ("",))

@@ -1,0 +1,317 @@
+"""Offset and drift of the clocks of a session, from its pushes straight down, for all of its runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from rftfit.campaign.config import Clock
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.conventions import FloatArray
+from rftfit.logs.base import Log
+from rftfit.measure import lab_frame
+from rftfit.measure.alignment import BUILD_UP_S, Alignment, estimate_clocks
+from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
+from rftfit.measure.flags import REASON, Refused, Remark, quoted, reason_columns, remark
+from rftfit.measure.pairs import load_pairs
+from rftfit.measure.strokes import IntruderPath
+
+Push = dict[Any, Any]
+"""A row of `align_medium`: one push straight down, aligned by itself, or why not."""
+
+
+def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
+    """Align the logs of each push straight down of a medium by itself: a row a push, `CLOCK_COLUMNS`."""
+    rows = []
+    for run, found in align_pushes(campaign, medium):
+        row = _facts(found) if isinstance(found, Alignment) else _refused(found)
+        rows.append({"run_id": run.run_id, "medium": medium, "session": run.session} | row)
+    return pd.DataFrame(rows, columns=CLOCK_COLUMNS)
+
+
+def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
+    """Align the clocks of each push straight down of a medium by its force, or say why they cannot be."""
+    runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
+    for run, pair in load_pairs(campaign, runs):
+        if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
+            yield run, pair.problems[0]
+            continue
+        try:
+            force_log = lab_frame.without_repeats(pair.force, campaign.config.transducer)
+            readings = lab_frame.force_in_lab_frame(force_log, campaign.config.transducer)
+            path = lab_frame.path_in_lab_frame(pair.motion, run, campaign.config.arm)
+            yield run, align_push(campaign.config.clock, run, readings, path)
+        except ValueError as error:
+            yield run, quoted(error)
+
+
+def goes_straight_down(run: Run) -> bool:
+    """Whether the force of a run grows with depth alone, so that it can show how the clocks lie."""
+    return run.direction == "intrusion" and run.gamma_deg == 90
+
+
+def align_push(
+    settings: Clock, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
+) -> Alignment:
+    """Align force and motion log of one push straight down by its force."""
+    if not goes_straight_down(run):
+        raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
+    good = ~readings.saturated
+    return estimate_clocks(
+        readings.time[good],
+        readings.force[0, good],
+        path.time,
+        -path.z,
+        settings.max_drift,
+        settings.max_se_s,
+    )
+
+
+_FACTS = ("offset_s", "reference_s", "se_s", "drift", "drift_se", "offset_hours", "explained")
+CLOCK_COLUMNS = ["run_id", "medium", "session", *_FACTS, *REASON]
+
+
+def _facts(found: Alignment) -> Push:
+    clock = found.clock
+    values = (
+        clock.offset_s,
+        clock.reference_s,
+        clock.se_s,
+        clock.drift,
+        found.drift_se,
+        float(clock.whole_hours),
+        found.explained,
+    )
+    return {**dict(zip(_FACTS, values, strict=True)), **reason_columns(())}
+
+
+def _refused(why: Remark) -> Push:
+    return {**dict.fromkeys(_FACTS, math.nan), **reason_columns([why])}
+
+
+# --- the clocks of a session
+
+
+@dataclass(frozen=True)
+class SessionClock:
+    """Motion time less force time of a session: offset + drift x (force time - reference), s.
+
+    `covariance` (2, 2): of offset, s, and drift. `pushes`: how many it was found from. `contradiction`: what the
+    pushes say, each or group by group, where no one offset and drift holds for all; empty where one does. `why`: why
+    the first push has no offset, where none has.
+    """
+
+    offset_s: float = math.nan
+    drift: float = math.nan
+    reference_s: float = math.nan
+    covariance: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    hours: int = 0
+    pushes: int = 0
+    contradiction: str = ""
+    why: str = ""
+
+    @property
+    def drift_se(self) -> float:
+        """Standard error of the drift."""
+        return math.sqrt(self.covariance[1][1])
+
+    def at(self, time_s: float) -> ClockFit:
+        """Clock at a time of the force log, s; its error is common to all runs of the session."""
+        way = np.array([1.0, time_s - self.reference_s])
+        variance = float(way @ np.array(self.covariance) @ way)
+        # a force that lags the depth does so in all pushes: their number does not lessen that error
+        se_s = math.sqrt(variance + BUILD_UP_S**2)
+        offset_s = self.offset_s + self.drift * (time_s - self.reference_s)
+        return ClockFit(offset_s, self.drift, time_s, 0.0, 0, se_s, self.hours, shared_se_s=se_s)
+
+
+@dataclass(frozen=True)
+class SessionClocks:
+    """Clocks of the sessions of a campaign.
+
+    `sessions`: By label; blank: all runs without one. `pushes`: rows of `align_medium`, by run_id, of those that
+    could be aligned by themselves.
+    """
+
+    sessions: Mapping[str, SessionClock]
+    pushes: Mapping[str, Push] = field(default_factory=dict)
+
+    @classmethod
+    def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: Clock) -> SessionClocks:
+        """Find the clock of each session from the pushes of all media (`align_medium`)."""
+        rows = [row for table in tables for row in table.to_dict("records")]
+        rows.sort(key=lambda row: str(row["run_id"]))
+        labels = dict.fromkeys(str(row["session"]) for row in rows)
+        sessions = {
+            label: find_session_clock([row for row in rows if row["session"] == label], settings)
+            for label in labels
+        }
+        return cls(sessions, {str(row["run_id"]): row for row in rows if _is_aligned(row)})
+
+    def of_session(self, label: str) -> SessionClock:
+        """Clock of a session; of one without a push straight down, one without an offset."""
+        return self.sessions.get(label, SessionClock())
+
+    def of_run(self, run: Run, time: FloatArray, max_se_s: float) -> ClockFit:
+        """Clock of a run whose force log has these times, (n,), s.
+
+        Where the pushes of its session contradict one another, that of the run by itself.
+        """
+        clock, session = self.of_session(run.session), _name_of_session(run)
+        if not clock.pushes:
+            why = clock.why and f" ({clock.why})"
+            raise Refused("no-push-aligned", session=session, why=why)
+        if clock.contradiction:
+            push = self.pushes.get(run.run_id)
+            if push is None:
+                raise Refused("clocks-contradict", session=session, pushes=clock.contradiction)
+            return _clock_of_push(push)
+        found = clock.at(float(time[0] + time[-1]) / 2)
+        assert found.se_s is not None
+        if found.se_s > max_se_s:
+            facts = {"seconds": found.se_s, "most": max_se_s, "offset": found.offset_s}
+            raise Refused("session-uncertain", session=session, pushes=clock.pushes, **facts)
+        return found
+
+
+def find_session_clocks(campaign: Campaign) -> SessionClocks | None:
+    """Read the pushes straight down of all media for the clocks of their sessions; None where nothing is estimated."""
+    if campaign.config.clock.method != "estimate":
+        return None
+    tables = (align_medium(campaign, medium) for medium in campaign.media_with_runs)
+    return SessionClocks.of_pushes(tables, campaign.config.clock)
+
+
+def find_clock(
+    settings: Clock,
+    run: Run,
+    readings: lab_frame.ForceReadings,
+    path: IntruderPath,
+    spans: FloatArray,
+    clocks: SessionClocks | None,
+) -> ClockFit:
+    """Bring the clocks of force and motion log of a run together in the way the config asks for.
+
+    `spans`: Of `path`. `clocks`: Of the sessions, where the offset is estimated; None: from this run alone.
+    """
+    if settings.method == "same_clock":
+        return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
+    time = readings.time
+    if settings.method == "estimate":
+        if clocks is None:
+            return align_push(settings, run, readings, path).clock
+        return clocks.of_run(run, time, settings.max_se_s)
+    if readings.arm_moving is None:
+        raise Refused("no-sync-line")
+    seen = moving_spans(time, readings.arm_moving, 0.5)
+    seen = whole_spans(seen, float(time[0]), float(time[-1]))
+    # the speed is known from the second sample to the last but one; no spans in fewer than three
+    done = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans
+    return align(seen, done, settings.max_residual_s)
+
+
+def _is_aligned(row: Push) -> bool:
+    return math.isfinite(row["offset_s"])
+
+
+def _clock_of_push(row: Push) -> ClockFit:
+    """Clock of a push by itself; only the lag of the force is common to all."""
+    return ClockFit(
+        row["offset_s"],
+        row["drift"],
+        row["reference_s"],
+        0.0,
+        0,
+        row["se_s"],
+        int(row["offset_hours"]),
+        shared_se_s=BUILD_UP_S,
+    )
+
+
+_SIGMAS = 4.0
+"""A push farther from the common line than so many of its standard errors contradicts it."""
+
+
+def find_session_clock(pushes: list[Push], settings: Clock) -> SessionClock:
+    """Fit one offset and drift to pushes of one session, rows of `align_medium`, of which some may have no offset.
+
+    Weighted least squares with `settings.max_drift` as the standard deviation of the drift before anything is known.
+    Pushes that differ by more than their errors widen the error of the clock (R. T. Birge, Phys. Rev. 40, 207, 1932);
+    beyond `_SIGMAS` of these there is no common clock.
+    """
+    aligned = [row for row in pushes if _is_aligned(row)]
+    if not aligned:
+        return SessionClock(why=str(next((row["reason"] for row in pushes), "")))
+    # several strokes of one log have one alignment
+    aligned = [*{(row["offset_s"], row["reference_s"]): row for row in aligned}.values()]
+    offset, time, se, drift, drift_se = (
+        np.array([row[name] for row in aligned], dtype=float)
+        for name in ("offset_s", "reference_s", "se_s", "drift", "drift_se")
+    )
+    # of its standard error the lag of the force is no scatter
+    variance = np.maximum(se**2 - BUILD_UP_S**2, _LEAST_SE_S**2)
+    base, reference = float(np.median(offset)), float(np.average(time, weights=1 / variance))
+    design = np.stack([np.ones(time.size), time - reference])
+    # what a push says of the drift without the prior that its alignment had: the prior counts once
+    prior = 1 / settings.max_drift**2
+    weight = 1 / np.maximum(drift_se, 1e-12) ** 2
+    told = np.maximum(weight - prior, 0.0)
+    normal = (design / variance) @ design.T + np.diag([0.0, prior + float(told.sum())])
+    moment = (design / variance) @ (offset - base) + [
+        0.0,
+        float(weight[told > 0] @ drift[told > 0]),
+    ]
+    covariance = np.linalg.inv(normal)
+    fitted = covariance @ moment
+    residual = offset - base - fitted @ design
+    off = np.abs(residual) > _SIGMAS * np.sqrt(variance + BUILD_UP_S**2)
+    if off.any() or abs(fitted[1]) > _SIGMAS * settings.max_drift:
+        return SessionClock(pushes=len(aligned), contradiction=_describe_groups(aligned))
+    freedom = max(len(aligned) - 2, 1)
+    covariance = covariance * max(1.0, float((residual**2 / variance).sum()) / freedom)
+    (first, across), (_, second) = covariance.tolist()
+    hours = round(float(np.median([row["offset_hours"] for row in aligned])))
+    errors = ((first, across), (across, second))
+    return SessionClock(
+        base + float(fitted[0]), float(fitted[1]), reference, errors, hours, len(aligned)
+    )
+
+
+_LEAST_SE_S = 1e-3
+_MOST_GROUPS, _MOST_NAMES = 4, 3
+
+
+def _describe_groups(pushes: list[Push]) -> str:
+    """Offsets of pushes in the order of the force log's time, those that agree in one group with the names of its runs."""
+    ordered = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
+    groups: list[list[Push]] = []
+    for row in ordered:
+        apart = abs(row["offset_s"] - groups[-1][-1]["offset_s"]) if groups else math.inf
+        if apart > _SIGMAS * math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0):
+            groups.append([])
+        groups[-1].append(row)
+    texts = []
+    for group in groups[:_MOST_GROUPS]:
+        names = ", ".join(str(row["run_id"]) for row in group[:_MOST_NAMES])
+        more = len(group) - _MOST_NAMES
+        offset = float(np.median([row["offset_s"] for row in group]))
+        texts.append(f"{offset:+.3f} s in {names}{f' and {more} more' if more > 0 else ''}")
+    rest = len(groups) - _MOST_GROUPS
+    return "; ".join(texts) + (f"; {rest} more" if rest > 0 else "")
+
+
+def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:
+    """Doubt about a run that has a clock of its own since its session has none."""
+    if clocks is None or not (said := clocks.of_session(run.session).contradiction):
+        return ()
+    return (remark("clock-by-itself", session=_name_of_session(run), pushes=said),)
+
+
+def _name_of_session(run: Run) -> str:
+    return f"session {run.session}" if run.session else "the runs without a session"

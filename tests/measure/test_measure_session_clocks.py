@@ -1,0 +1,168 @@
+"""Clocks of a session: one offset and drift from its pushes straight down, with an honest error, or none."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.campaign.config import Clock
+from rftfit.measure.alignment import BUILD_UP_S
+from rftfit.measure.flags import Refused
+from rftfit.measure.session_clocks import (
+    CLOCK_COLUMNS,
+    SessionClocks,
+    find_session_clock,
+    flags_of_clock,
+)
+
+ESTIMATE = Clock(method="estimate")
+START_S = 1.7e9
+TIME = np.array([0.0, 30.0])
+
+
+def push(name, time_s, offset_s, se_s=0.03, session="", **changes):
+    """A push that was aligned by itself; what it says of the drift is the prior."""
+    numbers = (offset_s, START_S + time_s, se_s, 0.0, ESTIMATE.max_drift, 0.0, 0.999)
+    row = [name, "sand", session, *numbers, "", ""]
+    return dict(zip(CLOCK_COLUMNS, row, strict=True)) | changes
+
+
+def refused(name, session="", why="the force never rises"):
+    nothing = dict.fromkeys(CLOCK_COLUMNS, math.nan)
+    words = {"medium": "sand", "session": session, "reason": why, "reason_code": "no-rise"}
+    return nothing | words | {"run_id": name}
+
+
+def pushes(count, offset_s=-2.4, drift=8e-6, seed=0, every_s=300.0, se_s=0.03, **changes):
+    """Pushes of a day at one offset and drift, each with an error of its own."""
+    own_s = math.sqrt(se_s**2 - BUILD_UP_S**2)
+    noise = np.random.default_rng(seed).normal(0, own_s, count)
+    times = every_s * np.arange(count)
+    offsets = offset_s + drift * times + noise
+    return [
+        push(f"p{place:02d}", time, offset, se_s, **changes)
+        for place, (time, offset) in enumerate(zip(times, offsets, strict=True))
+    ]
+
+
+def clocks(rows):
+    return SessionClocks.of_pushes([pd.DataFrame(rows, columns=CLOCK_COLUMNS)], ESTIMATE)
+
+
+def row(name, session=""):
+    return SimpleNamespace(run_id=name, session=session)
+
+
+def test_offset_and_drift_of_a_session_come_back_within_their_errors():
+    offset_pulls, drift_pulls = [], []
+    for seed in range(200):
+        found = find_session_clock(pushes(12, seed=seed), ESTIMATE)
+        assert found.contradiction == ""
+        at = found.at(START_S + 1000.0)
+        # what all pushes lag by is no scatter, so it is not in these made offsets either
+        own_se_s = math.sqrt(at.se_s**2 - BUILD_UP_S**2)
+        offset_pulls.append((at.offset_s - (-2.4 + 8e-6 * 1000)) / own_se_s)
+        drift_pulls.append((found.drift - 8e-6) / found.drift_se)
+    for pulls in (offset_pulls, drift_pulls):
+        assert 0.75 < np.sqrt(np.mean(np.square(pulls))) < 1.1
+        assert abs(np.mean(pulls)) < 0.2
+
+
+def test_the_error_of_the_clock_is_shared_and_falls_with_the_pushes_down_to_the_lag_of_the_force():
+    few, many = (find_session_clock(pushes(count), ESTIMATE) for count in (3, 40))
+    middle_s = START_S + 300.0
+    assert few.at(middle_s).se_s > many.at(middle_s).se_s > BUILD_UP_S
+    assert many.at(middle_s).se_s < 1.1 * BUILD_UP_S
+    assert many.at(middle_s).shared_se_s == many.at(middle_s).se_s
+    # far from its pushes the drift makes it uncertain
+    assert few.at(START_S + 86400).se_s > 1
+
+
+def test_a_lone_push_keeps_its_own_offset_error_and_drift():
+    alone = push("p", 0.0, 5.0, drift=4e-4, drift_se=2e-4)
+    found = find_session_clock([alone], ESTIMATE)
+    clock = found.at(START_S)
+    assert (clock.offset_s, clock.se_s) == pytest.approx((5.0, 0.03))
+    assert (found.drift, found.drift_se) == pytest.approx((4e-4, 2e-4))
+
+
+def test_strokes_of_one_log_count_once():
+    one = pushes(6)
+    again = [push | {"run_id": f"{push['run_id']}b"} for push in one]
+    assert find_session_clock([*one, *again], ESTIMATE) == find_session_clock(one, ESTIMATE)
+
+
+def test_pushes_that_scatter_more_than_their_errors_widen_that_of_the_clock():
+    calm = find_session_clock(pushes(12), ESTIMATE)
+    wide = pushes(12)
+    for place, one in enumerate(wide):
+        one["offset_s"] += 0.06 * (-1) ** place
+    wild = find_session_clock(wide, ESTIMATE)
+    assert wild.contradiction == ""
+    assert wild.covariance[0][0] > 4 * calm.covariance[0][0]
+
+
+def test_runs_that_show_no_offset_have_that_of_their_session():
+    found = clocks([*pushes(6), refused("weak rod")])
+    for name in ("weak rod", "slanted", "p03"):
+        clock = found.of_run(row(name), TIME + START_S, 0.1)
+        assert clock.offset_s == pytest.approx(-2.4, abs=0.05)
+        assert flags_of_clock(row(name), found) == ()
+
+
+def test_each_session_has_a_clock_of_its_own():
+    found = clocks([*pushes(4, session="a"), *pushes(4, offset_s=7.0, session="b")])
+    offsets = [found.of_run(row("r", one), TIME + START_S, 0.1).offset_s for one in "ab"]
+    assert offsets == pytest.approx([-2.4, 7.0], abs=0.1)
+    with pytest.raises(Refused, match="no push straight down shows how the clocks of session c"):
+        found.of_run(row("r", "c"), TIME + START_S, 0.1)
+
+
+def test_why_no_push_shows_the_clocks_is_said():
+    found = clocks([refused("p", why="the force never rises")])
+    with pytest.raises(Refused, match=r"runs without a session lie \(the force never rises\)"):
+        found.of_run(row("r"), TIME + START_S, 0.1)
+
+
+def test_a_run_far_from_the_pushes_is_refused_with_the_value_that_was_found():
+    found = clocks(pushes(2))
+    with pytest.raises(Refused, match=r"differ by -2\.\d+ s, with a standard error of .* 2 pushes"):
+        found.of_run(row("r"), TIME + START_S + 20_000, 0.1)
+
+
+RESTARTED = [
+    *pushes(4),
+    *[one | {"run_id": f"q{one['run_id']}", "offset_s": one["offset_s"] + 7.5,
+             "reference_s": one["reference_s"] + 1200} for one in pushes(5, seed=1)],
+]  # fmt: skip
+
+
+def test_a_clock_that_was_restarted_is_told_with_what_was_found_for_which_runs():
+    found = clocks(RESTARTED)
+    with pytest.raises(Refused) as caught:
+        found.of_run(row("slanted"), TIME + START_S, 0.1)
+    told = str(caught.value)
+    assert caught.value.remark.code == "clocks-contradict"
+    assert "s in p00, p01, p02 and 1 more; +5." in told
+    assert "s in qp00, qp01, qp02 and 2 more" in told
+    assert "column session" in told
+    # a push that shows its own offset keeps it, and says so
+    clock = found.of_run(row("qp02"), TIME + START_S, 0.1)
+    assert clock.offset_s == pytest.approx(5.1, abs=0.1)
+    assert clock.shared_se_s == BUILD_UP_S < clock.se_s
+    assert [one.code for one in flags_of_clock(row("qp02"), found)] == ["clock-by-itself"]
+
+
+def test_labels_of_the_sessions_are_the_cure():
+    labelled = [one | {"session": "12"[one["run_id"].startswith("q")]} for one in RESTARTED]
+    found = clocks(labelled)
+    assert found.of_run(row("r", "1"), TIME + START_S, 0.1).offset_s == pytest.approx(-2.4, abs=0.1)
+    assert found.of_run(row("r", "2"), TIME + START_S + 1200, 0.1).offset_s == pytest.approx(
+        5.1, abs=0.1
+    )
+
+
+def test_two_pushes_that_need_an_impossible_drift_contradict_each_other():
+    assert find_session_clock([push("a", 0, 0.0), push("b", 100, 3.0)], ESTIMATE).contradiction

@@ -1,0 +1,129 @@
+"""The rig made at home: from empty folder to alpha, as its page of the documentation says."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from home_rig import lay_out_home_rig
+
+from rftfit.campaign.load import load_campaign
+from rftfit.measure.ingest import ingest_medium
+from rftfit.results import Results
+from rftfit.workflow import measure
+
+NEWTON_PER_GF, AREA_CM2 = 9.80665e-3, 15.0
+LENGTH_CM, THICKNESS_CM, WALL_CM = 5.0, 0.4, 6.0
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """The campaign of the page in a folder whose name has a space, run up to the ledger."""
+    with pytest.MonkeyPatch.context() as patch:
+        root, names = lay_out_home_rig(tmp_path_factory.mktemp("an empty folder"), patch)
+        yield root, names, measured(root)
+
+
+def measured(root):
+    """Results of a campaign up to alpha, measured from its logs and held in memory."""
+    results = Results(load_campaign(root / "config/config.yaml"))
+    results.hold("clocks/sand.parquet", measure.clocks(results, "sand"))
+    measure.measure_logs(results, "sand")
+    results.hold("alpha/sand.csv", measure.checks(results, "sand")[1])
+    return results
+
+
+def read_push(root, row):
+    """Depth, cm, and force z and x, N, of a run, with the true clocks and by the page's signs alone."""
+    force = np.loadtxt(root / "raw" / row["force_log"], delimiter=",", skiprows=1).T
+    stage = np.loadtxt(root / "raw" / row["motion_log"], delimiter=",", skiprows=1).T
+    stage_s = stage[0] / 1000
+    stage_s = (stage_s - 2.4) / (1 + 8e-6)
+    sine = np.sin(np.radians(float(row["gamma_deg"])))
+    depth = (np.interp(force[0], stage_s, stage[1]) - 60) / 10 * sine
+    at_rest = force[0] < force[0][0] + 1.8
+    x, z = (one - one[at_rest].mean() for one in force[1:])
+    return depth, NEWTON_PER_GF * np.stack([-z, x])
+
+
+def fit_by_hand(root, row, rod):
+    """Alpha z and x of a push with its rod subtracted: least squares through zero over the page's window."""
+    (depth, force), (rod_depth, rod_force) = (read_push(root, one) for one in (row, rod))
+    beta = np.radians(float(row["beta_deg"]))
+    half_cm = LENGTH_CM / 2 * abs(np.sin(beta)) + THICKNESS_CM / 2 * np.cos(beta)
+    moving = np.arange(depth.size) < int(np.argmax(depth > depth.max() - 1e-3))
+    inside = moving & (depth > half_cm) & (depth < 20 - WALL_CM - half_cm)
+    order = np.argsort(rod_depth, kind="stable")
+    bare = [force[c] - np.interp(depth, rod_depth[order], rod_force[c][order]) for c in (0, 1)]
+    d = depth[inside]
+    return [float(d @ one[inside] / AREA_CM2 / (d @ d)) for one in bare]
+
+
+def test_all_runs_of_the_home_rig_are_used_and_agree_with_a_fit_by_hand(home):
+    root, _, results = home
+    fits = results.table("fits/sand.csv").set_index("run_id")
+    assert len(fits) == 36
+    assert (fits["reason"] == "").all()
+    sheet = pd.read_csv(root / "config/runs.csv", dtype=str, keep_default_na=False)
+    rows = {row["run_id"]: row for row in sheet.to_dict("records")}
+    for name, fit in fits.iterrows():
+        row = rows[name]
+        by_hand = fit_by_hand(root, row, rows[row["tare_run"]])
+        found = fit[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].to_list()
+        assert found == pytest.approx(by_hand, abs=1e-3), name
+
+
+def test_alpha_of_the_home_rig_is_the_one_that_its_script_knows(home):
+    _, names, results = home
+    alpha = results.alpha_table("sand")
+    assert (alpha["n_runs"] == 3).all()
+    for cell in alpha.to_dict("records"):
+        truth = names["true_alpha"](cell["beta_deg"], cell["gamma_deg"])
+        for c, true in zip("zx", truth, strict=True):
+            lo, hi = (cell[f"alpha_{c}_{end}_N_per_cm3"] for end in ("lo", "hi"))
+            assert lo <= true <= hi
+            assert cell[f"alpha_{c}_N_per_cm3"] == pytest.approx(true, abs=1e-3)
+
+
+def test_one_clock_of_the_session_serves_slanted_runs_and_the_weak_rod(home):
+    _, _, results = home
+    pushes = results.table("clocks/sand.parquet").set_index("run_id")
+    assert list(pushes.index[pushes["offset_s"].isna()]) == ["rod_g90"]
+    runs = results.table("runs/sand.csv")
+    assert (runs["status"] == "read").all()
+    assert (runs["clock_pushes"] == 9).all()
+    assert (abs(runs["clock_drift"] - 8e-6) < 3 * runs["clock_drift_se"]).all()
+    assert (abs(runs["clock_offset_s"] - 2.4) < 3 * runs["clock_se_s"]).all()
+    assert runs["clock_se_s"].between(0.02, 0.022).all()
+
+
+def test_the_interval_holds_the_clock_whose_error_repeats_do_not_lessen(home):
+    _, _, results = home
+    fits, alpha = results.table("fits/sand.csv"), results.alpha_table("sand")
+    # 1 cm/s along the path for 0.02 s
+    sine = np.sin(np.radians(fits["gamma_deg"]))
+    assert fits["clock_cm"].to_numpy() == pytest.approx(0.0203 * sine, rel=0.03)
+    lever = fits["lever_per_cm"] * fits["clock_cm"]
+    for c in "zx":
+        moved = (fits[f"alpha_{c}_N_per_cm3"] * lever).groupby(fits["run_id"].str[:-2]).mean()
+        for cell in alpha.to_dict("records"):
+            name = f"b{cell['beta_deg']:g}_g{cell['gamma_deg']:g}"
+            assert abs(cell[f"alpha_{c}_session_N_per_cm3"]) >= 0.99 * abs(moved[name])
+
+
+def test_a_logger_that_was_restarted_is_told(tmp_path, monkeypatch):
+    restart = {
+        "(-30, 0, 30), (90, 60, 45, 30), (1, 2, 3)": "(0,), (90, 45), (1, 2, 3, 4)",
+        "(time + OFFSET_S": "(time + OFFSET_S + 9 * (start_s > 1400)",
+    }
+    root, _ = lay_out_home_rig(tmp_path, monkeypatch, script=restart)
+    _, rows, book = ingest_medium(load_campaign(root / "config/config.yaml"), "sand")
+    runs = rows.set_index("run_id")
+    refused = runs.loc["b0_g45_1"]
+    assert refused["reason_code"] == "clocks-contradict"
+    assert "+2.4" in refused["reason"]
+    assert " s in b0_g90_1, b0_g90_2; +11.4" in refused["reason"]
+    assert " s in b0_g90_3, b0_g90_4; allowed" in refused["reason"]
+    # pushes straight down go back to clocks of their own, and say so
+    pushes = [f"b0_g90_{number}" for number in (1, 2, 3, 4)]
+    offsets = runs.loc[pushes, "clock_offset_s"].to_list()
+    assert offsets == pytest.approx([2.4, 2.4, 11.4, 11.4], abs=0.1)
+    assert [flag.run_id for flag in book.flags if flag.code == "clock-by-itself"] == pushes
