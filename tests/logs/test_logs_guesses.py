@@ -1,12 +1,14 @@
 """Which column is probably which quantity: headers of three languages, vectors, paths, repeated names."""
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import rftfit
 from rftfit.logs.base import Log
+from rftfit.logs.inspect import config_block, survey
 from rftfit.logs.quantities import guesses
 from rftfit.logs.units import names_and_units
 
@@ -206,3 +208,28 @@ def test_no_wrong_quantity_is_proposed(tmp_path):
         wanted += len(truth)
     assert wrong == []
     assert right >= 0.95 * wanted, (right, wanted)
+
+
+@pytest.mark.parametrize(
+    ("bad", "proposed"),
+    [
+        ({100: -9999, 900: -9999}, "missing: [-9999] #"),
+        ({100: -9999, 900: -9999, 905: 8388607, 2000: 8388607}, "missing: [-9999, 8388607] #"),
+        ({100: -9999}, ""),  # one reading alone is no code
+        (dict.fromkeys(range(2500, 3000), 12.0), ""),  # cut off at the range
+        (dict.fromkeys(range(5, 3000, 50), 0.0), ""),
+    ],
+)
+@pytest.mark.parametrize("parts", [1, 3])
+def test_a_value_that_recurs_outside_of_all_others_is_proposed_as_missing(bad, proposed, parts):
+    """Of a force that rises to 20 N in 3,000 rows, read in one block or in several."""
+    luck = np.random.default_rng(1)
+    time = np.arange(3000) / 100
+    force = np.round(luck.normal(0, 0.05, 3000) + np.clip(time - 10, 0, None), 3)
+    force[[*bad]] = [*bad.values()]
+    cells = zip(np.array_split(time, parts), np.array_split(force, parts), strict=True)
+    units = {"time": "s", "F3": "N"}
+    blocks = [Log(Path("a"), {"time": t, "F3": f}, units, t.size) for t, f in cells]
+    lines = [line.strip() for line in config_block(survey(blocks), "delimited")]
+    missing = [line for line in lines if line.startswith("missing")]
+    assert missing == [] if not proposed else missing[0].startswith(proposed)

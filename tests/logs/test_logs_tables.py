@@ -451,3 +451,17 @@ def test_columns_of_a_penetration_test_have_the_names_of_its_header(delimiter, t
     log = rftfit.read_log(path)
     assert log.units == {"Length": "m", "Cone resistance": "MPa"}
     assert (log.size, log.dropped) == (30, {})
+
+
+def test_a_number_that_the_header_of_a_penetration_test_calls_void_is_no_value(tmp_path):
+    path = tmp_path / "cpt.gef"
+    head = GEF.format(rows="").replace("#EOH=", "#COLUMNVOID= 2, -999999\n#EOH=")
+    rows = [f"{row / 50:.2f}; {row / 4:.2f}" for row in range(30)]
+    for row, void in ((4, "-999999"), (7, " -999999"), (9, "-999999.00")):
+        rows[row] = f"{row / 50:.2f};{void}"
+    path.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+    log = rftfit.read_log(path)
+    np.testing.assert_array_equal(
+        np.flatnonzero(np.isnan(log.columns["Cone resistance"])), [4, 7, 9]
+    )
+    assert np.isfinite(log.columns["Length"]).all()

@@ -134,6 +134,7 @@ class DelimitedReader(TextReader):
             layout,
             dates=seen.dates,
             no_value=NO_VALUE,
+            void=_voids_of_gef(skipped),
             mixed=seen.mixed,
             rewrites=printed.rewrites,
             where=source,
@@ -187,6 +188,15 @@ def _columns_of_gef(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
         return [], []
     columns = [stated[number] for number in sorted(stated)]
     return [c[3].strip() for c in columns], [c[2].strip() for c in columns]
+
+
+_GEF_VOID = re.compile(r"#COLUMNVOID\s*=\s*\d+\s*,\s*([-+.\d]+)", re.IGNORECASE)
+
+
+def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
+    """Numbers that mean no data, as the header of a penetration test (GEF) states them."""
+    stated = [match[1] for line in lines if (match := _GEF_VOID.match(line.text.strip()))]
+    return tuple({float(number) for number in stated if PLAIN_NUMBER.fullmatch(number)})
 
 
 _MOST_HEADER_ROWS = 6

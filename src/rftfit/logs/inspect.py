@@ -29,12 +29,33 @@ GAP_STEPS = 5.0
 _MOST_GAPS = 10_000
 
 
+class Extreme(NamedTuple):
+    """Lowest or highest value of a column, how often it occurs, and the value next to it; NaN where there is none."""
+
+    value: float
+    times: int
+    inner: float
+
+    @classmethod
+    def of(cls, distinct: FloatArray, times: np.ndarray) -> Extreme:
+        """First of the distinct values, in the order from the end of the column inwards."""
+        return cls(float(distinct[0]), int(times[0]), float([*distinct[:2], np.nan][1]))
+
+    def merged(self, other: Extreme, sign: float) -> Extreme:
+        """That of both parts of a column; `sign`: -1 of the lowest, 1 of the highest."""
+        ends = sorted({self.value, other.value}, key=lambda value: -sign * value)
+        times = sum(part.times for part in (self, other) if part.value == ends[0])
+        inner = [*ends[1:], self.inner, other.inner]
+        known = [sign * value for value in inner if np.isfinite(value)]
+        return Extreme(ends[0], times, sign * max(known) if known else np.nan)
+
+
 @dataclass(frozen=True)
 class ColumnSummary:
     """One column of a log; the numbers are NaN if there is no usable row.
 
     `resolution`: Smallest step between two distinct values; NaN if there are not two.
-    `values`: How many rows have a number in this column.
+    `values`: How many rows have a number in this column. `ends`: Its lowest and highest value.
     """
 
     name: str
@@ -44,6 +65,18 @@ class ColumnSummary:
     highest: float
     resolution: float
     values: int
+    ends: tuple[Extreme, ...] = ()
+
+    @property
+    def codes(self) -> list[float]:
+        """Values that seem to mean that there is no data: the same one several times, far outside of all others."""
+        codes = []
+        for end, other in zip(self.ends, self.ends[::-1], strict=True):
+            # the other end may be a code, too: what lies inside of it is the range of the others
+            span = min(abs(end.inner - other.value), abs(end.inner - other.inner))
+            if end.times > 1 and abs(end.value - end.inner) > max(span, self.resolution):
+                codes.append(end.value)
+        return codes
 
 
 @dataclass
@@ -231,10 +264,12 @@ def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
     values, unit = finite_values(log.columns[name]), log.units.get(name, "")
     if values.size == 0:
         return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan, 0)
-    steps = np.diff(np.unique(values))
+    distinct, times = np.unique(values, return_counts=True)
+    steps = np.diff(distinct)
     resolution = float(steps.min()) if steps.size else np.nan
-    lowest, highest = float(values.min()), float(values.max())
-    return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size)
+    ends = (Extreme.of(distinct, times), Extreme.of(distinct[::-1], times[::-1]))
+    lowest, highest = (end.value for end in ends)
+    return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size, ends)
 
 
 def _merged(one: ColumnSummary, other: ColumnSummary) -> ColumnSummary:
@@ -244,6 +279,12 @@ def _merged(one: ColumnSummary, other: ColumnSummary) -> ColumnSummary:
         highest=float(np.fmax(one.highest, other.highest)),
         resolution=float(np.fmin(one.resolution, other.resolution)),
         values=one.values + other.values,
+        ends=tuple(
+            first.merged(second, sign)
+            for first, second, sign in zip(one.ends, other.ends, (-1.0, 1.0), strict=True)
+        )
+        if one.ends and other.ends
+        else one.ends or other.ends,
     )
 
 
@@ -410,6 +451,7 @@ def config_block(
             wanted = wanted[1:]  # time is that of the rate
         if kind == "force" and "arm_moving" in found.quantities:
             wanted = (*wanted, "arm_moving")
+        lines += _missing_line(found, wanted)
         # of one file for both, each log takes only the columns that are named
         own = [line for name in wanted for line in _line(found, name, always=len(sorts) == 2)]
         if any(not line.lstrip().startswith("#") for line in own):
@@ -421,6 +463,17 @@ def config_block(
     if len(sorts) == 2:
         lines.append("clock: {method: same_clock}")
     return lines
+
+
+def _missing_line(found: Survey, quantities: Iterable[str]) -> list[str]:
+    """Propose the values that seem to mean no data, of the columns of these quantities or, where none is known, of all."""
+    known = {found.quantities[name] for name in quantities if name in found.quantities}
+    columns = [column for column in found.columns if column.name in known or not known]
+    codes = sorted({code for column in columns for code in column.codes})
+    if not codes:
+        return []
+    listed = ", ".join(f"{code:.10g}" for code in codes)
+    return [f"  missing: [{listed}] # outside of all others, several times: no data? check"]
 
 
 _SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")

@@ -254,6 +254,7 @@ class Layout:
     `regrouped`: Places of columns whose digits a spreadsheet has regrouped.
     `dates`: Order of day, month and year in dates (``dmy``); empty: as each shows it.
     `no_value`: Cells that say that there is no value; the others of the row count all the same.
+    `void`: Numbers that say so too.
     `mixed`: Places of columns of numbers with words among them; a word there is no value.
     `rewrites`: What to put in place of what in each line, before it is parted into cells.
     `where`: Places of columns, and the words that a row of the wanted source holds there.
@@ -270,6 +271,7 @@ class Layout:
     regrouped: frozenset[int] = frozenset()
     dates: str = ""
     no_value: tuple[str, ...] = ()
+    void: tuple[float, ...] = ()
     mixed: frozenset[int] = frozenset()
     rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...] = ()
     where: tuple[tuple[int, tuple[str, ...]], ...] = ()
@@ -341,6 +343,8 @@ def parse(
     if layout.is_data(rest):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
+    if layout.void:
+        rows = _without_voids(layout, rows)
     if others:
         dropped = base.add_counts(rows.dropped, {OTHER_SOURCE: others})
         rows = replace(rows, rows=rows.rows + others, dropped=dropped)
@@ -348,6 +352,19 @@ def parse(
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
     keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
+
+
+def _without_voids(layout: Layout, rows: Rows) -> Rows:
+    """Put no value in place of the numbers that say so."""
+    columns, blank = dict(rows.columns), dict(rows.blank)
+    for name, kind in zip(layout.names, layout.kinds, strict=True):
+        if kind != "number" or name not in columns:
+            continue
+        is_void = np.isin(columns[name], layout.void)
+        if is_void.any():
+            columns[name] = np.where(is_void, np.nan, columns[name])
+            blank[name] = blank.get(name, False) | is_void
+    return replace(rows, columns=columns, blank=blank)
 
 
 def _of_one_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
