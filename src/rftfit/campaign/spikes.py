@@ -124,13 +124,11 @@ TIMES_USUAL_WAY = 2.0
 """A lone position is farther aside by so many ways from one reading to the next, or more: an arm that turns back is by one."""
 _TIMES_NOISE = 7.0
 """A lone position is farther aside by so many standard deviations of one coordinate, or more."""
-_TIMES_RESOLUTION = 5.0
-"""Noise that is smaller than a step of the sensor moves it by fewer steps."""
 _FEWEST_POSITIONS = 7
 _MOST_OF_NEIGHBOUR = 0.25
 """The position beside a lone one is aside by half as much, the next one not at all."""
-_QUARTILE = 0.319 * math.sqrt(1.5)
-"""Lower quartile of how far a position is aside, in standard deviations of normal noise."""
+_QUARTILE, _MEDIAN = 0.319 * math.sqrt(1.5), 0.674 * math.sqrt(1.5)
+"""Lower quartile and median of how far a position is aside, in standard deviations of normal noise."""
 
 
 def find_lone_positions(*axes: FloatArray) -> Mask:
@@ -171,16 +169,13 @@ def _find_lone_once(path: FloatArray) -> Mask:
     aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
     inner = np.sqrt((aside**2).sum(axis=0))
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
-    quartile = np.partition(np.abs(aside), inner.size // 4, axis=1)[:, inner.size // 4]
-    change = np.abs(np.diff(level))
-    resolution = float(change[change > 0].min())
-    noise = float(quartile.max()) / _QUARTILE
-    far = max(_TIMES_NOISE * noise, _TIMES_RESOLUTION * resolution)
+    size = np.abs(aside)
+    quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
+    far = _TIMES_NOISE * float(quartile.max()) / _QUARTILE
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))
     if not places.size:
         return nothing
-    off = off[places]
     # the ways to and from the position itself are left out, and one of four others may be that of another lone position
     way = np.sqrt((np.diff(level) ** 2).sum(axis=0))
     last = way.size - 1
@@ -192,8 +187,18 @@ def _find_lone_once(path: FloatArray) -> Mask:
     above = level[:, places] - np.maximum(before, after)
     below = np.minimum(before, after) - level[:, places]
     outside = np.maximum(above, below).max(axis=0)
+    far_aside = (off[places] > TIMES_USUAL_WAY * usual) & (outside > _LEAST_OUTSIDE * off[places])
+    places = places[far_aside]
+    if not places.size:
+        return nothing
+    # without those beside lone positions more than a quarter tell the noise, that of a sensor with coarse steps too
+    good = np.ones(starts.size + 2, dtype=bool)
+    good[np.concatenate([places, places + 1, places + 2])] = False
+    kept = size[:, good[2:-2]]
+    if kept.shape[1]:
+        far = _TIMES_NOISE * float(np.median(kept, axis=1).max()) / _MEDIAN
     lone = np.zeros(starts.size, dtype=bool)
-    lone[places[(off > TIMES_USUAL_WAY * usual) & (outside > _LEAST_OUTSIDE * off)]] = True
+    lone[places[off[places] > far]] = True
     return np.repeat(lone, lengths)
 
 
