@@ -124,6 +124,8 @@ TIMES_USUAL_WAY = 2.0
 """A lone position is farther aside by so many ways from one reading to the next, or more: an arm that turns back is by one."""
 _TIMES_NOISE = 7.0
 """A lone position is farther aside by so many standard deviations of one coordinate, or more."""
+_LEAST_PART = 0.005
+"""Part of the whole way below which a position is off by no more than what a coarse sensor flickers by."""
 _FEWEST_POSITIONS = 7
 _MOST_OF_NEIGHBOUR = 0.25
 """The position beside a lone one is aside by half as much, the next one not at all."""
@@ -171,7 +173,8 @@ def _find_lone_once(path: FloatArray) -> Mask:
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
-    far = _TIMES_NOISE * float(quartile.max()) / _QUARTILE
+    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
+    far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))
     if not places.size:
@@ -191,7 +194,7 @@ def _find_lone_once(path: FloatArray) -> Mask:
     places = places[far_aside]
     if not places.size:
         return nothing
-    # without those beside lone positions more than a quarter tell the noise, that of a sensor with coarse steps too
+    # without those beside lone positions more than a quarter tell the noise
     good = np.ones(starts.size + 2, dtype=bool)
     good[np.concatenate([places, places + 1, places + 2])] = False
     kept = size[:, good[2:-2]]
