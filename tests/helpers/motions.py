@@ -3,16 +3,23 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
 from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import direction
+from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
+from rftfit.measure.lab_frame import path_in_lab_frame
+from rftfit.measure.pairs import clean
+from rftfit.measure.readings import without_holds, without_lone_positions
 from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
 
 AIR_CM = 2.0
+LONE_CM = 0.5, 3.0
+"""Least and largest distance of a lone reading from the path."""
 NAN = float("nan")
 RIGHT, WRONG, REFUSED = "right", "wrong", "refused"
 
@@ -49,7 +56,8 @@ class Pushes:
 
     `lengths_cm`: of each push. `begins`: at rest in air, at the surface without a rest, or below it; level ones
     begin below. `back`: how much of the way each goes back. `stated`: the speed that the config says, of the true one.
-    `dwell_s`: rest at either end. `noise_cm`: standard deviation and step of the encoder.
+    `dwell_s`: rest at either end. `noise_cm`: standard deviation and step of the encoder. `lone`: positions that
+    are 0.5 to 3 cm off, each between two good ones.
     """
 
     gamma_deg: float = 90.0
@@ -61,6 +69,7 @@ class Pushes:
     speed_cm_per_s: float = 1.0
     dwell_s: float = 0.0
     noise_cm: tuple[float, float] = (0.0, 0.0)
+    lone: int = 0
     seed: int = 0
 
     @property
@@ -72,7 +81,7 @@ class Pushes:
 
     @property
     def arm(self):
-        return Arm(speed_cm_per_s=self.stated * self.speed_cm_per_s)
+        return Arm(speed_cm_per_s=self.stated * self.speed_cm_per_s, position_unit="cm")
 
     def corners(self):
         """Time, s, and way along the path, cm, of every corner: shape (n, 2)."""
@@ -106,6 +115,25 @@ class Pushes:
             )
         return IntruderPath(time, x, z + self.top_cm, np.zeros(time.size))
 
+    def path_as_read(self):
+        """Path after the steps that `rftfit run` takes a motion log through, or why these refuse the log."""
+        columns = vars(self.motion())
+        random = np.random.default_rng([self.seed, self.lone])
+        places = []
+        for place in random.permutation(columns["time"].size):
+            if len(places) < self.lone and all(abs(place - other) > 1 for other in places):
+                places.append(place)
+        for place in places:
+            off_cm = random.uniform(*LONE_CM) * random.choice([-1, 1])
+            columns[random.choice(["x", "z"])][place] += off_cm
+        units = {"time": "s", "x": "cm", "z": "cm", "angle": "deg"}
+        log = Log(Path("log.csv"), columns, units, columns["time"].size)
+        try:
+            log = without_holds(without_lone_positions(clean(log)))
+        except LogError as error:
+            return error
+        return path_in_lab_frame(log, row(self.gamma_deg), self.arm)
+
     def strokes(self, *, back=False):
         """Start and end, s, of each push that goes below the surface, or of each pull."""
         down = -math.sin(math.radians(self.gamma_deg))
@@ -126,24 +154,27 @@ class Pushes:
 
     def judge(self):
         """What becomes of each row that may be written of this log, and the reason."""
-        motion, told = self.motion(), []
+        path, told = self.path_as_read(), []
+        if isinstance(path, LogError):
+            return [(REFUSED, f"{path}")]
+        spans = path.spans(self.arm)
         depth_cm = NAN if self.gamma_deg else 3.0
         for back in (False, True) if self.gamma_deg else (False,):
             true = self.strokes(back=back)
             way = "extraction" if back else ""
             for stroke in (None, *range(1, len(true) + 2)):
                 run = row(self.gamma_deg, stroke, way, depth_cm)
-                told.append(self._judge(motion, run, true))
+                told.append(self._judge(path, spans, run, true))
         return told
 
-    def _judge(self, motion, run, true):
+    def _judge(self, path, spans, run, true):
         wanted = "" if len(true) == 1 else "several-strokes"
         if run.stroke is not None:
             wanted = "" if run.stroke <= len(true) else "no-such-stroke"
         if not true:
             wanted = "surface-not-reached"
         try:
-            found = find_stroke(motion, motion.spans(self.arm), run, self.arm)
+            found = find_stroke(path, spans, run, self.arm)
         except Refused as refusal:
             code = refusal.remark.code
             if code == wanted:
@@ -167,8 +198,8 @@ class Pushes:
         return self.speed_cm_per_s * max(0.15, 2.5 / self.rate_Hz) + 6 * sd + 2 * step
 
 
-def any_pushes(seed):
-    """One of all the motions that a machine may make."""
+def any_pushes(seed, noise_cm=None, lone=0):
+    """One of all the motions that a machine may make, with the noise of its sensor or another one, and lone readings."""
     random = np.random.default_rng(seed)
     cycles = int(random.integers(1, 6))
     longest = float(random.uniform(1.0, 6.0))
@@ -203,6 +234,7 @@ def any_pushes(seed):
         rate,
         speed,
         float(random.choice([0.0, random.uniform(0, 1)])),
-        (sd, min(step, 0.1 * speed)),
+        (sd if noise_cm is None else noise_cm, min(step, 0.1 * speed)),
+        lone,
         seed,
     )

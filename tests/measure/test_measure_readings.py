@@ -7,7 +7,7 @@ import pytest
 from one_stroke import N_PER_CM, RATE_HZ, SPEED_CM_PER_S, crust, push, stick_slip, stones
 from seeds import seeds
 
-from rftfit.campaign.spikes import MOST_SHARE, find_spikes
+from rftfit.campaign.spikes import MOST_SHARE, find_lone_positions, find_spikes
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.readings import find_holds, without_holds, without_missing, without_spikes
 
@@ -123,3 +123,27 @@ def test_a_coarse_sensor_is_no_position_that_is_held():
     )
     assert find_holds(motion.columns["z"]).is_regular
     assert without_holds(motion) is motion
+
+
+@pytest.mark.parametrize("noise_cm", [0.0, 0.005, 0.02])
+def test_positions_that_stand_alone_are_found_and_no_others(noise_cm):
+    """Of an arm that goes down and back, rests in between, and does not move along x."""
+    random = np.random.default_rng(5)
+    way = np.interp(np.arange(900) / 50, [0, 2, 8, 9, 15, 18], [0, 0, 3, 3, 0, 0])
+    x, z = (part + random.normal(0, noise_cm, way.size) for part in (0 * way, -way))
+    assert not find_lone_positions(x, z).any()
+    bad = [0, 40, 260, 402, 898]
+    x[bad[::2]] += 0.6
+    z[bad[1::2]] -= 0.6
+    np.testing.assert_array_equal(np.flatnonzero(find_lone_positions(x, z)), bad)
+
+
+def test_what_arms_do_leaves_no_position_alone():
+    ways = {
+        "turns at once": [0.0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0, 1, 2, 3, 4, 5],
+        "is polled late": [0.0, 1, 2, 3, 3, 3, 3, 3, 8, 9, 10, 11, 12, 13],
+        "has a coarse sensor": [0.0, 1, 0, 0, 1, 1, 2, 1, 2, 2, 3, 4, 3, 4, 5],
+        "starts and stops": [0.0, 0, 0, 0, 2, 4, 6, 8, 10, 10, 10, 10, 10],
+    }
+    for way in ways.values():
+        assert not find_lone_positions(np.array(way), np.zeros(len(way))).any()

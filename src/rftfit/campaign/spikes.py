@@ -6,6 +6,8 @@ a force that slips falls from a peak that it has risen to: both are close to the
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -113,3 +115,101 @@ def _usual_steps(step: FloatArray) -> FloatArray:
     usual = np.full(step.size + 1, near[-1])
     usual[: count * size] = np.repeat(near, size)
     return usual
+
+
+# --- Positions of an arm
+
+
+TIMES_USUAL_WAY = 2.0
+"""A lone position is farther aside by so many ways from one reading to the next, or more: an arm that turns back is by one."""
+_TIMES_NOISE = 7.0
+"""A lone position is farther aside by so many standard deviations of one coordinate, or more."""
+_LEAST_PART = 0.005
+"""Part of the whole way below which a position is off by no more than what a coarse sensor flickers by."""
+_FEWEST_POSITIONS = 7
+_MOST_OF_NEIGHBOUR = 0.25
+"""The position beside a lone one is aside by half as much, the next one not at all."""
+_QUARTILE, _MEDIAN = 0.319 * math.sqrt(1.5), 0.674 * math.sqrt(1.5)
+"""Lower quartile and median of how far a position is aside, in standard deviations of normal noise."""
+
+
+def find_lone_positions(*axes: FloatArray) -> Mask:
+    """Mark the positions that an arm cannot have been at between its positions just before and just after.
+
+    A force may jump, an arm keeps its speed: it is near the middle of its neighbours, and outside of them only where it
+    turns back, by its usual way from one reading to the next. An axis that does not move needs another one that does.
+
+    Parameters
+    ----------
+    *axes : ndarray
+        Coordinates of the arm in the order of time, in one unit, shape (n,) each, finite.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (n,).
+    """
+    path = np.stack(axes)
+    alone = np.zeros(path.shape[1], dtype=bool)
+    left = np.arange(path.shape[1])
+    # beside a lone position others are seen only when it is out of the way
+    while (lone := _find_lone_once(path[:, left])).any():
+        alone[left[lone]] = True
+        left = left[~lone]
+    return alone
+
+
+def _find_lone_once(path: FloatArray) -> Mask:
+    """Mark the positions, shape (axes, n), farthest aside; equal positions in a row count as one."""
+    nothing = np.zeros(path.shape[1], dtype=bool)
+    moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
+    starts = np.flatnonzero(np.concatenate([[True], moves]))
+    if starts.size < _FEWEST_POSITIONS:
+        return nothing
+    lengths = np.diff(np.append(starts, path.shape[1]))
+    level = path[:, starts]
+    aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
+    inner = np.sqrt((aside**2).sum(axis=0))
+    off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
+    size = np.abs(aside)
+    quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
+    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
+    far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
+    neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
+    places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))
+    if not places.size:
+        return nothing
+    # the ways to and from the position itself are left out, and one of four others may be that of another lone position
+    way = np.sqrt((np.diff(level) ** 2).sum(axis=0))
+    last = way.size - 1
+    beside = np.abs(places[:, None] + np.array([-3, -2, 1, 2]))
+    usual = np.sort(way[last - np.abs(last - beside)], axis=1)[:, 1]
+    # a position between its neighbours was read while the arm moved from one to the other, at whatever speed
+    before = level[:, np.abs(places - 1)]
+    after = level[:, last + 1 - np.abs(last - places)]
+    above = level[:, places] - np.maximum(before, after)
+    below = np.minimum(before, after) - level[:, places]
+    outside = np.maximum(above, below).max(axis=0)
+    far_aside = (off[places] > TIMES_USUAL_WAY * usual) & (outside > _LEAST_OUTSIDE * off[places])
+    places = places[far_aside]
+    if not places.size:
+        return nothing
+    # without those beside lone positions more than a quarter tell the noise
+    good = np.ones(starts.size + 2, dtype=bool)
+    good[np.concatenate([places, places + 1, places + 2])] = False
+    kept = size[:, good[2:-2]]
+    if kept.shape[1]:
+        far = _TIMES_NOISE * float(np.median(kept, axis=1).max()) / _MEDIAN
+    lone = np.zeros(starts.size, dtype=bool)
+    lone[places[off[places] > far]] = True
+    return np.repeat(lone, lengths)
+
+
+_LEAST_OUTSIDE = 0.5
+"""Part of the way aside by which a lone position is outside of its neighbours, at least."""
+
+
+def _end_aside(inner: FloatArray) -> float:
+    """How far the first position is off the line through the next two, if it is not the second that is aside."""
+    second, third = inner[:2]
+    return 2 * float(second) if third < _MOST_OF_NEIGHBOUR * second else 0.0

@@ -21,7 +21,12 @@ from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure.flags import BACKWARDS, DUPLICATE, Refused, Remark, quoted
-from rftfit.measure.readings import without_holds, without_missing, without_spikes
+from rftfit.measure.readings import (
+    without_holds,
+    without_lone_positions,
+    without_missing,
+    without_spikes,
+)
 
 TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
 FORCE_TO_N = {
@@ -316,6 +321,7 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
     Some runs are read at a time, which is faster than one by one and keeps memory flat.
     """
     config, units = campaign.config, chain_units(campaign.config)
+    without_lone_forces = partial(without_spikes, quantities=_FORCE[1:])
 
     def force(run: Run, log: Log) -> Log:
         log = without_missing(log, config.force_log.missing)
@@ -342,10 +348,16 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
         pushed = _read(campaign, part, "force_log", [run.force_log for run in part])
         moved = _read(campaign, part, "motion_log", [run.motion_log for run in part])
         for (key, run), log in zip(new.items(), unloaded, strict=True):
-            zeros[key] = _usable(campaign, run.zero_log, log, partial(force, run), _FORCE[1:])
+            zeros[key] = _usable(
+                campaign, run.zero_log, log, partial(force, run), without_lone_forces
+            )
         for run, force_log, motion_log in zip(part, pushed, moved, strict=True):
-            loaded = _usable(campaign, run.force_log, force_log, partial(force, run), _FORCE[1:])
-            path = _usable(campaign, run.motion_log, motion_log, partial(motion, run), _MOTION[1:])
+            loaded = _usable(
+                campaign, run.force_log, force_log, partial(force, run), without_lone_forces
+            )
+            path = _usable(
+                campaign, run.motion_log, motion_log, partial(motion, run), without_lone_positions
+            )
             path = without_holds(path) if isinstance(path, Log) else path
             yield run, Pair(loaded, path, zeros.get(_zero(run)))
 
@@ -431,13 +443,13 @@ def _usable(
     file: str,
     log: Log | LogError,
     quantities: Callable[[Log], Log],
-    measured: Sequence[str],
+    without_lone: Callable[[Log], Log],
 ) -> Log | LogError:
-    """Clean a log and the quantities that it measured, or say why it cannot be used, by the name in the run sheet."""
+    """Clean a log and leave out its lone readings, or say why it cannot be used, by the name in the run sheet."""
     try:
         if isinstance(log, LogError):
             raise log
-        return without_spikes(clean(quantities(log)), measured)
+        return without_lone(clean(quantities(log)))
     except LogError as error:
         # the folder of the raw data is the reader's business, not the ledger's
         text = str(error).replace(str(campaign.raw / file), file)

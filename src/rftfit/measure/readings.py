@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.spikes import MOST_SHARE, find_spikes
+from rftfit.campaign.spikes import MOST_SHARE, Mask, find_lone_positions, find_spikes
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import HELD, LONE, NO_DATA
@@ -21,7 +21,7 @@ _USUAL = 1.5
 
 
 def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
-    """Leave out the rows in which a quantity stands alone, and count them.
+    """Leave out the rows in which a force stands alone, and count them.
 
     Parameters
     ----------
@@ -41,20 +41,35 @@ def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
     """
     alone = np.zeros(log.size, dtype=bool)
     for quantity in quantities:
-        if quantity not in log.columns:
-            continue
-        spikes = find_spikes(log.columns[quantity])
-        if not spikes.any():
-            continue
-        if spikes.mean() > MOST_SHARE:
-            text = (
-                f"{log.path}: {spikes.sum()} of {spikes.size} readings of {quantity} stand alone, far from "
-                f"those before and after them; allowed: {MOST_SHARE:.0%} of them. Look at the cable and the "
-                "logger, or name the values that mean no data under `missing`"
-            )
-            raise LogError("spikes", text, log.rows)
-        alone |= spikes
+        if quantity in log.columns:
+            spikes = find_spikes(log.columns[quantity])
+            _check_share(log, quantity, spikes)
+            alone |= spikes
     return log.take(~alone, LONE)
+
+
+def without_lone_positions(log: Log) -> Log:
+    """Leave out the rows of a motion log whose position or angle stands alone, and count them.
+
+    Raises `LogError` if that is more than `MOST_SHARE` of the rows.
+    """
+    alone = np.zeros(log.size, dtype=bool)
+    for quantities in (("x", "z"), ("angle",)):
+        lone = find_lone_positions(*(log.columns[quantity] for quantity in quantities))
+        _check_share(log, " and ".join(quantities), lone)
+        alone |= lone
+    return log.take(~alone, LONE)
+
+
+def _check_share(log: Log, quantity: str, alone: Mask) -> None:
+    """Refuse a log in which nobody knows which readings of a quantity are the good ones."""
+    if alone.mean() > MOST_SHARE:
+        text = (
+            f"{log.path}: {alone.sum()} of {alone.size} readings of {quantity} stand alone, far from "
+            f"those before and after them; allowed: {MOST_SHARE:.0%} of them. Look at the cable and the "
+            "logger, or name the values that mean no data under `missing`"
+        )
+        raise LogError("spikes", text, log.rows)
 
 
 def without_missing(log: Log, missing: Sequence[float]) -> Log:

@@ -158,6 +158,8 @@ SENTENCES = {
     "short-zero-log": "the zero log has {found} readings; at least {wanted} are needed",
     "too-slow": "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s "
     "({stated:g} cm/s) or faster; its speed there was {fastest:.3g} cm/s at most",
+    "noisy-position": "the position has {noise_mm:.2g} mm of noise, which hides a way back of {hidden:.2g} cm: the strokes "
+    "cannot be told apart (allowed: {most:g} cm). Log the position more often, or average it",
     "several-strokes": "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the "
     "column stroke of the run sheet",
     "other-direction": "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma "

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,10 @@ _TURN_CM = 0.05
 """A way back that is shorter is the arm putting itself right."""
 _TIMES_NOISE, _TIMES_RESOLUTION = 8.0, 1.5
 """A way back, or aside, that is no more than noise or the flicker between two steps of the sensor."""
+_MOST_HIDDEN_CM = 2 * SHORTEST_CM
+"""Where noise hides a longer way back, nobody knows how many strokes there are."""
+_TIMES_HEADING = 4.0
+"""A direction that differs by fewer standard errors from the one of the sheet may be it."""
 _CORNER_CM, _CORNER_DEG = 0.1, 10.0
 _FEWEST_AT_REST = 3
 """With fewer positions in it nobody saw that the arm rested: its clock may have been set forward."""
@@ -52,17 +57,18 @@ class IntruderPath:
         if self.time.size < 3:
             return np.empty((0, 2))
         usual = float(np.median(np.diff(self.time)))
-        at = np.arange(1, self.time.size - 1)
-        most = (at.size + 1) // 2
+        mean, noise_cm = self.averaged(arm)
+        at = np.arange(self.time.size)
+        most = (at.size - 1) // 2
         # over so many samples that noise makes no tenth of the speed
-        least_s = math.sqrt(2) * self._noise / (0.1 * arm.speed_cm_per_s)
+        least_s = math.sqrt(2) * noise_cm / (0.1 * arm.speed_cm_per_s)
         steps = min(max(math.ceil(least_s / (2 * usual)), 1), most)
         while True:
             # central differences, so that an edge is not seen half a step late
-            first = np.clip(at - steps, 0, at.size + 1 - 2 * steps)
+            first = np.clip(at - steps, 0, at.size - 1 - 2 * steps)
             step, x, z, angle = (
                 part[first + 2 * steps] - part[first]
-                for part in (self.time, self.x, self.z, self.angle)
+                for part in (mean.time, mean.x, mean.z, mean.angle)
             )
             relative = np.maximum(
                 np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
@@ -85,7 +91,7 @@ class IntruderPath:
         return np.asarray(ends[kept].reshape(-1, 2))
 
     @cached_property
-    def _noise(self) -> float:
+    def noise_cm(self) -> float:
         """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
         off = [part[1:-1] - part[:-2] - share * (part[2:] - part[:-2]) for part in (self.x, self.z)]
@@ -93,12 +99,31 @@ class IntruderPath:
         return float(np.median(np.abs(off), axis=1).max()) / 0.826
 
     @cached_property
-    def least_turn_cm(self) -> float:
-        """Way that is seen as one, cm: not noise, not the flicker of a sensor between two steps."""
+    def flicker_cm(self) -> float:
+        """Way that may be the flicker of a sensor between two steps, cm."""
         steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
         resolution = float(steps[steps > 0].min(initial=np.inf))
-        flicker = _TIMES_RESOLUTION * resolution if math.isfinite(resolution) else 0.0
-        return max(_TIMES_NOISE * self._noise, flicker)
+        return _TIMES_RESOLUTION * resolution if math.isfinite(resolution) else 0.0
+
+    def averaged(self, arm: Arm) -> AveragedPath:
+        """Average the noise over neighbouring readings until it hides no turn, at most over about as much way as it hides."""
+        noise_cm = self.noise_cm
+        count = 1
+        if _TIMES_NOISE * noise_cm > _TURN_CM:
+            way = arm.speed_cm_per_s * float(np.median(np.diff(self.time)))
+            enough = (_TIMES_NOISE * noise_cm / _TURN_CM) ** 2
+            # over `most` readings the arm goes twice as far as their mean may be off
+            most = (_TIMES_NOISE * noise_cm / (2 * way)) ** (2 / 3)
+            count = max(int(min(enough, most, self.time.size / 4)), 1)
+        if count == 1:
+            return AveragedPath(self, noise_cm)
+        mean = replace(self, x=_moving_mean(self.x, count), z=_moving_mean(self.z, count))
+        return AveragedPath(mean, noise_cm / math.sqrt(count))
+
+    def heading_se(self, start: float, end: float, length_cm: float) -> float:
+        """Standard error of `heading`, rad: of the difference of two means of a half of the readings, half a way apart."""
+        readings = max(int(np.count_nonzero((self.time >= start) & (self.time <= end))), 1)
+        return 4 * self.noise_cm / (length_cm * math.sqrt(readings))
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
         """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
@@ -122,14 +147,34 @@ class IntruderPath:
         return x, z, angle
 
 
+class AveragedPath(NamedTuple):
+    """Path whose positions are means of neighbouring readings, and the standard deviation of such a mean, cm."""
+
+    path: IntruderPath
+    noise_cm: float
+
+
+def _moving_mean(values: FloatArray, count: int) -> FloatArray:
+    """Mean of `count` values around each, shape (n,); of fewer near the ends."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    place = np.arange(values.size)
+    first = np.maximum(place - count // 2, 0)
+    end = np.minimum(place - count // 2 + count, values.size)
+    return np.asarray((total[end] - total[first]) / (end - first))
+
+
 def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
     """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
     if run.kind in ("leg", "leg_air"):
         return _chosen(_rotations(motion, spans), run, "deg")
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
         return _chosen(_uneven_pushes(motion), run, "cm")
-    if (lowest := float(motion.z.min())) > -UNDERGROUND_CM:
-        upside_down = motion.z[0] < min(lowest + 0.1, motion.z.max() - 1)
+    mean, noise_cm = motion.averaged(arm)
+    if (hidden := _TIMES_NOISE * noise_cm) > _MOST_HIDDEN_CM:
+        noise_mm = 10 * motion.noise_cm
+        raise Refused("noisy-position", noise_mm=noise_mm, hidden=hidden, most=_MOST_HIDDEN_CM)
+    if (lowest := float(mean.z.min())) > -UNDERGROUND_CM:
+        upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
     start, end = _chosen(_stretches_along_path(motion, spans, run, arm), run, "cm")
@@ -160,19 +205,26 @@ def _stretches_along_path(
 ) -> list[_Found]:
     """Straight stretches below the surface along the path that the sheet names."""
     wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.motion_gamma_deg)))
-    least_cosine = math.cos(math.radians(arm.angle_tolerance_deg))
+    tolerance = math.radians(arm.angle_tolerance_deg)
+    mean, noise_cm = motion.averaged(arm)
+    least_turn_cm = max(_TIMES_NOISE * noise_cm, motion.flicker_cm)
     along: list[_Found] = []
     seen: list[str] = []
-    parts = [part for first, last in spans for part in _straight(motion, float(first), float(last))]
+    parts = [
+        part
+        for first, last in spans
+        for part in _straight(mean, float(first), float(last), least_turn_cm)
+    ]
     for first, last in parts:
-        start, end = _part_below_surface(motion, first, last)
-        (x0, x1), (z0, z1), _ = motion.at(np.array([start, end]))
+        start, end = _part_below_surface(mean, first, last)
+        (x0, x1), (z0, z1), _ = mean.at(np.array([start, end]))
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
-        along_x, along_z = motion.heading(start, end)
+        along_x, along_z = mean.heading(start, end)
         seen.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
-        if along_x * wanted_x + along_z * wanted_z >= least_cosine:
+        allowed = max(tolerance, _TIMES_HEADING * motion.heading_se(start, end, length))
+        if along_x * wanted_x + along_z * wanted_z >= math.cos(allowed):
             along.append((length, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
@@ -183,20 +235,22 @@ def _stretches_along_path(
     return along
 
 
-def _straight(motion: IntruderPath, start: float, end: float) -> list[tuple[float, float]]:
-    """Part a stretch where it turns back and at its corners: an arm may do so without a pause."""
-    first, last = np.searchsorted(motion.time, start, "right"), np.searchsorted(motion.time, end)
+def _straight(
+    motion: IntruderPath, start: float, end: float, least_cm: float
+) -> list[tuple[float, float]]:
+    """Part a stretch where it turns back, or aside, by more than `least_cm`: an arm may do so without a pause."""
+    first, last = np.searchsorted(motion.time, start), np.searchsorted(motion.time, end, "right")
     time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
     if x.size < 3:
         return [(start, end)]
-    least = motion.least_turn_cm
-    turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least))
+    turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least_cm))
     at = [float(time[turn]) for turn in turns]
-    if not at and (corner := _corner(x, z, max(_CORNER_CM, least))) is not None:
+    if not at and (corner := _corner(x, z, max(_CORNER_CM, least_cm))) is not None:
         at = [float(time[corner])]
     if not at:
         return [(start, end)]
-    return [part for ends in pairwise([start, *at, end]) for part in _straight(motion, *ends)]
+    ends = pairwise([start, *at, end])
+    return [part for begin, stop in ends for part in _straight(motion, begin, stop, least_cm)]
 
 
 def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
