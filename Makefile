@@ -150,7 +150,7 @@ compare: env ## two sessions of a medium are called alike, and 8 % of size and 1
 readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
 	@$(BIN)/python studies/lone_readings.py $(ARGS)
 
-strokes: env ## the strokes in 500 motions of machines and arms are found, a minute
+strokes: env ## the strokes in 500 motions of machines and arms with six noises are found, 10 min
 	@$(BIN)/python studies/strokes.py $(ARGS)
 
 mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
