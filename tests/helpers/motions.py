@@ -119,7 +119,7 @@ class Pushes:
         """Path after the steps that `rftfit run` takes a motion log through, or why these refuse the log."""
         columns = vars(self.motion())
         random = np.random.default_rng([self.seed, self.lone])
-        places = []
+        places: list[int] = []
         for place in random.permutation(columns["time"].size):
             if len(places) < self.lone and all(abs(place - other) > 1 for other in places):
                 places.append(place)

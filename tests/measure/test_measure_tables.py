@@ -40,6 +40,7 @@ def fact(run_id, **more):
         "sample_step_s": 0.01,
         "surface_se_mm": math.nan,
         "clock_se_s": 0.0,
+        "clock_shared_se_s": math.nan,
         "zero_var_z_N2": 0.0,
         "zero_var_x_N2": 0.0,
         "zero_dof": 12.0,

@@ -133,7 +133,7 @@ _QUARTILE, _MEDIAN = 0.319 * math.sqrt(1.5), 0.674 * math.sqrt(1.5)
 """Lower quartile and median of how far a position is aside, in standard deviations of normal noise."""
 
 
-def find_lone_positions(*axes: FloatArray) -> Mask:
+def find_lone_positions(*axes: FloatArray, least: float = 0.0) -> Mask:
     """Mark the positions that an arm cannot have been at between its positions just before and just after.
 
     A force may jump, an arm keeps its speed: it is near the middle of its neighbours, and outside of them only where it
@@ -143,6 +143,8 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
     ----------
     *axes : ndarray
         Coordinates of the arm in the order of time, in one unit, shape (n,) each, finite.
+    least : float, optional
+        A position that is aside by less is none.
 
     Returns
     -------
@@ -153,13 +155,13 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
     alone = np.zeros(path.shape[1], dtype=bool)
     left = np.arange(path.shape[1])
     # beside a lone position others are seen only when it is out of the way
-    while (lone := _find_lone_once(path[:, left])).any():
+    while (lone := _find_lone_once(path[:, left], least)).any():
         alone[left[lone]] = True
         left = left[~lone]
     return alone
 
 
-def _find_lone_once(path: FloatArray) -> Mask:
+def _find_lone_once(path: FloatArray, least: float) -> Mask:
     """Mark the positions, shape (axes, n), farthest aside; equal positions in a row count as one."""
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
@@ -173,7 +175,7 @@ def _find_lone_once(path: FloatArray) -> Mask:
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
-    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
+    least = max(least, _LEAST_PART * float(np.ptp(level, axis=1).max()))
     far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))
@@ -201,7 +203,7 @@ def _find_lone_once(path: FloatArray) -> Mask:
     if kept.shape[1]:
         far = _TIMES_NOISE * float(np.median(kept, axis=1).max()) / _MEDIAN
     lone = np.zeros(starts.size, dtype=bool)
-    lone[places[off[places] > far]] = True
+    lone[places[off[places] > max(far, least)]] = True
     return np.repeat(lone, lengths)
 
 
