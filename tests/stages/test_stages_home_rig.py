@@ -111,8 +111,8 @@ def test_the_interval_holds_the_clock_whose_error_repeats_do_not_lessen(home):
 
 def test_a_logger_that_was_restarted_is_told(tmp_path, monkeypatch):
     restart = {
-        "(-30, 0, 30), (90, 60, 45, 30), (1, 2, 3)": "(0,), (90, 45), (1, 2, 3, 4)",
-        "(time + OFFSET_S": "(time + OFFSET_S + 9 * (start_s > 1400)",
+        "(-30, 0, 30), (90, 60, 45, 30), (1, 2, 3)": "(0,), (90, 45), (1, 2)",
+        "(time + OFFSET_S": "(time + OFFSET_S + 9 * (start_s > 1100)",
     }
     root, _ = lay_out_home_rig(tmp_path, monkeypatch, script=restart)
     _, rows, book = ingest_medium(load_campaign(root / "config/config.yaml"), "sand")
@@ -120,10 +120,10 @@ def test_a_logger_that_was_restarted_is_told(tmp_path, monkeypatch):
     refused = runs.loc["b0_g45_1"]
     assert refused["reason_code"] == "clocks-contradict"
     assert "+2.4" in refused["reason"]
-    assert " s in b0_g90_1, b0_g90_2; +11.4" in refused["reason"]
-    assert " s in b0_g90_3, b0_g90_4; allowed" in refused["reason"]
+    assert " s in b0_g90_1; +11.4" in refused["reason"]
+    assert " s in b0_g90_2; allowed" in refused["reason"]
     # pushes straight down go back to clocks of their own, and say so
-    pushes = [f"b0_g90_{number}" for number in (1, 2, 3, 4)]
+    pushes = [f"b0_g90_{number}" for number in (1, 2)]
     offsets = runs.loc[pushes, "clock_offset_s"].to_list()
-    assert offsets == pytest.approx([2.4, 2.4, 11.4, 11.4], abs=0.1)
+    assert offsets == pytest.approx([2.4, 11.4], abs=0.1)
     assert [flag.run_id for flag in book.flags if flag.code == "clock-by-itself"] == pushes

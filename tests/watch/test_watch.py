@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from bench import MEDIUM, Bench
+from home_rig import lay_out_home_rig
 from jobs import run_rules
 from seeds import seeds
 
 from rftfit.bench.medium import hold
-from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING
+from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING, Watch
 from rftfit.campaign.problems import CampaignError
 from rftfit.measure.ingest import ingest_medium
 from rftfit.results import Results, open_results
@@ -257,3 +258,24 @@ def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
     bench.config.write_text(text, encoding="utf-8")
     assert {one["solved"] for one in told(bench.settle(watch), "problem")} == {True}
     assert_as_run(bench, watch)
+
+
+def test_a_push_straight_down_tells_the_clock_of_the_slanted_runs_before_it(tmp_path, monkeypatch):
+    script = {"(-30, 0, 30), (90, 60, 45, 30), (1, 2, 3)": "(0,), (90, 45), (1, 2)"}
+    root, _ = lay_out_home_rig(tmp_path, monkeypatch, script=script)
+    log = root / "raw" / "b0_g90_2_stage.csv"
+    content = log.read_bytes()
+    log.unlink()
+    watch = Watch(root / "config/config.yaml", wait_s=0)
+    # checks, map and plan of the medium are not what is looked at
+    monkeypatch.setattr(watch, "_tell_media", lambda _: iter(()))
+    list(watch.step())
+    # 150 s after the only push straight down the drift is not known well enough
+    slanted = watch.facts(watch.media["sand"], "b0_g45_1")
+    assert slanted["state"] == REFUSED
+    assert "session monday differ by +2.4" in slanted["reason"]
+    log.write_bytes(content)
+    list(watch.step())
+    sand = watch.media["sand"]
+    assert watch.facts(sand, "b0_g45_1")["state"] == MEASURED
+    assert sand.runs["b0_g45_1"].rows["runs"]["clock_pushes"] == 2
