@@ -38,6 +38,7 @@ def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=
         "note": "",
         "sample_step_s": 0.01,
         "clock_se_s": 0.0,
+        "clock_shared_se_s": 0.0,
         "surface_se_mm": 0.0,
         "zero_var_z_N2": 0.0,
         "zero_var_x_N2": 0.0,
