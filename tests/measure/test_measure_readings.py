@@ -147,3 +147,11 @@ def test_what_arms_do_leaves_no_position_alone():
     }
     for way in ways.values():
         assert not find_lone_positions(np.array(way), np.zeros(len(way))).any()
+
+
+def test_noise_that_was_interpolated_leaves_no_position_alone():
+    """As in a table of the force's rows, with positions that were logged half as often."""
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(0, 0.02, 900)
+        often = np.interp(np.arange(1799) / 2, np.arange(900), noise)
+        assert not find_lone_positions(np.round(often, 2)).any()

@@ -129,11 +129,11 @@ _LEAST_PART = 0.005
 _FEWEST_POSITIONS = 7
 _MOST_OF_NEIGHBOUR = 0.25
 """The position beside a lone one is aside by half as much, the next one not at all."""
-_QUARTILE, _MEDIAN = 0.319 * math.sqrt(1.5), 0.674 * math.sqrt(1.5)
-"""Lower quartile and median of how far a position is aside, in standard deviations of normal noise."""
+_QUARTILE, _UPPER_FIFTH = 0.319 * math.sqrt(1.5), 1.282 * math.sqrt(1.5)
+"""Lower quartile and 80 % quantile of how far a position is aside, in standard deviations of normal noise."""
 
 
-def find_lone_positions(*axes: FloatArray, least: float = 0.0) -> Mask:
+def find_lone_positions(*axes: FloatArray) -> Mask:
     """Mark the positions that an arm cannot have been at between its positions just before and just after.
 
     A force may jump, an arm keeps its speed: it is near the middle of its neighbours, and outside of them only where it
@@ -143,8 +143,6 @@ def find_lone_positions(*axes: FloatArray, least: float = 0.0) -> Mask:
     ----------
     *axes : ndarray
         Coordinates of the arm in the order of time, in one unit, shape (n,) each, finite.
-    least : float, optional
-        A position that is aside by less is none.
 
     Returns
     -------
@@ -155,13 +153,13 @@ def find_lone_positions(*axes: FloatArray, least: float = 0.0) -> Mask:
     alone = np.zeros(path.shape[1], dtype=bool)
     left = np.arange(path.shape[1])
     # beside a lone position others are seen only when it is out of the way
-    while (lone := _find_lone_once(path[:, left], least)).any():
+    while (lone := _find_lone_once(path[:, left])).any():
         alone[left[lone]] = True
         left = left[~lone]
     return alone
 
 
-def _find_lone_once(path: FloatArray, least: float) -> Mask:
+def _find_lone_once(path: FloatArray) -> Mask:
     """Mark the positions, shape (axes, n), farthest aside; equal positions in a row count as one."""
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
@@ -175,7 +173,7 @@ def _find_lone_once(path: FloatArray, least: float) -> Mask:
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
-    least = max(least, _LEAST_PART * float(np.ptp(level, axis=1).max()))
+    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
     far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))
@@ -196,14 +194,14 @@ def _find_lone_once(path: FloatArray, least: float) -> Mask:
     places = places[far_aside]
     if not places.size:
         return nothing
-    # without those beside lone positions more than a quarter tell the noise
+    # without those beside lone positions most tell the noise; where a log was interpolated, half of them are aside by nothing
     good = np.ones(starts.size + 2, dtype=bool)
     good[np.concatenate([places, places + 1, places + 2])] = False
     kept = size[:, good[2:-2]]
     if kept.shape[1]:
-        far = _TIMES_NOISE * float(np.median(kept, axis=1).max()) / _MEDIAN
+        far = _TIMES_NOISE * float(np.quantile(kept, 0.8, axis=1).max()) / _UPPER_FIFTH
     lone = np.zeros(starts.size, dtype=bool)
-    lone[places[off[places] > max(far, least)]] = True
+    lone[places[off[places] > far]] = True
     return np.repeat(lone, lengths)
 
 

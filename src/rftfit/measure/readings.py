@@ -48,22 +48,14 @@ def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
     return log.take(~alone, LONE)
 
 
-_ANGLE_STEPS = 20
-"""Steps of the numbers of an angle below which no angle stands alone."""
-
-
 def without_lone_positions(log: Log) -> Log:
     """Leave out the rows of a motion log whose position or angle stands alone, and count them.
 
     Raises `LogError` if that is more than `MOST_SHARE` of the rows.
     """
     alone = np.zeros(log.size, dtype=bool)
-    steps = np.diff(np.unique(log.columns["angle"]))
-    # a plate's angle is constant but for its noise, which may be no larger than the steps of its numbers
-    least_angle = _ANGLE_STEPS * float(steps.min(initial=np.inf)) if steps.size else 0.0
-    for quantities, least in ((("x", "z"), 0.0), (("angle",), least_angle)):
-        axes = (log.columns[quantity] for quantity in quantities)
-        lone = find_lone_positions(*axes, least=least)
+    for quantities in (("x", "z"), ("angle",)):
+        lone = find_lone_positions(*(log.columns[quantity] for quantity in quantities))
         _check_share(log, " and ".join(quantities), lone)
         alone |= lone
     return log.take(~alone, LONE)
