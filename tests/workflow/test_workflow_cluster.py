@@ -54,5 +54,6 @@ def test_groups_make_no_circle(profile, folder, tmp_path):
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")
     text = folder.run("--dry-run", "all", "--workflow-profile", str(tmp_path))
     groups = re.findall(r"Group job (\w+) ", text)
-    assert {*groups} == {*profile["groups"].values()}
+    # the clocks of this campaign are not estimated
+    assert {*groups} == {*profile["groups"].values()} - {"clocks"}
     assert len(groups) <= 12

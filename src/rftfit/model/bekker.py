@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
 
 from rftfit.campaign.config import Disc, FlatOutline, Leg, Plate
 from rftfit.conventions import FloatArray
@@ -128,6 +127,8 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
 
 def _half_width(exponents: FloatArray, errors: pd.Series) -> float:
     """Half of the 95 % interval of the mean exponent; of one push by its own error."""
+    from scipy.special import stdtrit
+
     if exponents.size == 1:
         return 1.96 * float(errors.iloc[0])
     spread = float(exponents.std(ddof=1)) / math.sqrt(exponents.size)

@@ -46,6 +46,16 @@ class Ground:
     ------
     InputError
         If there is no body, or the law is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import rftfit
+    >>> ground = rftfit.Ground(rftfit.published_medium("poppy_LP"), [rftfit.Mesh.sphere(2)])
+    >>> for depth_cm in np.linspace(0, 1, 101):
+    ...     forces = ground.step([[0, 0, 2 - depth_cm]], np.eye(3), [[0, 0, -10]], [[0, 0, 0]], 0.001)
+    >>> round(float(forces[0, 2]), 1)  # N
+    1.6
     """
 
     def __init__(
