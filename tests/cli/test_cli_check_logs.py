@@ -33,7 +33,7 @@ def change(folder, old, new):
         ("force_unit: N", "force_unit: kN", "F1 in N, but the config says kN"),
         ("position_unit: mm", "position_unit: cm", "in mm, but the config says cm"),
         ("surface_z_mm: 150.0", "surface_z_mm: 20.0", "surface not reached"),
-        ("method: sync_line", "method: estimate", "the clocks of the runs without a session"),
+        ("method: sync_line", "method: estimate", "from the pushes straight down that show it, 1:"),
     ],
 )
 def test_what_holds_for_every_run_is_one_error(folder, old, new, words):

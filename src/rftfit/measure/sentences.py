@@ -183,8 +183,8 @@ SENTENCES = {
     "needed: one at least in each session (column session of the run sheet) whose force rises clearly from the air "
     "on, or an offset that is known, as offset of the column time with clock.method same_clock",
     "session-uncertain": "the clocks of {session} differ by {offset:+.3f} s, with a standard error of {seconds:.3g} s "
-    "at the time of this run; allowed: {most:g} s (clock.max_se_s). Found from {pushes} pushes straight down: more of "
-    "them, before and after this run, or a smaller clock.max_drift",
+    "at the time of this run; allowed: {most:g} s (clock.max_se_s). Found from the pushes straight down "
+    "that show it, {pushes}: more of them, before and after this run, or a smaller clock.max_drift",
     "clocks-contradict": "the pushes straight down of {session} contradict one offset and drift of the clocks: "
     "{pushes}; allowed for a run that cannot show its own offset: one clock a session. If a clock was set or started "
     "anew, label the runs before and after in the column session of the run sheet; if each log counts its time from "
