@@ -43,7 +43,7 @@ def dead_links(folder: Path) -> list[str]:
     places = {path: {unescape(one) for one in _ID.findall(text)} for path, text in pages.items()}
     found = []
     for path, text in sorted(pages.items()):
-        for address, place in sorted({(link[1], link[2]) for link in _LINK.finditer(text)}):
+        for address, place in sorted({(link[1], link[2] or "") for link in _LINK.finditer(text)}):
             target = (path.parent / unquote(unescape(address))).resolve() if address else path
             there = target.exists() and (
                 not place or unescape(place) in places.get(target, {place})
