@@ -156,7 +156,7 @@ strokes: env ## the strokes in 500 motions of machines and arms with six noises 
 mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
 	@$(BIN)/python studies/mistaken.py $(ARGS)
 
-reallogs: env ## a campaign around each log of ../shared/data/logs runs, 8 min
+reallogs: env ## a campaign around each log of ../shared/data/logs and reported runs, 10 min
 	@$(BIN)/python studies/around_logs.py $(ARGS)
 
 labs: env ## campaigns of other grids and protocols give the truth that was put into them, half an hour

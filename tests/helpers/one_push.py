@@ -2,6 +2,7 @@
 
 import shutil
 from copy import deepcopy
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -94,3 +95,68 @@ def truth():
     """Time (s), height (mm) and force (N) of the made push."""
     with np.load(REPORTED / "truth.npz") as arrays:
         return arrays["t"], arrays["z"], arrays["F"]
+
+
+COUNTS = {
+    "time": {"column": "millis", "unit": "ms"},
+    "F3": {"column": "raw", "unit": "N", "factor": 1 / 4200, "offset": -81234 / 4200},
+    "z": {"column": "pos", "unit": "mm"},
+}
+SECONDS = {"column": "sec", "unit": "s", "plus": {"column": "nanosec", "unit": "ns"}}
+OF_LONG_TABLE = {"time": {"column": "time", "unit": "s"}, "F3": "Fz", "z": "z"}
+OF_BEVAMETER = {
+    "columns": {"z": {"column": "Sinkage", "unit": "mm", "factor": -1}, "time": "time"},
+    "text": {"delimiter": ",", "skip_lines": 4, "rate_Hz": 10},
+    "zero": {"method": "stated", "sd_N": 0.02},
+    "intruders": {"disc": {"shape": "disc", "diameter_cm": 4, "thickness_cm": 0.5}},
+    "media": {MEDIUM: {"title": "a bed", "role": "natural_sand", "linear_to_cm": 2.4}},
+}
+
+
+@dataclass(frozen=True)
+class ReportedPush:
+    """A file of reported, what its user writes for it, and what comes of it.
+
+    `settings`: Arguments of `campaign_around`. `alpha`: N/cm^3; NaN where the push is refused. `code`: Of the flag of the run,
+    "" for none. `words`: In the reason of a push that is refused.
+    """
+
+    log: str
+    settings: dict[str, Any] = field(default_factory=dict)
+    alpha: float = ALPHA
+    code: str = ""
+    words: str = ""
+
+    def __str__(self):
+        return self.log + "".join(f", {name}" for name in self.settings)
+
+
+REPORTED_PUSHES = [
+    ReportedPush("e1_zeros_0.1.csv", code="lone-readings"),
+    ReportedPush("e3_pos_1.csv", code="lone-readings"),
+    ReportedPush("m05_hx711.csv", {"columns": COUNTS}, code="lone-readings"),
+    ReportedPush("m05_hx711.csv", {"columns": COUNTS, "range_N": 500.0}, code="lone-readings"),
+    ReportedPush("m05_hx711_clean.csv", {"columns": COUNTS}),
+    ReportedPush("g5_pos_noise_0.3mm.csv"),
+    ReportedPush("g3_clock_step_0.5s.csv", code="gap"),
+    ReportedPush(
+        "m50_long_format.csv",
+        {"columns": OF_LONG_TABLE, "reads": {"where": {"sensor": "ft_plate"}}},
+    ),
+    ReportedPush(
+        "m50_long_format.csv",
+        {"columns": OF_LONG_TABLE},
+        np.nan,
+        words="`where: {sensor: ft_other}`",
+    ),
+    ReportedPush("m51_bevameter_clean.txt", OF_BEVAMETER, 3.39716),
+    ReportedPush(
+        "m51_bevameter_clean.txt",
+        OF_BEVAMETER | {"arm": {"speed_cm_per_s": 0.5, "drive": "uneven"}},
+        3.39716,
+    ),
+    ReportedPush(
+        "m03_sec_nanosec.csv",
+        {"columns": {"time": SECONDS, "F3": {"column": "force_z", "unit": "N"}, "z": "z"}},
+    ),
+]
