@@ -76,8 +76,10 @@ def main():
     parser.add_argument("--keep", type=Path, help="folder for the campaigns")
     options = parser.parse_args()
     wrong_campaigns = 0
-    campaigns = [(run_real_log, log) for log in REAL_LOGS]
-    campaigns += [(run_reported_push, push) for push in REPORTED_PUSHES]
+    campaigns = [
+        *((run_real_log, log) for log in REAL_LOGS),
+        *((run_reported_push, push) for push in REPORTED_PUSHES),
+    ]
     with tempfile.TemporaryDirectory(prefix="rftfit_real_logs_") as temporary:
         place = options.keep or Path(temporary)
         for number, (run_campaign, log) in enumerate(campaigns):

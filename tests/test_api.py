@@ -188,7 +188,7 @@ def test_intervals_of_a_scaled_medium_follow_the_level():
     same = rftfit.scale(0.9, 0.02, confidence=0.6)
     other = rftfit.predict(same.profile, leg)
     np.testing.assert_array_equal(other["force_z_hi_N"], wide["force_z_hi_N"])
-    assert same.at(0.95).zeta_hi == medium.zeta_hi
+    assert same.at_confidence(0.95).zeta_hi == medium.zeta_hi
     table = same.table()
     assert len(table) == 91
     assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()

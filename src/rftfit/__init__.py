@@ -126,9 +126,9 @@ def __getattr__(name: str) -> object:
         return import_module("rftfit.robot.mujoco")
     for module, names in _FOUND_IN.items():
         if name in names:
-            found = getattr(import_module(f"rftfit.{module}"), _INSIDE.get(name, name))
-            globals()[name] = found
-            return found
+            public_object = getattr(import_module(f"rftfit.{module}"), _INSIDE.get(name, name))
+            globals()[name] = public_object
+            return public_object
     raise AttributeError(f"module 'rftfit' has no attribute {name!r}")
 
 

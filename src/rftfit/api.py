@@ -138,11 +138,13 @@ def read_log(
     from rftfit.logs.inspect import recognised, recording
 
     file = recording(Path(path))
-    found = recognised(file, dialect, text, options)
-    log = found.reader.load(file)
-    if found.text is None or text is not None:
+    reader_found = recognised(file, dialect, text, options)
+    log = reader_found.reader.load(file)
+    if reader_found.text is None or text is not None:
         return log
-    return replace(log, notes=(*log.notes, f"no dialect knows this text; read as {found.text}"))
+    return replace(
+        log, notes=(*log.notes, f"no dialect knows this text; read as {reader_found.text}")
+    )
 
 
 def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope:

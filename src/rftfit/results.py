@@ -132,14 +132,18 @@ class Tables:
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
         table = read_csv(
-            source, lambda column: one.kind if (one := column_of(output, column)) else ""
+            source, lambda column: entry.kind if (entry := column_of(output, column)) else ""
         )
         return table, output
 
     def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
         path = self.folder / name
         table, output = self._read(name, source)
-        always = (one.names for one in output.columns if not one.when and "<" not in one.name)
+        always = (
+            column_entry.names
+            for column_entry in output.columns
+            if not column_entry.when and "<" not in column_entry.name
+        )
         if lacking := [name for names in always for name in names if name not in table]:
             raise InputError(
                 f"{path}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
@@ -209,8 +213,8 @@ class Results(Tables):
     def marks(self) -> dict[str, list[Remark]]:
         """What stands wherever a medium appears that fails a check, by medium."""
         # a campaign that was not run yet has none
-        there = all(self.has(f"checks/{medium}.csv") for medium in self.media)
-        return marks_of(self.checks, self.config.media) if there else {}
+        are_checked = all(self.has(f"checks/{medium}.csv") for medium in self.media)
+        return marks_of(self.checks, self.config.media) if are_checked else {}
 
     @property
     def session_clocks(self) -> SessionClocks | None:
@@ -373,8 +377,8 @@ class Results(Tables):
         numpy.ndarray, shape (9,)
             Dimensionless; NaN where no medium has a usable grid.
         """
-        own = [fit.used for fit in self.fits(method).values() if fit.counts]
-        return scaling.generic(np.stack(own)) if own else np.full(9, np.nan)
+        coefficients = [fit.used for fit in self.fits(method).values() if fit.counts]
+        return scaling.generic(np.stack(coefficients)) if coefficients else np.full(9, np.nan)
 
     def reference(self, method: str | None = None) -> scaling.Reference:
         """The media that a further medium is scaled from.
@@ -407,13 +411,13 @@ class Results(Tables):
         Shapes
         """
         same = self.config.media[medium].published_as if medium else None
-        known = dict(published_shapes([same or ""]).profiles)
+        profiles = dict(published_shapes([same or ""]).profiles)
         if self.config.maps.own_media:
-            for one in self.laboratory:
-                own = TableProfile.from_table(self.alpha_table(one), one)
-                if one != medium and not own.reason and one not in self.marks:
-                    known |= {one: own}
-        return Shapes(known)
+            for lab_medium in self.laboratory:
+                profile = TableProfile.from_table(self.alpha_table(lab_medium), lab_medium)
+                if lab_medium != medium and not profile.reason and lab_medium not in self.marks:
+                    profiles |= {lab_medium: profile}
+        return Shapes(profiles)
 
     def __getitem__(self, medium: str) -> Medium:
         return Medium(self, choose("medium", medium, self.media))
@@ -636,28 +640,28 @@ class Medium:
         allowed = "" if self.kinds == KINDS else "a natural sand is known by one penetration test"
         choose("profile", kind, self.kinds, allowed)
         table, config = self.alpha, self.results.config
-        found: Profile
+        profile: Profile
         if kind == "fourier":
-            found = self._fourier(method, draws=draws)
+            profile = self._fourier(method, draws=draws)
         elif kind == "generic":
-            found = self._generic(method, draws=draws)
+            profile = self._generic(method, draws=draws)
         elif kind == "map":
             try:
-                found = self.map().profile
-                found.spread = found.spread if draws else None
+                profile = self.map().profile
+                profile.spread = profile.spread if draws else None
             except InputError as error:
                 nothing = np.full((7, 13), np.nan)
-                found = TableProfile(nothing, nothing, name=f"map of {self.name}")
-                found.reason = str(error)
+                profile = TableProfile(nothing, nothing, name=f"map of {self.name}")
+                profile.reason = str(error)
         else:
             name = f"measured table of {self.name}"
-            found = measured = measured_profile(table, config, name, draws=draws)
+            profile = measured = measured_profile(table, config, name, draws=draws)
             if kind == "depth_only":
-                found = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
-        found.window = window_of(table)
-        found.bed_spread = bed_spread(table) or found.bed_spread
-        found.model_error = self.results.model_error
-        return found
+                profile = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
+        profile.window = window_of(table)
+        profile.bed_spread = bed_spread(table) or profile.bed_spread
+        profile.model_error = self.results.model_error
+        return profile
 
     def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:
         fit = self.results.fits(method)[self.name]
@@ -673,17 +677,19 @@ class Medium:
             except InputError as error:
                 return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
-        own, others = fits[self.name], [fit for fit in fits.values() if fit.counts]
-        name = f"generic ({own.method}) times zeta = {own.zeta:.4f} of {self.name}"
-        if own.reason or not others:
-            why = own.reason or "no medium that passes its checks has nine terms"
-            name = f"generic ({own.method}) of {self.name}"
+        fit_of_medium, other_fits = fits[self.name], [fit for fit in fits.values() if fit.counts]
+        name = (
+            f"generic ({fit_of_medium.method}) times zeta = {fit_of_medium.zeta:.4f} of {self.name}"
+        )
+        if fit_of_medium.reason or not other_fits:
+            why = fit_of_medium.reason or "no medium that passes its checks has nine terms"
+            name = f"generic ({fit_of_medium.method}) of {self.name}"
             return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
         spread = None
         if draws:
-            many = scaling.generic(np.stack([fit.draws for fit in others], axis=1))
-            spread = scaled_generic(own.zeta_draws, many)
-        return scaled_generic(own.zeta, self.results.generic(method), name, spread)
+            many = scaling.generic(np.stack([fit.draws for fit in other_fits], axis=1))
+            spread = scaled_generic(fit_of_medium.zeta_draws, many)
+        return scaled_generic(fit_of_medium.zeta, self.results.generic(method), name, spread)
 
     def __repr__(self) -> str:
         return f"<medium {self.name} of {self.results.root}>"

@@ -20,7 +20,7 @@ def rigid(curve="linear", noise=0.05):
 def test_the_curve_comes_back(curve):
     compliance = compliance_of(*rigid(curve), 0.05)
     force = np.linspace(0, 195, 50)
-    travel, known = compliance.at(force)
+    travel, known = compliance.travel_at(force)
     truth = 2e-4 * force if curve == "linear" else 0.05 * (1 - np.exp(-force / 60))
     assert known.all()
     np.testing.assert_allclose(travel, truth, atol=1e-3)
@@ -29,7 +29,7 @@ def test_the_curve_comes_back(curve):
 
 def test_it_does_not_extrapolate():
     compliance = Compliance(np.array([0.0, 100.0]), np.array([0.0, 0.02]))
-    travel, known = compliance.at(np.array([-5.0, 50.0, 100.0, 101.0]))
+    travel, known = compliance.travel_at(np.array([-5.0, 50.0, 100.0, 101.0]))
     np.testing.assert_allclose(travel, [0, 0.01, 0.02, 0.02])
     assert known.tolist() == [True, True, True, False]
 
@@ -45,7 +45,7 @@ def push(peak_N, in_air=40, contact=400):
 def test_a_spring_is_exact_up_to_its_last_newton(peak_N):
     compliance = compliance_of(*push(peak_N), 0.001)
     force = np.linspace(0, peak_N, 77)
-    travel, known = compliance.at(force)
+    travel, known = compliance.travel_at(force)
     np.testing.assert_allclose(travel, 1e-3 * force, atol=1e-12 * peak_N)
     assert known[:-1].all()
     assert compliance.force[-1] == pytest.approx(peak_N, rel=1e-12)
@@ -86,7 +86,7 @@ def test_travel_never_falls_and_begins_at_contact():
     curve = compliance_of(depth, force, 0.01)
     assert (np.diff(curve.travel) >= 0).all()
     assert (curve.travel >= 0).all()
-    np.testing.assert_allclose(curve.at(np.array([20.0, 50.0]))[0], [0.02, 0.05], atol=1e-9)
+    np.testing.assert_allclose(curve.travel_at(np.array([20.0, 50.0]))[0], [0.02, 0.05], atol=1e-9)
 
 
 def test_a_blow_shows_no_yielding():

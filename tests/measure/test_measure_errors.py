@@ -350,7 +350,7 @@ def test_spread_of_beds_is_the_most_likely_one():
             terms = np.array([1.0, level**2])
             variance = float(terms @ spread.size)
             own = 2 * variance**2 / float(terms @ spread.covariance @ terms)
-            part = spread.part(level)
+            part = spread.error_at(level)
             assert part.sd == pytest.approx(math.sqrt(variance))
             # no more than the repeats have
             assert part.dof == pytest.approx(known or own)
@@ -364,9 +364,9 @@ def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
     assert {one.source for one in spread_of_beds(six)} == {REPEATS}
     for one in spread_of_beds(five, (0.003, 0.1)):
         assert one.source == STATED
-        assert one.part(0.4).sd == pytest.approx(math.hypot(0.003, 0.04))
-    assert spread_of_beds(five, (0.0, 0.0))[0].part(0.4).sd == 0
-    assert spread_of_beds([[], []])[0].part(0.4).sd == pytest.approx(0.02)
+        assert one.error_at(0.4).sd == pytest.approx(math.hypot(0.003, 0.04))
+    assert spread_of_beds(five, (0.0, 0.0))[0].error_at(0.4).sd == 0
+    assert spread_of_beds([[], []])[0].error_at(0.4).sd == pytest.approx(0.02)
 
 
 def test_few_repeats_moderate_what_is_assumed():
@@ -376,20 +376,20 @@ def test_few_repeats_moderate_what_is_assumed():
     # x is weak: 5 % of a fifth of the largest alpha
     squares = 0.0008 / ((0.05 * 0.22) ** 2 + 0.004**2) + 0.00005 / ((0.01 * 0.22) ** 2 + 0.003**2)
     for single in spread_of_beds(pair):
-        part = single.part(0.3)
+        part = single.error_at(0.3)
         assert part.sd == pytest.approx(0.015 * math.sqrt((ASSUMED_DOF + squares / 2) / 3))
         assert (part.dof, single.source) == (3, FEW_REPEATS)
     # x was not measured: its want is no reason to leave z
     (alone, _) = spread_of_beds([pair[0], []])
-    assert alone.part(0.3).sd > part.sd
+    assert alone.error_at(0.3).sd > part.sd
     # repeats that agree make it smaller, though not as small as they are
-    alike = spread_of_beds([[(np.full(2, 0.3), np.full(2, 0.001))] * 4] * 2)[0].part(0.3)
+    alike = spread_of_beds([[(np.full(2, 0.3), np.full(2, 0.001))] * 4] * 2)[0].error_at(0.3)
     assert alike.sd == pytest.approx(0.015 * math.sqrt(2 / 6))
     assert alike.dof == 6
     noise, share = Part(0.001, 12), np.array([0.5, 0.5])
     found = bed_of_mean(z, share, noise, single)
     assert (found[0], found[1].dof, found[2]) == (noise, 3, FEW_REPEATS)
-    assert found[1].sd == pytest.approx(single.part(0.22).sd / math.sqrt(2))
+    assert found[1].sd == pytest.approx(single.error_at(0.22).sd / math.sqrt(2))
 
 
 def test_repeats_of_a_bed_as_prepared_count_in_their_cell_alone():

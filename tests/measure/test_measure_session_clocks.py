@@ -60,7 +60,7 @@ def test_offset_and_drift_of_a_session_come_back_within_their_errors():
     for seed in range(200):
         found = find_session_clock(pushes(12, seed=seed), ESTIMATE)
         assert found.contradiction == ""
-        at = found.at(START_S + 1000.0)
+        at = found.fit_at(START_S + 1000.0)
         assert at.se_s is not None
         # what all pushes lag by is no scatter, so it is not in these made offsets either
         own_se_s = math.sqrt(at.se_s**2 - BUILD_UP_S**2)
@@ -76,7 +76,7 @@ def test_the_error_of_the_clock_is_shared_and_falls_with_the_pushes_down_to_the_
     middle_s = START_S + 300.0
 
     def se_s(clock, time_s):
-        fit = clock.at(time_s)
+        fit = clock.fit_at(time_s)
         assert fit.shared_se_s == fit.se_s
         return fit.se_s
 
@@ -89,7 +89,7 @@ def test_the_error_of_the_clock_is_shared_and_falls_with_the_pushes_down_to_the_
 def test_a_lone_push_keeps_its_own_offset_error_and_drift():
     alone = push("p", 0.0, 5.0, drift=4e-4, drift_se=2e-4)
     found = find_session_clock([alone], ESTIMATE)
-    clock = found.at(START_S)
+    clock = found.fit_at(START_S)
     assert (clock.offset_s, clock.se_s) == pytest.approx((5.0, 0.03))
     assert (found.drift, found.drift_se) == pytest.approx((4e-4, 2e-4))
 

@@ -26,14 +26,16 @@ TARE = Tare.from_samples("depth_cm", DEPTH, rod(DEPTH))
 
 def test_between_its_samples():
     asked = np.array([0.5, 1.234, 5.001, 8.5])
-    np.testing.assert_allclose(TARE.at(asked), rod(asked), atol=1e-5)
+    np.testing.assert_allclose(TARE.force_at(asked), rod(asked), atol=1e-5)
     assert TARE.covers(np.array([0.5, 8.5])).all()
 
 
 @pytest.mark.parametrize("asked", [0.499, 8.501, -1.0, 100.0, np.nan])
 def test_refuses_to_extrapolate(asked):
     assert TARE.covers(np.array([4.0, asked])).tolist() == [True, False]
-    np.testing.assert_array_equal(np.isnan(TARE.at(np.array([4.0, asked]))), [[False, True]] * 2)
+    np.testing.assert_array_equal(
+        np.isnan(TARE.force_at(np.array([4.0, asked]))), [[False, True]] * 2
+    )
 
 
 def test_refuses_a_hole_in_its_own_log():
@@ -41,7 +43,7 @@ def test_refuses_a_hole_in_its_own_log():
     holed = Tare.from_samples("depth_cm", DEPTH[keep], rod(DEPTH)[:, keep])
     asked = np.array([2.9, 3.5, 4.2])
     assert holed.covers(asked).tolist() == [True, False, True]
-    assert np.isfinite(holed.at(asked)).tolist() == [[True, False, True]] * 2
+    assert np.isfinite(holed.force_at(asked)).tolist() == [[True, False, True]] * 2
 
 
 def test_uneven_sampling_is_no_hole():
@@ -72,7 +74,7 @@ def test_too_few_samples(samples):
 
 def test_two_samples_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
-    np.testing.assert_allclose(tare.at(np.array([1.5])), [[3.5], [0.5]])
+    np.testing.assert_allclose(tare.force_at(np.array([1.5])), [[3.5], [0.5]])
     # ten ordinary steps
     assert tare.longest_step == 10
     assert Tare.from_samples("depth_cm", DEPTH, rod(DEPTH)).longest_step == pytest.approx(0.1)

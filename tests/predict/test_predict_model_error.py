@@ -181,7 +181,7 @@ def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
     table, peaks = predict_with_peaks(profile, rftfit.model_leg("c_leg"))
     lift = next(peak for peak in peaks if peak.name == "lift")
     row = int(table["force_z_N"].argmax())
-    assert (lift.value, lift.at) == (table["force_z_N"][row], table["theta_deg"][row])
+    assert (lift.value, lift.position) == (table["force_z_N"][row], table["theta_deg"][row])
     assert lift.model_lo < lift.lo < lift.value < lift.hi < lift.model_hi
     assert [peak.name for peak in find_peaks(profile, rftfit.model_leg("c_leg"))] == [
         peak.name for peak in peaks
@@ -217,7 +217,10 @@ def test_no_peak_where_a_pose_without_a_number_may_hold_it():
         assert table["force_z_N"].isna().any()
         assert {*whole} - {peak.name for peak in peaks} == lost
         for peak in peaks:
-            assert (peak.value, peak.at) == (whole[peak.name].value, whole[peak.name].at)
+            assert (peak.value, peak.position) == (
+                whole[peak.name].value,
+                whole[peak.name].position,
+            )
 
 
 def test_a_mesh_has_no_peak_where_a_pose_is_missing():

@@ -63,7 +63,7 @@ def test_what_is_promised_is_found(target):
         seen = (alpha + noise * random.standard_normal(alpha.shape))[:, places]
         own = Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places])
         found = estimate(own, nodes=ON_LINES)
-        again = rftfit.plan(wanted, known=found, count=1)
+        again = rftfit.plan(wanted, current_map=found, count=1)
         ratios.append(again.steps[0].typical / promised)
     assert np.median(ratios) == pytest.approx(1, abs=seeds(0.15, 0.3))
     # a medium that departs more, or less, than most is told so by its own pushes

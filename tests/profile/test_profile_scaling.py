@@ -400,7 +400,7 @@ def test_the_interval_of_a_quantity_by_hand():
 
 
 def test_a_scaled_medium_keeps_its_test_at_another_level():
-    medium = scale(0.9, 0.05).at(0.8)
+    medium = scale(0.9, 0.05).at_confidence(0.8)
     assert (medium.alpha_z, medium.alpha_z_se, medium.confidence) == (0.9, 0.05, 0.8)
     assert medium.reference == scale(0.9).reference
     for level in (0.5, 1.0):
@@ -416,7 +416,11 @@ def test_errors_of_a_part_of_the_directions(paper_config, tmp_path):
     partly, bare = (measured_profile(table, paper_config, draws=draws) for draws in (True, False))
     leg = model_leg("c_leg")
     for found, wanted in zip(find_peaks(partly, leg), find_peaks(bare, leg), strict=True):
-        assert (found.name, found.value, found.at) == (wanted.name, wanted.value, wanted.at)
+        assert (found.name, found.value, found.position) == (
+            wanted.name,
+            wanted.value,
+            wanted.position,
+        )
     assert math.isnan(find_peaks(partly, leg)[0].lo)
     rftfit.write_profile(tmp_path / "partly.json", partly)
     same = rftfit.read_profile(tmp_path / "partly.json")

@@ -424,7 +424,7 @@ def test_the_push_that_does_not_fit_is_named():
     assert farthest is not None
     assert (round(farthest.beta_deg), round(farthest.gamma_deg)) == (60, 18)
     assert farthest.component == "z"
-    assert farthest.found - farthest.expected == pytest.approx(0.2, abs=0.06)
+    assert farthest.measured - farthest.expected == pytest.approx(0.2, abs=0.06)
 
 
 def upside_down():

@@ -326,7 +326,7 @@ def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha
             allowed = 6e-6 * np.abs(of_library) + 1e-5 * np.abs(of_library[:, :1]) + 1e-9
             assert (np.abs(array(curves[c]) - of_library) <= allowed).all()
             of_alpha, of_model = (peak.lo, peak.hi), (peak.model_lo, peak.model_hi)
-            close([*force, theta], [peak.value, *of_alpha, *of_model, peak.at])
+            close([*force, theta], [peak.value, *of_alpha, *of_model, peak.position])
 
 
 @pytest.mark.parametrize("percent", [1.0, 3.0, np.nan])

@@ -44,13 +44,13 @@ def test_spread_from_repeats_by_hand():
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
     between, own = 5e-5, (1e-6 + 4e-6) / 2
     assert found.source == REPEATS
-    part = found.part(0.305)
+    part = found.error_at(0.305)
     assert part.sd == pytest.approx(math.sqrt(between - own))
     assert part.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
 
 
 def test_spread_from_repeats_is_unbiased():
-    found = [spread_of_beds([pairs(12, seed)])[0].part(0.3).sd ** 2 for seed in range(400)]
+    found = [spread_of_beds([pairs(12, seed)])[0].error_at(0.3).sd ** 2 for seed in range(400)]
     assert np.mean(found) == pytest.approx(SPREAD**2, rel=0.06)
 
 
@@ -68,7 +68,7 @@ def test_a_spread_that_grows_with_alpha_is_found(a, b):
         sizes.append(found.size)
         true = math.hypot(a, b * 0.35)
         one_more = random.normal(0, true)
-        inside.append(abs(one_more) <= half_width([found.part(0.35)], 0.95))
+        inside.append(abs(one_more) <= half_width([found.error_at(0.35)], 0.95))
     mean = np.mean(sizes, axis=0)
     # what is 0 can only be found too large
     np.testing.assert_allclose(np.sqrt(mean), [a, b], rtol=0.15, atol=0.0008 if a == 0 else 0.006)
@@ -84,7 +84,7 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
             (alpha * (1 + random.normal(0, 0.04, 3)), np.full(3, 0.0001))
             for alpha in (0.6, 0.45, 0.22, 0.15)
         ]
-        part = spread_of_beds([groups])[0].part(0.02)
+        part = spread_of_beds([groups])[0].error_at(0.02)
         half = half_width([part], 0.95)
         ratios.append(half / 0.0008)
         inside.append(abs(random.normal(0, 0.0008)) <= half)
@@ -132,13 +132,13 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
 def test_what_repeats_show_goes_before_what_the_config_states():
     same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
     found = spread_of_beds([same], (0.005, 0.0))[0]
-    assert (found.part(0.3).sd, found.source) == (0, REPEATS)
+    assert (found.error_at(0.3).sd, found.source) == (0, REPEATS)
     assert spread_of_beds([same[1:]], (0.0, 0.0))[0].source == AS_PREPARED
     # a single run has the spread of others
     spread = spread_of_beds([pairs(20, 3)])[0]
     noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
     assert (noise.sd, source) == (0.001, REPEATS)
-    assert bed == spread.part(0.2)
+    assert bed == spread.error_at(0.2)
     assert bed.dof < 25
 
 

@@ -259,7 +259,7 @@ def _peaks_as_text(
         numbers += [peak.next_lo, peak.next_hi] if level_of_bed else []
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
         words = (_IN_WORDS | _IN_SPACE)[peak.name]
-        rows.append([words, *(f"{number:.4g}" for number in numbers), unit, f"{peak.at:g}"])
+        rows.append([words, *(f"{number:.4g}" for number in numbers), unit, f"{peak.position:g}"])
     if not rows:
         return "  no force in these poses that can be stated"
     named = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]
@@ -287,7 +287,7 @@ def _peaks_as_json(
             "model_hi": one.model_hi,
             "next_lo": one.next_lo,
             "next_hi": one.next_hi,
-            key: one.at,
+            key: one.position,
         }
     return found
 

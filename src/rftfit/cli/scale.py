@@ -104,5 +104,5 @@ def _table_text(answer: Answer) -> str:
             one if isinstance(one, str) else f"{round(float(one), 6) + 0.0:.6g}" for one in row[2:]
         ]
         lines.append(",".join([f"{row[0]:.2f}", f"{row[1]:.2f}", *cells]))
-    notes = [answer.how, f"_lo and _hi: {answer.level}"]
+    notes = [answer.description, f"_lo and _hi: {answer.level}"]
     return comments(MARK, notes) + "\n".join(lines) + "\n"

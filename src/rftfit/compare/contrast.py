@@ -277,15 +277,15 @@ def _notes(
 class _Means:
     """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
 
-    `own`: variance of the mean that the runs' logs show. `own_run`: of a single run, mean of both components. `along`,
+    `noise_variance`: of the mean that the runs' logs show. `noise_of_run`: of a single run, mean of both components. `along`,
     `across`: squares of the runs about their mean, summed. `across_known`: whether x was measured. `size`: of the force, as `_with_pooled_sizes` has it.
     `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
     """
 
     mean: FloatArray
     n: FloatArray
-    own: FloatArray
-    own_run: FloatArray
+    noise_variance: FloatArray
+    noise_of_run: FloatArray
     along: FloatArray
     across: FloatArray
     across_known: npt.NDArray[np.bool_]
@@ -409,8 +409,8 @@ def _mean_of(
     return _Means(
         mean=mean,
         n=n,
-        own=(share**2) @ own + share @ startup**2,
-        own_run=share @ own.mean(axis=1),
+        noise_variance=(share**2) @ own + share @ startup**2,
+        noise_of_run=share @ own.mean(axis=1),
         along=squares[0],
         across=squares[1] * x_known,
         across_known=x_known,
@@ -448,7 +448,7 @@ def _fit_scatters(a: _Means, b: _Means) -> tuple[_Scatter, _Scatter, _Scatter]:
 def _fit_scatter(sides: tuple[_Means, ...], prior: _Scatter, floors: tuple[float, ...]) -> _Scatter:
     """Most likely scatter of single runs about the mean of their direction, with a prior."""
     dof = np.concatenate([side.n - 1 for side in sides])
-    own = np.concatenate([side.own_run for side in sides])
+    own = np.concatenate([side.noise_of_run for side in sides])
     known = np.concatenate([side.across_known for side in sides])
     best, most = prior, -math.inf
     for floor in floors:
@@ -537,7 +537,7 @@ def _block(side: _Means, scatter: _Scatter) -> FloatArray:
     spread = scatter.along**2 * np.einsum("ci,cj->cij", unit, unit)
     spread += scatter.across**2 * np.einsum("ci,cj->cij", across, across)
     spread *= (side.level(scatter.floor) / side.n)[:, None, None]
-    return np.asarray(spread + side.own[:, :, None] * np.eye(2))
+    return np.asarray(spread + side.noise_variance[:, :, None] * np.eye(2))
 
 
 class _Contrast:
@@ -545,13 +545,13 @@ class _Contrast:
 
     def __init__(self, means: tuple[_Means, _Means], scatters: tuple[_Scatter, _Scatter]) -> None:
         self.a, self.b = means
-        self.known = np.concatenate([np.ones(self.a.n.size, dtype=bool), self.a.across_known])
+        self.is_known = np.concatenate([np.ones(self.a.n.size, dtype=bool), self.a.across_known])
         self._blocks = [_block(*pair) for pair in zip(means, scatters, strict=True)]
         self._dof = [PRIOR_DOF + scatter.repeats for scatter in scatters]
 
     def _flat(self, values: FloatArray) -> FloatArray:
         """Components that both media have: those of z, then those of x; from shape (n, 2)."""
-        return np.asarray(values.T.ravel()[self.known])
+        return np.asarray(values.T.ravel()[self.is_known])
 
     def difference(self, ratio: float) -> FloatArray:
         """Contrast, shape (k + 1,)."""
@@ -564,7 +564,7 @@ class _Contrast:
         whole = np.zeros((2, n, 2, n))
         each = np.arange(n)
         whole[:, each, :, each] = blocks
-        return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.known, self.known)])
+        return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.is_known, self.is_known)])
 
     def _common(self, ratio: float) -> FloatArray:
         """Changes of the contrast by shared errors, shape (k + 1, errors)."""
@@ -574,7 +574,7 @@ class _Contrast:
             self._flat(self.b.common.get(name, nothing) / ratio - self.a.common.get(name, nothing))
             for name in names
         ]
-        return np.stack(moved, axis=1) if moved else np.zeros((int(self.known.sum()), 0))
+        return np.stack(moved, axis=1) if moved else np.zeros((int(self.is_known.sum()), 0))
 
     def covariance(self, ratio: float) -> FloatArray:
         """Covariance of the contrast by all errors."""
@@ -643,7 +643,7 @@ class _Contrast:
 
     def test_shape(self, ratio: float) -> _ShapeTest:
         """Squares of the contrast, which are larger than by chance where the shapes differ."""
-        k = max(float(self.known.sum()) - 1, 1.0)
+        k = max(float(self.is_known.sum()) - 1, 1.0)
         mean = self._flat(self.mean(ratio))
         alpha = float(mean @ mean)
         without_size = np.eye(mean.size) - np.outer(mean, mean) / alpha
@@ -668,9 +668,9 @@ class _Contrast:
         """
         dof, n = self.freedom(ratio), self.a.n.size
         alone = _student(1 - (1 - confidence) / 2, dof)
-        together = _student(1 - (1 - confidence) / 2 / self.known.sum(), dof)
+        together = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))
-        covariance[np.ix_(self.known, self.known)] = self.covariance(ratio)
+        covariance[np.ix_(self.is_known, self.is_known)] = self.covariance(ratio)
         covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
         off = self.b.mean / ratio - self.a.mean
         columns: dict[str, object] = {

@@ -22,8 +22,8 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
 
     `span`: Depths whose range the knots cover, by default `depth`; others count as its ends.
     """
-    other = depth if span is None else span
-    low, high = float(other.min()), float(other.max())
+    abscissa = depth if span is None else span
+    low, high = float(abscissa.min()), float(abscissa.max())
     width = (high - low) / (knots - 1) or 1.0
     place = np.clip((depth - low) / width, 0, (knots - 1) * (1 - 1e-12))
     cell = place.astype(int)
@@ -32,8 +32,8 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
     parts = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
     basis = np.zeros((depth.size, knots + 2))
     rows = np.arange(depth.size)
-    for at, part in enumerate(parts):
-        basis[rows, cell + at] = part / 6
+    for column, stretch in enumerate(parts):
+        basis[rows, cell + column] = stretch / 6
     return basis
 
 
@@ -90,16 +90,16 @@ class LagProfile:
     def rivals(self) -> list[float]:
         """Find up to three other lags, s, about as good as the best, with worse ones in between."""
         lowest = float(self.unexplained[self.best])
-        others = self.unexplained.copy()
-        others[self._valley(self.best)] = np.inf
-        found: list[float] = []
-        while len(found) < 3:
-            second = int(np.argmin(others))
-            if not others[second] < _RIVAL * lowest + 1e-3:
+        misfits = self.unexplained.copy()
+        misfits[self._valley(self.best)] = np.inf
+        rival_lags: list[float] = []
+        while len(rival_lags) < 3:
+            second = int(np.argmin(misfits))
+            if not misfits[second] < _RIVAL * lowest + 1e-3:
                 break
-            found.append(float(self.lag[second]))
-            others[self._valley(second)] = np.inf
-        return found
+            rival_lags.append(float(self.lag[second]))
+            misfits[self._valley(second)] = np.inf
+        return rival_lags
 
     def _valley(self, place: int) -> slice:
         """Lags around a place up to the nearest clearly worse ones."""
@@ -129,13 +129,13 @@ def search_lags(
     if not total > 0:
         return LagProfile(lag, share)
     for place, offset in enumerate(lag):
-        there = np.interp(time + offset, motion_time, depth)
-        contact = contact_depth(there, force)
+        depth_now = np.interp(time + offset, motion_time, depth)
+        contact = contact_depth(depth_now, force)
         # in air the force has no information, and knots of the function would be wasted there
-        there = np.maximum(there, contact - 0.1 * (there.max() - contact))
-        if np.ptp(there) <= 0:
+        depth_now = np.maximum(depth_now, contact - 0.1 * (depth_now.max() - contact))
+        if np.ptp(depth_now) <= 0:
             continue
-        basis = smooth_basis(there, _KNOTS)
+        basis = smooth_basis(depth_now, _KNOTS)
         # a trace of ridge, as not every basis function is visited at every lag
         normal = basis.T @ basis + 1e-9 * np.eye(basis.shape[1])
         moment = basis.T @ force
@@ -278,16 +278,16 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     every = -(-(peak + 1) // _MOST_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
     push = slice((peak + 1) % every, peak + 1)
-    time, force = (part[push].reshape(-1, every).mean(axis=1) for part in (time, force))
+    time, force = (readings[push].reshape(-1, every).mean(axis=1) for readings in (time, force))
     return time, force
 
 
 def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
     """Offsets from which lags are counted: hours that make the logs overlap, or their starts; which."""
-    length, other = float(np.ptp(time)), float(np.ptp(motion_time))
-    shortest = min(length, other)
+    length, motion_length = float(np.ptp(time)), float(np.ptp(motion_time))
+    shortest = min(length, motion_length)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
-    near, most = round(between / HOUR_S), (length + other) / 2 - shortest / 2
+    near, most = round(between / HOUR_S), (length + motion_length) / 2 - shortest / 2
     hours = [hour * HOUR_S for hour in (near - 1, near, near + 1) if abs(hour) <= 26]
     overlap = [offset for offset in hours if abs(between - offset) < most]
     return overlap or [float(motion_time[0] - time[0])], bool(overlap)
@@ -307,28 +307,34 @@ def _refine(
     surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
     for _ in range(12):
         on_motion = time + offset + drift * (time - reference)
-        there, ahead, behind = np.interp(
+        depth_now, ahead, behind = np.interp(
             on_motion + np.array([[0.0], [_STEP_S], [-_STEP_S]]), motion_time, depth
         )
-        deepest = float(there.max())
+        deepest = float(depth_now.max())
         surface = min(surface, deepest - 0.05)
 
-        def smooth(at: FloatArray, under: float = surface, deepest: float = deepest) -> FloatArray:
-            return contact_basis(at, under, deepest, knots)
+        def smooth(
+            depth_cm: FloatArray, under: float = surface, deepest: float = deepest
+        ) -> FloatArray:
+            return contact_basis(depth_cm, under, deepest, knots)
 
-        basis = smooth(there)
+        basis = smooth(depth_now)
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
         fitted = basis @ weights
         residual = force - fitted
         slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _STEP_S)
-        lift = (smooth(there, surface + _STEP_CM) - smooth(there, surface - _STEP_CM)) @ weights
+        lift = (
+            smooth(depth_now, surface + _STEP_CM) - smooth(depth_now, surface - _STEP_CM)
+        ) @ weights
         raised = lift / (2 * _STEP_CM)
         power = float(slope @ slope)
         if power <= 0:
             raise Refused("force-constant")
         space, _ = np.linalg.qr(basis)
-        own = slope - space @ (space.T @ slope)
-        moved = float((own**2 @ time) / max(float(own @ own), 1e-300))
+        unshared_slope = slope - space @ (space.T @ slope)
+        moved = float(
+            (unshared_slope**2 @ time) / max(float(unshared_slope @ unshared_slope), 1e-300)
+        )
         offset += drift * (moved - reference)
         reference = moved
         jacobian = np.stack([slope, slope * (time - reference), raised])
@@ -357,7 +363,7 @@ def _refine(
         reference,
         scatter + float(shrunk[0] ** 2),
         of_drift + float(shrunk[1] ** 2),
-        there,
+        depth_now,
         fitted,
     )
 

@@ -96,17 +96,17 @@ def alpha_table(
     grid = grid or Grid()
     # a medium of legs alone has one cell, which says that there is no run
     directions = list(grid.planned) or distinct(angles, grid) or [(0.0, 90.0)]
-    own = [
+    runs_of_cells = [
         [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
         for cell in directions
     ]
     outliers = outliers or {}
-    alike = [[run for run in runs if run["run_id"] not in outliers] for runs in own]
-    found = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
-    spread = dict(zip(COMPONENTS, found, strict=True))
+    alike = [[run for run in runs if run["run_id"] not in outliers] for runs in runs_of_cells]
+    spreads = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
+    spread = dict(zip(COMPONENTS, spreads, strict=True))
     cells = [
-        _cell(here, gamma == 0, depths, at_cm)
-        for here, (_, gamma) in zip(own, directions, strict=True)
+        _cell(runs_of_cell, gamma == 0, depths, at_cm)
+        for runs_of_cell, (_, gamma) in zip(runs_of_cells, directions, strict=True)
     ]
     parts = _errors(
         cells, directions, errors, surface or SurfaceError(), spread, confidence, outliers, shape
@@ -152,20 +152,20 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
         seen.update(str(run["run_id"]) for run in new)
         level = new and new[0]["gamma_deg"] == 0
         parts = _by_depth(new) if level and math.isfinite(new[0]["depth_from_cm"]) else [new]
-        for part in filter(None, parts):
+        for runs_at_depth in filter(None, parts):
             alpha, se = (
-                np.array([run[column(component, q)] for run in part], dtype=float)
+                np.array([run[column(component, q)] for run in runs_at_depth], dtype=float)
                 for q in ("", "_se")
             )
-            same = len({run.get("tare_run", "") for run in part}) < len(part)
+            same = len({run.get("tare_run", "") for run in runs_at_depth}) < len(runs_at_depth)
             tare, curvature = (
-                np.array([run.get(column(component, q), 0.0) for run in part])
+                np.array([run.get(column(component, q), 0.0) for run in runs_at_depth])
                 for q in ("_tare", "_curvature")
             )
-            clock = np.array([_moved_by_clock(run, component) for run in part])
+            clock = np.array([_moved_by_clock(run, component) for run in runs_at_depth])
             # a tare and a clock that they share and a curvature that they have alike do not make them differ
-            own = se**2 - same * tare**2 - curvature**2 - clock**2
-            groups.append((alpha, np.sqrt(np.maximum(own, 0.0))))
+            bed_variance = se**2 - same * tare**2 - curvature**2 - clock**2
+            groups.append((alpha, np.sqrt(np.maximum(bed_variance, 0.0))))
     return groups
 
 
@@ -320,17 +320,17 @@ def _errors(
             of_outliers = _outlier_errors(cell, c, np.array(off))
             for parts, of_outlier in zip((of_mean, of_next), of_outliers, strict=True):
                 pair = parts["bed"], of_outlier
-                parts["bed"] = max(pair, key=lambda part: half_width([part], confidence))
+                parts["bed"] = max(pair, key=lambda error: half_width([error], confidence))
             half = half_width(of_mean.values(), confidence)
             # what all runs share is in the errors of the mean, and counts once
             wide = half_width([*of_mean.values(), *of_next.values()], confidence)
-            se = math.sqrt(sum(part.sd**2 for part in of_mean.values()))
+            se = math.sqrt(sum(error.sd**2 for error in of_mean.values()))
             ends = (alpha[c][i] + width for width in (-half, half, -wide, wide))
             values = (alpha[c][i], se, *ends)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
-            row |= {column(c, f"_{name}"): part.sd for name, part in of_mean.items()}
+            row |= {column(c, f"_{name}"): error.sd for name, error in of_mean.items()}
             if spread[c].source != AS_PREPARED:
-                row[f"run_to_run_{c}_N_per_cm3"] = spread[c].part(float(alpha[c][i])).sd
+                row[f"run_to_run_{c}_N_per_cm3"] = spread[c].error_at(float(alpha[c][i])).sd
             known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
             rows[-1] |= row | {"spread": known_from}
     return rows
@@ -358,7 +358,7 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
     startup, tare, curvature = (
         cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
     )
-    own = _noise_variance(cell, c) * cell.share**2
+    noise_variances = _noise_variance(cell, c) * cell.share**2
     # runs that share a tare err alike, each to its own side
     signed = np.where((c == "x") & (cell.of("mirrored") != 0), -1.0, 1.0) * cell.share * tare
     names = np.array([str(run.get("tare_run", "")) for run in cell.runs])
@@ -366,7 +366,9 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
     moved = cell.share * alpha * cell.of("lever_per_cm")
     signs = 1.0 if sum(of_tares) >= 0 else -1.0
     return {
-        "noise": Part(math.sqrt(float(own.sum())), float(combine_dof(own, dof))),
+        "noise": Part(
+            math.sqrt(float(noise_variances.sum())), float(combine_dof(noise_variances, dof))
+        ),
         # a start-up moves all depths the same way, so its parts add up before they are squared
         "startup": Part(float(cell.share @ startup)),
         "tare": Part(signs * math.hypot(*of_tares)),
@@ -419,7 +421,7 @@ def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread)
     if not (cell.level and cell.line) or alpha.size < 3:
         return 0.0
     mean = float(cell.share @ alpha)
-    off, noise = alpha - mean, np.hypot(se, spread.part(mean).sd)
+    off, noise = alpha - mean, np.hypot(se, spread.error_at(mean).sd)
     if (np.abs(off) <= _SIGMAS * noise).all():
         return 0.0
     # the share grows with the square of the depth
@@ -444,7 +446,7 @@ def _add_bed(
     """
     alpha, noise = cell.of(column(c)), of_mean["noise"]
     of_mean["noise"], of_mean["bed"], source = bed_of_mean(
-        alpha, cell.share, noise, spread, own=not cell.level
+        alpha, cell.share, noise, spread, shown_by_runs=not cell.level
     )
     scatter = source == OF_CELL and of_mean["noise"] != noise
     of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
@@ -510,22 +512,23 @@ def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
 
 def window_of(table: pd.DataFrame) -> tuple[float, float]:
     """Least and greatest depth behind an alpha table, cm; any where it does not say."""
-    known = table.reindex(columns=["depth_from_cm", "depth_to_cm"]).to_numpy(float)
-    if not np.isfinite(known).any():
+    windows = table.reindex(columns=["depth_from_cm", "depth_to_cm"]).to_numpy(float)
+    if not np.isfinite(windows).any():
         return 0.0, math.inf
-    return float(np.nanmin(known[:, 0])), float(np.nanmax(known[:, 1]))
+    return float(np.nanmin(windows[:, 0])), float(np.nanmax(windows[:, 1]))
 
 
 def rows_at(
     table: pd.DataFrame, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike
 ) -> npt.NDArray[np.intp]:
     """Row of an alpha table that is nearest to each direction, shape (k,); -1: none is near."""
-    wanted = np.broadcast_arrays(np.atleast_1d(beta_deg), np.atleast_1d(gamma_deg))
+    directions = np.broadcast_arrays(np.atleast_1d(beta_deg), np.atleast_1d(gamma_deg))
     beta, gamma = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     if not beta.size:
-        return np.full(wanted[0].shape, -1)
+        return np.full(directions[0].shape, -1)
     off = np.maximum(
-        np.abs((beta - wanted[0][:, None] + 90) % 180 - 90), np.abs(gamma - wanted[1][:, None])
+        np.abs((beta - directions[0][:, None] + 90) % 180 - 90),
+        np.abs(gamma - directions[1][:, None]),
     )
     return np.where(off.min(axis=1) <= SAME_DIRECTION_DEG, off.argmin(axis=1), -1)
 

@@ -47,7 +47,7 @@ def check_medium(
     done: dict[CheckName, Check] = {}
     for name, check in IN_ORDER.items():
         outcome = done[name] = check(measured)
-        first = [other for other in CHECKS[name].after if done[other].effect]
+        first = [prior_check for prior_check in CHECKS[name].after if done[prior_check].effect]
         if first and outcome.verdict != NOT_CHECKED:
             # the flags of single runs stay
             done[name] = replace(Check.skip(name, "waits", first=first[0]), flags=outcome.flags)

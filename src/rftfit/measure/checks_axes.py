@@ -53,9 +53,11 @@ def check_work(measured: Measured) -> Check:
         ),
         "where": "the columns of the table" if measured.config.table else "transducer.axes",
     }
-    if other := told_axes(measured):
+    if likelier_axes := told_axes(measured):
         # the axes are those of all runs
-        return Check.judge("work", cells.takes_energy, code="work-axes", axes=other, **values)
+        return Check.judge(
+            "work", cells.takes_energy, code="work-axes", axes=likelier_axes, **values
+        )
     flags = flags_on(runs, "gives-back")
     return Check.judge("work", cells.takes_energy, flags, rows=rows_of(runs, sheet), **values)
 
@@ -91,7 +93,7 @@ def check_up_down(measured: Measured) -> Check:
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
         return Check.skip("up_down", "up_down-no-cell")
-    (down, up), errors = (part[0, [cells.push, cells.pull]] for part in (cells.force, cells.se))
+    (down, up), errors = (values[0, [cells.push, cells.pull]] for values in (cells.force, cells.se))
     exceeds = bool(abs(up) - down <= _SIGMAS * math.hypot(*errors))
     return Check.judge("up_down", exceeds, down=down, up=up)
 
@@ -118,8 +120,8 @@ class Cells:
     @classmethod
     def of(cls, alpha: pd.DataFrame) -> Cells:
         """Take the cells that have alpha out of an alpha table."""
-        known = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
-        table = alpha.iloc[known].reset_index(drop=True)
+        measured_cells = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
+        table = alpha.iloc[measured_cells].reset_index(drop=True)
         force = np.stack(alpha_columns(table))
         se = np.nan_to_num(np.stack([table[column(c, "_se")].to_numpy(float) for c in "zx"]))
         gamma = np.radians(table["gamma_deg"].to_numpy(float))
@@ -169,12 +171,17 @@ class Cells:
     @property
     def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
         """Of each pair of mirror images: its first cell, the sums of z and x, and the variance of that of x."""
-        one, other = self.pairs
-        z, x = ((part[one] + part[other]) for part in (self.force[0] * self.side, self.force[1]))
+        cell, mirror_cell = self.pairs
+        z, x = (
+            (values[cell] + values[mirror_cell])
+            for values in (self.force[0] * self.side, self.force[1])
+        )
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
         # a cell that is its own image is there twice
-        error = np.where(one == other, 4 * variance[one], variance[one] + variance[other])
-        return one, z, x, error
+        error = np.where(
+            cell == mirror_cell, 4 * variance[cell], variance[cell] + variance[mirror_cell]
+        )
+        return cell, z, x, error
 
     @property
     def turn_rad(self) -> tuple[float, float]:
@@ -198,9 +205,9 @@ class Cells:
     @property
     def mirror_misfit(self) -> tuple[float, int]:
         """How far the worst pair is from what one turn of the mount makes of all, in errors, and its first cell."""
-        one, z, x, error = self._mirror_sums
-        if not one.size or math.isnan(turn := self.turn_rad[0]):
+        cell, z, x, error = self._mirror_sums
+        if not cell.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0
         alike = _ALIKE * np.abs(z).max()
         off = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + alike**2, 1e-12))
-        return float(off.max()), int(one[off.argmax()])
+        return float(off.max()), int(cell[off.argmax()])

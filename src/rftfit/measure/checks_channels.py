@@ -55,7 +55,7 @@ Logs = Sequence[tuple[Run, dict[Any, Any]]]
 
 def _pushes(logs: Logs) -> Logs:
     """Logs of intrusions, in which the force grows with depth; on a level path or in a pull it need not."""
-    return [one for one in logs if one[0].direction not in ("horizontal", "extraction")]
+    return [log for log in logs if log[0].direction not in ("horizontal", "extraction")]
 
 
 def stuck(config: Config, logs: Logs) -> list[Cause]:
@@ -89,12 +89,16 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
 
 def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float, list[str]]:
     """Readings below the range at which a channel stops in several logs, and these runs."""
-    found: dict[float, list[str]] = {}
+    runs_at_limit: dict[float, list[str]] = {}
     for row in rows:
         low, high, held = (row[f"{name}_{fact}_N"] for fact in ("low", "high", "held"))
         if row[f"{name}_held"] >= _CLIPPED and low < high and held in (low, high):
-            found.setdefault(held, []).append(row["run_id"])
-    return {held: runs for held, runs in found.items() if len(runs) >= _LOGS and abs(held) < limit}
+            runs_at_limit.setdefault(held, []).append(row["run_id"])
+    return {
+        held: runs
+        for held, runs in runs_at_limit.items()
+        if len(runs) >= _LOGS and abs(held) < limit
+    }
 
 
 def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
@@ -143,14 +147,14 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     # a channel that nobody measured adds nothing to the others, and misses nothing
     unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
     force[1, unmeasured] = 0.0
-    known = sides * table[known_z_x].to_numpy(float).T
-    known[1, unmeasured] = 0.0
+    expected = sides * table[known_z_x].to_numpy(float).T
+    expected[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
-    strong = np.abs(known) >= _CLEAR
+    strong = np.abs(expected) >= _CLEAR
     told = strong & np.isfinite(mount)
     size = max(
-        float(np.median(np.abs(mount[c, told[c]] / known[c, told[c]]))) if told[c].any() else 0.0
+        float(np.median(np.abs(mount[c, told[c]] / expected[c, told[c]]))) if told[c].any() else 0.0
         for c in (0, 1)
     )
     direction = _directions(table)
@@ -160,9 +164,9 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         if not size > 0 or name is None:
             continue
         faint = np.abs(mount[place]) < _SILENT * size
-        must = np.abs(known[place]) >= _MUST_FEEL
+        must = np.abs(expected[place]) >= _MUST_FEEL
         silent = faint & must
-        opposite = (np.sign(force[place]) != np.sign(known[place])) & ~faint & must
+        opposite = (np.sign(force[place]) != np.sign(expected[place])) & ~faint & must
         n_must, n_silent = _count(direction, must), _count(direction, silent)
         n_strong = _count(direction, strong[place])
         reversed_ = opposite & strong[place]
@@ -175,7 +179,7 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
             code, bad, count, size_of = "silent", faint, n_silent, n_must
         elif not explained and several and _REVERSED <= n_reversed <= _MOST * n_strong:
             code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
-        elif gain := _other_gain(noise, mount[place], known[place], strong[place]):
+        elif gain := _other_gain(noise, mount[place], expected[place], strong[place]):
             values["times"], bad = gain
             code, count, size_of = "gain", bad.sum(), bad.size
         else:
@@ -207,18 +211,18 @@ def _count(direction: npt.NDArray[np.intp], shown: Mask) -> int:
 
 
 def _other_gain(
-    noise: FloatArray, force: FloatArray, known: FloatArray, strong: Mask
+    noise: FloatArray, force: FloatArray, expected: FloatArray, strong: Mask
 ) -> tuple[float, Mask] | None:
     """Runs in which noise and force of a channel are both so many times those of the others."""
     if not (noise > 0).all() or (clusters := two_clusters(np.log(noise))) is None:
         return None
-    other = clusters[1]
-    here, there = strong & other, strong & ~other
-    if not here.any() or not there.any():
+    in_second = clusters[1]
+    strong_second, strong_first = strong & in_second, strong & ~in_second
+    if not strong_second.any() or not strong_first.any():
         return None
-    share = np.abs(force / np.where(strong, known, 1.0))
-    force_there = float(np.median(share[there]))
-    times = float(np.median(noise[here]) / np.median(noise[there]))
-    more = float(np.median(share[here])) / force_there if force_there > 0 else 0.0
-    alike = more > 0 and abs(math.log(more / times)) < 0.5 * abs(math.log(times))
-    return (times, other) if alike and abs(math.log(times)) > math.log(_GAIN) else None
+    share = np.abs(force / np.where(strong, expected, 1.0))
+    force_there = float(np.median(share[strong_first]))
+    times = float(np.median(noise[strong_second]) / np.median(noise[strong_first]))
+    force_ratio = float(np.median(share[strong_second])) / force_there if force_there > 0 else 0.0
+    alike = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * abs(math.log(times))
+    return (times, in_second) if alike and abs(math.log(times)) > math.log(_GAIN) else None

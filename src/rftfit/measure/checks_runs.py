@@ -28,10 +28,10 @@ def check_rods(measured: Measured) -> Check:
     plates = [run.run_id for run in sheet.values() if run.kind == "plate"]
     table = tares[(tares["tare_run"] != "") & tares["run_id"].isin(plates)]
     tare, force = (table[name].to_numpy(float) for name in ("tare_rms_N", "force_rms_N"))
-    known = np.isfinite(tare) & (force > 0)
-    if not known.any():
+    has_tare = np.isfinite(tare) & (force > 0)
+    if not has_tare.any():
         return Check.skip("rods", "rods-no-tare")
-    ratio = np.where(known, tare / np.where(known, force, 1), np.nan)
+    ratio = np.where(has_tare, tare / np.where(has_tare, force, 1), np.nan)
     # forces of the weakest directions are little more than the noise of their zeros
     clear = tare - force > _ROD_FORCE * np.nanmedian(np.fmax(tare, force))
     wrong = (ratio == 1) | (ratio >= np.where(clear, _ROD_ALONE, _ROD_CLEAR))
@@ -39,14 +39,14 @@ def check_rods(measured: Measured) -> Check:
     limits: dict[str, Any] = {"alone": _ROD_ALONE, "clear": _ROD_CLEAR}
     if not wrong.any():
         ratio_of_runs = np.nanmedian(ratio)
-        return Check.judge("rods", True, ratio=ratio_of_runs, size=known.sum(), **limits)
+        return Check.judge("rods", True, ratio=ratio_of_runs, size=has_tare.sum(), **limits)
     return Check.judge(
         "rods",
         False,
         flags_on(stronger, "rod-stronger"),
         code="rods-stronger",
         count=wrong.sum(),
-        size=known.sum(),
+        size=has_tare.sum(),
         rows=rows_of(stronger, sheet),
         **limits,
     )
@@ -63,23 +63,27 @@ def check_drift(measured: Measured) -> Check:
     table = runs.merge(tares[["run_id", "force_rms_N"]], on="run_id")
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
-    known = np.isfinite(trend).all(axis=0) & (force > 0)
-    if known.sum() < FEW_RUNS:
+    has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
+    if has_trend.sum() < FEW_RUNS:
         return Check.skip("drift", "drift-few", fewest=FEW_RUNS)
-    table, trend, typical = table[known], trend[:, known], float(np.median(force[known]))
-    middle, se = np.array([median_of_runs(part) for part in trend]).T
+    table, trend, typical = (
+        table[has_trend],
+        trend[:, has_trend],
+        float(np.median(force[has_trend])),
+    )
+    middle, se = np.array([median_of_runs(trends) for trends in trend]).T
     # few runs hardly tell their own scatter: Student's t at the same level
-    limit = stdtrit(known.sum() - 1, ndtr(SURE)) * se
+    limit = stdtrit(has_trend.sum() - 1, ndtr(SURE)) * se
     off = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
     common = (np.abs(middle) > limit) & (np.abs(middle) > _DRIFT * typical)
     spread = 1.4826 * np.median(off, axis=1)[:, None]
-    alone = (off > MODES * spread) & (off > _DRIFT_ALONE * np.maximum(force[known], typical))
+    alone = (off > MODES * spread) & (off > _DRIFT_ALONE * np.maximum(force[has_trend], typical))
     alone = alone.any(axis=0)
     worst = int(np.abs(middle).argmax())
     drifting = table["run_id"] if common.any() else table.loc[alone, "run_id"]
     flags = flags_on(drifting, "zero-drifts")
-    values: dict[str, Any] = {"size": known.sum(), "rows": rows_of(drifting, measured.sheet)}
+    values: dict[str, Any] = {"size": has_trend.sum(), "rows": rows_of(drifting, measured.sheet)}
     if alone.any() and not common.any():
         values |= {"count": alone.sum(), "share": 100 * _DRIFT_ALONE}
         return Check.judge("drift", False, flags, code="drift-alone", **values)
@@ -99,8 +103,8 @@ def check_steadiness(measured: Measured) -> Check:
     where = split_runs(tared)
     level = fits.loc[(fits["direction"] == "horizontal") & (fits["n_points"] > 0), "run_id"]
     changes = []
-    for own in (where[name] for name in level if name in where):
-        curve = tared.iloc[own][good[own]]
+    for rows in (where[name] for name in level if name in where):
+        curve = tared.iloc[rows][good[rows]]
         force = curve[["force_z_N", "force_x_N"]].to_numpy(float).T
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)
@@ -132,23 +136,26 @@ _BLIND = 0.4
 def check_repeats(measured: Measured) -> Check:
     """Whether each run has the alpha that its repeats, or else all other runs, say it should have."""
     peers = measured.tables["peers"]
-    known = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
-    if known.empty:
+    repeated_runs = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
+    if repeated_runs.empty:
         return Check.skip("repeats", "repeats-few")
-    apart = known[known["apart"].to_numpy(bool)]
+    apart = repeated_runs[repeated_runs["apart"].to_numpy(bool)]
     first = apart.sort_values("times_spread", ascending=False).to_dict("records")[:MOST_NAMED]
-    seen_from = known["seen_from_ratio"]
+    seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
         "repeats",
         apart.empty,
-        [remark("apart", run_id=run, beside=others, times=times) for run, others, times in of_runs],
+        [
+            remark("apart", run_id=run, beside=alphas_beside, times=times)
+            for run, alphas_beside, times in of_runs
+        ],
         count=len(apart),
-        size=len(known),
+        size=len(repeated_runs),
         differ="differs" if len(apart) == 1 else "differ",
-        most_spreads=known["times_spread"].max(),
+        most_spreads=repeated_runs["times_spread"].max(),
         median=seen_from.median(),
         most=seen_from.max(),
         values=say(map(_beside_others, first)),
@@ -159,8 +166,8 @@ def check_repeats(measured: Measured) -> Check:
 def _beside_others(row: dict[Any, Any]) -> Remark:
     """Alpha of a run beside that of the others, of the component that is farther off."""
     c = "zx"[abs(row["off_x_ratio"]) > abs(row["off_z_ratio"])]
-    others = row[f"others_{c}_N_per_cm3"]
-    return remark("alpha-beside", run=row["run_id"], alpha=row[column(c)], others=others)
+    alphas_beside = row[f"others_{c}_N_per_cm3"]
+    return remark("alpha-beside", run=row["run_id"], alpha=row[column(c)], others=alphas_beside)
 
 
 def check_logs(measured: Measured) -> Check:
@@ -174,8 +181,10 @@ def check_logs(measured: Measured) -> Check:
     # a table may state the plate at 90 degrees, which is the one at -90, under both angles
     copied = []
     for name, run in sheet.items():
-        others = (sheet[one] for one in copies.get(name, ()))
-        copied += [name] * any(abs(run.beta_deg - one.beta_deg) != 180 for one in others)
+        copies_of_run = (sheet[copy_id] for copy_id in copies.get(name, ()))
+        copied += [name] * any(
+            abs(run.beta_deg - copied_run.beta_deg) != 180 for copied_run in copies_of_run
+        )
     if not copied:
         return Check.judge("same_logs", True, what=what)
     return Check.judge(

@@ -18,28 +18,30 @@ _CLEAR = 4.0
 def told_axes(measured: Measured) -> Remark | None:
     """Other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
-    others = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
-    if others.empty or not others["log_bayes_factor"].iloc[-1] > _CLEAR:
+    other_axes = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
+    if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > _CLEAR:
         return None
-    return remark(f"axes-{others['axes'].iloc[-1]}")
+    return remark(f"axes-{other_axes['axes'].iloc[-1]}")
 
 
 def check_axes(measured: Measured) -> Check:
     """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
-    others = {name: value for name, value in evidence.items() if name != "as-given"}
-    if not others:
+    other_axes = {name: value for name, value in evidence.items() if name != "as-given"}
+    if not other_axes:
         return Check.skip("axes", "axes-no-runs")
-    best = max(others, key=lambda name: others[name])
-    if other := told_axes(measured):
-        power = others[best] / math.log(10)
+    best = max(other_axes, key=lambda name: other_axes[name])
+    if likelier_axes := told_axes(measured):
+        power = other_axes[best] / math.log(10)
         where = "the columns of the table" if measured.config.table else "transducer.axes"
-        return Check.judge("axes", False, code="axes-others", axes=other, power=power, where=where)
-    open_axes = [remark(f"axes-{name}") for name in others if others[name] > -_CLEAR]
+        return Check.judge(
+            "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where
+        )
+    open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -_CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=say(open_axes))
-    return Check.judge("axes", True, power=-others[best] / math.log(10))
+    return Check.judge("axes", True, power=-other_axes[best] / math.log(10))
 
 
 def check_shared(measured: Measured) -> Check:
@@ -95,10 +97,10 @@ def _describe_told(row: Mapping[Any, Any], measured: Measured) -> Remark:
     else:
         place = remark("where-label", column=row["group"], label=row["place"], count=row["n_runs"])
     told = remark(f"told-{row['kind']}", where=str(place), **size)
-    others = [words.split() for words in str(row["inseparable"]).split("; ") if words]
-    if not others:
+    rival_causes = [words.split() for words in str(row["inseparable"]).split("; ") if words]
+    if not rival_causes:
         return told
-    texts = dict.fromkeys(_describe_other(kind, group) for kind, group, *_ in others)
+    texts = dict.fromkeys(_describe_other(kind, group) for kind, group, *_ in rival_causes)
     return remark("told-or", told=str(told), others=", ".join(texts))
 
 

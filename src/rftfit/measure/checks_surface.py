@@ -54,27 +54,31 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         return Check.skip("surface", "rod-in-it"), Check.skip("linearity", "rod-in-it")
     if measured.medium.role != "laboratory":
         unchecked = "natural-sand"
-    known = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
-    alpha, se = (known[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
+    steep_fits = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
+    alpha, se = (steep_fits[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
     clear = np.abs(alpha) > _SIGMAS * se
-    known, alpha = known[clear], np.abs(alpha[clear])
-    pushes = known["direction"].to_numpy() == "intrusion"
+    steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
+    pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
         unchecked = "few-pushes"
     errors = measured.config.errors
     stated = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
-    run_cm, session_cm = (max(_SURFACE_CM, one / 10) for one in stated)
-    crust = check_crust(measured.flags, known[pushes])
+    run_cm, session_cm = (max(_SURFACE_CM, stated_mm / 10) for stated_mm in stated)
+    crust = check_crust(measured.flags, steep_fits[pushes])
     if unchecked:
         # nothing else tells the surface
-        law = crust or check_law(known[pushes], run_cm, session_cm)
+        law = crust or check_law(steep_fits[pushes], run_cm, session_cm)
         return Check.skip("surface", unchecked), law
-    sine = np.where(pushes, 1, -1) * np.abs(np.sin(np.radians(known["gamma_deg"].to_numpy(float))))
+    sine = np.where(pushes, 1, -1) * np.abs(
+        np.sin(np.radians(steep_fits["gamma_deg"].to_numpy(float)))
+    )
     # the zero of a tare, which moves weak pulls, is one error of all that share it
-    shared = known.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
+    shared = (
+        steep_fits.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
+    )
     starts = Starts(
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
-        known["start_cm"].to_numpy(float),
+        steep_fits["start_cm"].to_numpy(float),
         # the weaker a run, the farther a drift of its zero moves its start
         np.hypot(run_cm, _SURFACE_CM * np.median(alpha[pushes]) / alpha),
         pushes,
@@ -98,20 +102,23 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         "most_mm": 10 * SURE * down_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
-    line = crust or linearity(known[pushes], run_cm, session_cm)
-    if line.verdict == FAILED or abs(float(known["exponent_z"][pushes].median()) - 1) > _CURVED:
+    line = crust or linearity(steep_fits[pushes], run_cm, session_cm)
+    if (
+        line.verdict == FAILED
+        or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > _CURVED
+    ):
         # a line through curved stress begins the deeper the deeper it ends
-        deep = known["depth_to_cm"].to_numpy(float)
+        deep = steep_fits["depth_to_cm"].to_numpy(float)
         paths = np.column_stack([starts.paths, deep - deep.mean()])
         starts = replace(starts, paths=paths)
-    apart = _two_levels(starts, [measured.sheet[run] for run in known["run_id"]], speed)
+    apart = _two_levels(starts, [measured.sheet[run] for run in steep_fits["run_id"]], speed)
     if apart is not None:
         code, flags, values_apart = apart
         return Check.judge("surface", False, flags, code, **values, **values_apart), line
     code = _CODES[bool(is_late), bool(is_off)]
     values |= {"side": "late" if late > 0 else "early", "late_s": abs(late) / speed}
     surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
-    if is_off and _looks_curved(known[pushes]):
+    if is_off and _looks_curved(steep_fits[pushes]):
         # a line through curved stress has a start that is no surface
         if line.verdict != FAILED:
             either = {**line.values, "surface": surface.found}
@@ -132,31 +139,31 @@ class Starts:
     error: FloatArray
     pushes: Mask
 
-    def __getitem__(self, part: npt.NDArray[Any]) -> Starts:
-        return Starts(self.paths[part], self.start[part], self.error[part], self.pushes[part])
+    def __getitem__(self, rows: npt.NDArray[Any]) -> Starts:
+        return Starts(self.paths[rows], self.start[rows], self.error[rows], self.pushes[rows])
 
     def fit(
-        self, more: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
+        self, extra_terms: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least squares in which a run that lies far off counts less: what is found, covariance, standard deviations.
 
         Errors are known but for a factor, which the scatter tells, of pushes and of pulls each its own;
         `shared` runs have one error in common. `more` (n,) is fitted beside `paths`.
         """
-        design = self.paths if more is None else np.column_stack([self.paths, more])
+        design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
         whole = np.ones(self.start.size, dtype=bool)
         weight, spread = np.ones_like(self.start), np.ones_like(self.start)
         for _ in range(10):
             sigma = self.error * spread * np.sqrt(shared / weight)
             scaled = design / sigma[:, None]
             inverse = np.linalg.pinv(scaled.T @ scaled)
-            found = inverse @ scaled.T @ (self.start / sigma)
-            rest = np.abs(self.start - design @ found) / self.error
+            coefficients = inverse @ scaled.T @ (self.start / sigma)
+            rest = np.abs(self.start - design @ coefficients) / self.error
             for side in (whole, self.pushes, ~self.pushes):
                 if rest[side].size >= FEW_RUNS:
                     spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
-        return found, np.asarray(inverse), sigma
+        return coefficients, np.asarray(inverse), sigma
 
 
 _CODES = {
@@ -198,35 +205,42 @@ def _two_levels(
     starts = starts[order]
     # pulls are too weak to find it by
     down = starts[starts.pushes]
-    found, _, sigma = down.fit()
-    clusters = two_clusters(down.start - down.paths @ found)
-    other = np.zeros(starts.start.size, dtype=bool)
+    coefficients, _, sigma = down.fit()
+    clusters = two_clusters(down.start - down.paths @ coefficients)
+    on_second_level = np.zeros(starts.start.size, dtype=bool)
     clear = 1.0
     if clusters is not None:
-        clear, other[starts.pushes] = clusters
+        clear, on_second_level[starts.pushes] = clusters
     for _ in range(2):
         stretch = shifted_runs(down.paths, down.start, sigma)
-        found, covariance, sigma = down.fit(stretch)
-    if stretch.any() and abs(found[-1]) > clear * _clear_step(stretch) * math.sqrt(
+        coefficients, covariance, sigma = down.fit(stretch)
+    if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
         # a pull is as the push before it
-        other = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
+        on_second_level = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
     elif clusters is None:
         return None
     gaps = {}
     for kind, moves in zip(("surface", "lag"), starts.paths.T, strict=False):
         if moves.any():
-            found, covariance, _ = starts.fit(moves * other)
-            gaps[kind] = abs(found[-1]) / math.sqrt(covariance[-1, -1]), float(found[-1])
+            coefficients, covariance, _ = starts.fit(moves * on_second_level)
+            gaps[kind] = (
+                abs(coefficients[-1]) / math.sqrt(covariance[-1, -1]),
+                float(coefficients[-1]),
+            )
     kind = max(gaps, key=lambda name: gaps[name][0])
     gap = gaps[kind][1]
     if abs(gap) < _STEP_CM:
         return None
-    names = [run.run_id for run, its in zip([runs[n] for n in order], other, strict=True) if its]
+    names = [
+        run.run_id
+        for run, its in zip([runs[n] for n in order], on_second_level, strict=True)
+        if its
+    ]
     values: dict[str, Any] = {
-        "count": other.sum(),
-        "size": other.size,
+        "count": on_second_level.sum(),
+        "size": on_second_level.size,
         "rows": rows_of(names, {run.run_id: run for run in runs}),
     }
     if kind == "surface":

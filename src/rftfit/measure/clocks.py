@@ -111,8 +111,8 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
         raise Refused("nothing-to-match", force=len(force_spans), motion=len(motion_spans))
     fits = []
     for shift in range(len(long) - len(short) + 1):
-        part = long[shift : shift + len(short)]
-        pair = (short, part) if short is force_spans else (part, short)
+        window = long[shift : shift + len(short)]
+        pair = (short, window) if short is force_spans else (window, short)
         fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
     fits.sort(key=lambda fit: fit.residual_s)
     if fits[0].residual_s > max_residual_s:

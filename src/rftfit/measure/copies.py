@@ -30,14 +30,14 @@ def copies_of(
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
     near = {} if of_table else near_copies(_groups(fits), tared)
     return {
-        name: tuple(dict.fromkeys([*others, *near.get(name, ())])) for name, others in exact.items()
+        name: tuple(dict.fromkeys([*names, *near.get(name, ())])) for name, names in exact.items()
     }
 
 
 def _groups(fits: pd.DataFrame) -> list[list[str]]:
     """Runs of one direction, by its rounded angles."""
     angles = [fits["beta_deg"].round() % 180, fits["gamma_deg"].round(), fits["direction"]]
-    return [list(own) for _, own in fits.groupby(angles)["run_id"] if len(own) > 1]
+    return [list(run_ids) for _, run_ids in fits.groupby(angles)["run_id"] if len(run_ids) > 1]
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
@@ -51,12 +51,12 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
         if digest and sheet[name].kind in ("plate", "leg"):
             groups.setdefault(digest, []).append(name)
 
-    def copies(one: Run, other: Run) -> bool:
-        of_table = one.intruder == UNIT_AREA
-        return one is not other and (of_table or one.force_log != other.force_log)
+    def copies(first: Run, second: Run) -> bool:
+        of_table = first.intruder == UNIT_AREA
+        return first is not second and (of_table or first.force_log != second.force_log)
 
     return {
-        name: tuple(other for other in group if copies(sheet[name], sheet[other]))
+        name: tuple(run_id for run_id in group if copies(sheet[name], sheet[run_id]))
         for group in groups.values()
         for name in group
     }
@@ -71,18 +71,18 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     where = split_runs(tared)
     force = tared[["force_z_N", "force_x_N"]].to_numpy(float)
     force = force + np.nan_to_num(tared[["tare_z_N", "tare_x_N"]].to_numpy(float))
-    found: dict[str, list[str]] = {}
+    copies: dict[str, list[str]] = {}
     for group in groups:
         noise = {name: _noise(force[where[name]]) for name in group if name in where}
         names = [name for name in noise if noise[name].size >= _SHORTEST]
         shapes = [noise[name] / noise[name].std() for name in names]
         for pair in _pairs_with_same_noise(shapes):
-            one, other = (names[place] for place in pair)
+            first, second = (names[place] for place in pair)
             # noise of another size is no copy of the readings
-            if abs(math.log(noise[one].std() / noise[other].std())) < _SAME_SIZE:
-                found.setdefault(one, []).append(other)
-                found.setdefault(other, []).append(one)
-    return {name: tuple(others) for name, others in found.items()}
+            if abs(math.log(noise[first].std() / noise[second].std())) < _SAME_SIZE:
+                copies.setdefault(first, []).append(second)
+                copies.setdefault(second, []).append(first)
+    return {name: tuple(run_ids) for name, run_ids in copies.items()}
 
 
 def _noise(force: FloatArray) -> FloatArray:
@@ -93,23 +93,23 @@ def _noise(force: FloatArray) -> FloatArray:
     # a jump, as where the motion begins, is alike in all repeats and would outweigh the noise
     most = _JUMP * np.median(np.abs(steps), axis=0)
     steps = np.clip(steps, -most, most)
-    own = steps[:, steps.std(axis=0).argmax()]
-    return own if own.std() > 0 else np.zeros(0)
+    channel = steps[:, steps.std(axis=0).argmax()]
+    return channel if channel.std() > 0 else np.zeros(0)
 
 
 def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
     """Pairs of noises that are one, shifted by some samples."""
-    sizes = np.array([one.size for one in noise], dtype=int)
+    sizes = np.array([series.size for series in noise], dtype=int)
     size = 1 << (2 * int(sizes.max(initial=1))).bit_length()
     padded = np.zeros((len(noise), size), np.float32)
-    for row, one in zip(padded, noise, strict=True):
-        row[: one.size] = one
+    for row, series in zip(padded, noise, strict=True):
+        row[: series.size] = series
     spectra = np.fft.rfft(padded)
-    for place, own in enumerate(np.conj(spectra)):
+    for place, conjugate in enumerate(np.conj(spectra)):
         for start in range(place + 1, len(noise), _BLOCK):
             block = slice(start, start + _BLOCK)
             shorter = np.minimum(sizes[block], sizes[place])
-            match = np.abs(np.fft.irfft(spectra[block] * own, size))
+            match = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
             best = match.max(axis=1)
             high = np.flatnonzero(best > shorter * np.maximum(_LEAST, 8 / np.sqrt(shorter)))
             rest = match[high]
@@ -117,7 +117,7 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
                 near = rest.argmax(axis=1)[:, None] + np.arange(-_NEAR, _NEAR + 1)
                 np.put_along_axis(rest, near % size, 0, axis=1)
             alone = best[high] > _ALONE * rest.max(axis=1)
-            yield from ((place, start + int(other)) for other in high[alone])
+            yield from ((place, start + int(index)) for index in high[alone])
 
 
 _BLOCK = 32
@@ -133,12 +133,12 @@ def counted_once(
     """
     kept: set[str] = set()
     left_out: dict[str, Remark] = {}
-    groups = {name: set(own) for own in _groups(fits) for name in own}
+    groups = {name: set(group) for group in _groups(fits) for name in group}
     measured = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().any(axis=1)
     for name in fits["run_id"][measured]:
-        own = sorted(kept & set(copies.get(name, ())) & groups.get(name, set()))
-        if own:
-            left_out[name] = remark("same-readings", runs=", ".join(own))
+        kept_copies = sorted(kept & set(copies.get(name, ())) & groups.get(name, set()))
+        if kept_copies:
+            left_out[name] = remark("same-readings", runs=", ".join(kept_copies))
         else:
             kept.add(name)
     later = fits["run_id"].isin([*left_out])
@@ -150,5 +150,5 @@ def counted_once(
     fits = fits.copy()
     fits.loc[later, numbers] = np.nan
     if left_out:
-        fits.loc[later, [*REASON]] = [reason_cells([one]) for one in left_out.values()]
+        fits.loc[later, [*REASON]] = [reason_cells([copy]) for copy in left_out.values()]
     return fits, left_out

@@ -77,11 +77,11 @@ def alpha_at_depths(
     curved = curved_law(tables["fits"], tables["checks"])
     if curved is None:
         return parts[0]
-    for at in config.fit.depths_cm:
-        fit = config.fit.model_copy(update={"law": curved.law, "law_depth_cm": at})
+    for depth_cm in config.fit.depths_cm:
+        fit = config.fit.model_copy(update={"law": curved.law, "law_depth_cm": depth_cm})
         by_law = replace(campaign, config=config.model_copy(update={"fit": fit}))
         fits = fit_medium(by_law, medium, tables["runs"], tables["tared"], tables["tares"])[0]
-        table = cells(fits, at)
-        table.insert(3, "depth_cm", at)
+        table = cells(fits, depth_cm)
+        table.insert(3, "depth_cm", depth_cm)
         parts.append(table)
     return pd.concat(parts, ignore_index=True)

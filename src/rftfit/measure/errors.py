@@ -60,7 +60,7 @@ def half_width(parts: Iterable[Part], confidence: float) -> float:
     and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
     """
     return math.sqrt(
-        sum((_quantile(confidence, part.dof) * part.sd) ** 2 for part in parts if part.sd)
+        sum((_quantile(confidence, error.dof) * error.sd) ** 2 for error in parts if error.sd)
     )
 
 
@@ -83,7 +83,7 @@ class Spread:
     source: str = AS_PREPARED
     repeats: float = GIVEN_DOF
 
-    def part(self, alpha: float) -> Part:
+    def error_at(self, alpha: float) -> Part:
         """Standard deviation of a bed at one alpha, N/cm^3, and its degrees of freedom."""
         terms = np.array([1.0, alpha**2])
         variance = float(terms @ self.size)
@@ -121,9 +121,10 @@ def spread_of_beds(
     """
     # a table may state no errors
     repeated = [
-        [one for one in part if one[0].size > 1 and np.isfinite(one[1]).all()] for part in groups
+        [cell for cell in cells if cell[0].size > 1 and np.isfinite(cell[1]).all()]
+        for cells in groups
     ]
-    dof = [float(sum(alpha.size - 1 for alpha, _ in part)) for part in repeated]
+    dof = [float(sum(alpha.size - 1 for alpha, _ in cells)) for cells in repeated]
     if min(dof) < LEAST_DOF:
         if stated == (0.0, 0.0):
             return [ONE_BED] * len(groups)
@@ -132,11 +133,13 @@ def spread_of_beds(
             return [_moderated(size, repeated, max(dof))] * len(groups)
         return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)
     size, covariance = _of_variances(repeated)
-    found = []
-    for place, known in enumerate(dof):
+    spreads = []
+    for place, dof_of_component in enumerate(dof):
         kept = [place, -1]
-        found.append(Spread(size[kept], covariance[np.ix_(kept, kept)], REPEATS, known))
-    return found
+        spreads.append(
+            Spread(size[kept], covariance[np.ix_(kept, kept)], REPEATS, dof_of_component)
+        )
+    return spreads
 
 
 ASSUMED_DOF = 2.0
@@ -153,36 +156,47 @@ def _moderated(size: FloatArray, repeated: Sequence[Groups], beds: float) -> Spr
     As in G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 3 (2004), but for degrees of freedom of the prior, which so few
     do not tell. A bed counts once: its components differ together. `beds`: degrees of freedom of the repeats.
     """
-    groups = [group for part in repeated for group in part]
+    groups = [group for cells in repeated for group in cells]
     weakest = _WEAK * max(float(np.abs(alpha.mean())) for alpha, _ in groups)
     squares = 0.0
     for alpha, se in groups:
         level = max(abs(float(alpha.mean())), weakest)
         assumed = float(size @ [1.0, level**2]) + float(np.mean(se**2))
         squares += (alpha.size - 1) * float(alpha.var(ddof=1)) / assumed if assumed > 0 else 0.0
-    squares /= sum(bool(part) for part in repeated)
+    squares /= sum(bool(cells) for cells in repeated)
     dof = ASSUMED_DOF + beds
     return Spread(size * (ASSUMED_DOF + squares) / dof, np.zeros((2, 2)), FEW_REPEATS, dof)
 
 
 def _of_variances(repeated: Sequence[Groups]) -> tuple[FloatArray, FloatArray]:
     """Squares of a of each component, and of b, with their covariance."""
-    which = np.repeat(np.arange(len(repeated)), [len(part) for part in repeated])
-    every = [one for part in repeated for one in part]
+    which = np.repeat(np.arange(len(repeated)), [len(cells) for cells in repeated])
+    every = [cell for cells in repeated for cell in cells]
     dof = np.array([alpha.size - 1.0 for alpha, _ in every])
-    found = np.array([alpha.var(ddof=1) for alpha, _ in every])
-    own = np.array([np.mean(se**2) for _, se in every])
+    variances = np.array([alpha.var(ddof=1) for alpha, _ in every])
+    noise_variances = np.array([np.mean(se**2) for _, se in every])
     # the mean of noisy runs has too large a square
-    level = np.array([alpha.mean() ** 2 for alpha, _ in every]) - found / (dof + 1)
-    terms = np.vstack([which == one for one in range(len(repeated))] + [np.maximum(level, 0)])
+    level = np.array([alpha.mean() ** 2 for alpha, _ in every]) - variances / (dof + 1)
+    terms = np.vstack(
+        [which == component for component in range(len(repeated))] + [np.maximum(level, 0)]
+    )
     size = np.zeros(len(terms))
     for place in range(len(repeated)):
-        here = which == place
-        size[place] = max(float(dof[here] @ (found - own)[here] / dof[here].sum()), 0.0)
+        in_component = which == place
+        size[place] = max(
+            float(
+                dof[in_component]
+                @ (variances - noise_variances)[in_component]
+                / dof[in_component].sum()
+            ),
+            0.0,
+        )
     covariance = np.zeros((len(terms), len(terms)))
     for _ in range(_SCORINGS):
-        variance = np.maximum(own + size @ terms, 1e-30)
-        size, covariance = _not_negative(terms, dof / (2 * variance**2), found - own)
+        variance = np.maximum(noise_variances + size @ terms, 1e-30)
+        size, covariance = _not_negative(
+            terms, dof / (2 * variance**2), variances - noise_variances
+        )
     return size, covariance
 
 
@@ -190,24 +204,24 @@ _SCORINGS = 30
 
 
 def _not_negative(
-    terms: FloatArray, weight: FloatArray, wanted: FloatArray
+    terms: FloatArray, weight: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Weighted least squares with factors that are not below 0, and their covariance."""
     count = len(terms)
     best = np.zeros(count), np.zeros((count, count))
-    least = float(weight @ wanted**2)
+    least = float(weight @ target**2)
     # b last: where the repeats cannot tell the two apart, beds differ by the same everywhere
-    for kept in sorted(itertools.product((True, False), repeat=count), key=lambda one: one[-1]):
+    for kept in sorted(itertools.product((True, False), repeat=count), key=lambda mask: mask[-1]):
         active = np.flatnonzero(kept)
-        part = terms[active]
-        square = part * weight @ part.T
+        active_terms = terms[active]
+        square = active_terms * weight @ active_terms.T
         if not square.max(initial=0.0) > 0 or np.linalg.cond(square / square.max()) > _SINGULAR:
             continue
         inverse = np.linalg.inv(square)
         size, covariance = np.zeros(count), np.zeros((count, count))
-        size[active] = inverse @ (part * weight @ wanted)
+        size[active] = inverse @ (active_terms * weight @ target)
         covariance[np.ix_(active, active)] = inverse
-        misfit = float(weight @ (wanted - size @ terms) ** 2)
+        misfit = float(weight @ (target - size @ terms) ** 2)
         if (size >= 0).all() and misfit < (1 - _BETTER) * least:
             best, least = (size, covariance), misfit
     return best
@@ -217,7 +231,7 @@ _SINGULAR, _BETTER = 1e12, 1e-6
 
 
 def bed_of_mean(
-    alpha: FloatArray, share: FloatArray, noise: Part, spread: Spread, *, own: bool = True
+    alpha: FloatArray, share: FloatArray, noise: Part, spread: Spread, *, shown_by_runs: bool = True
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
@@ -226,14 +240,19 @@ def bed_of_mean(
     `share` (n,): of the runs, N/cm^3, and their shares in the mean.
     """
     n = alpha.size
-    part = spread.part(float(share @ alpha))
-    known = Part(part.sd * math.sqrt(float(share @ share)), part.dof)
+    bed_error = spread.error_at(float(share @ alpha))
+    expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
     # a table may state no errors: then none is made up of rows that stand in it twice
-    if spread.source in (REPEATS, STATED, FEW_REPEATS) or n < 2 or not own or math.isnan(noise.sd):
-        return noise, known, spread.source
+    if (
+        spread.source in (REPEATS, STATED, FEW_REPEATS)
+        or n < 2
+        or not shown_by_runs
+        or math.isnan(noise.sd)
+    ):
+        return noise, expected, spread.source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
-    if between <= math.hypot(noise.sd, known.sd):
-        return noise, known, OF_CELL if spread.source == AS_PREPARED else spread.source
+    if between <= math.hypot(noise.sd, expected.sd):
+        return noise, expected, OF_CELL if spread.source == AS_PREPARED else spread.source
     return Part(0.0), Part(between, n - 1.0), OF_CELL
 
 
@@ -246,11 +265,11 @@ def bed_of_next(
     assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
     if it is larger, as in `bed_of_mean`.
     """
-    known = (USUAL_BEDS if spread.source == AS_PREPARED else spread).part(level)
+    expected = (USUAL_BEDS if spread.source == AS_PREPARED else spread).error_at(level)
     if not scatter:
-        return known
+        return expected
     shown = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
-    return max(shown, known, key=lambda part: half_width([part], confidence))
+    return max(shown, expected, key=lambda error: half_width([error], confidence))
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5
@@ -330,12 +349,12 @@ def scaled_slopes(
     shape: Slopes | None, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> FloatArray:
     """Slopes of a known shape, scaled to a medium's `alpha` (2, n), N/cm^3 per degree, (2, n, 2); 0 without one."""
-    known = np.isfinite(alpha)
-    if shape is None or not known.any():
+    measured = np.isfinite(alpha)
+    if shape is None or not measured.any():
         return np.zeros((*alpha.shape, 2))
     mean, slopes = shape(beta_deg, gamma_deg)
-    total = float(np.abs(mean[known]).sum())
-    return slopes * (float(np.abs(alpha[known]).sum()) / total if total > 0 else 0.0)
+    total = float(np.abs(mean[measured]).sum())
+    return slopes * (float(np.abs(alpha[measured]).sum()) / total if total > 0 else 0.0)
 
 
 def gradient(
@@ -357,10 +376,10 @@ def gradient(
     weight = np.where(near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
     rise = np.where(near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
-    wanted = np.einsum("nm,inm,nm->ni", weight, step, rise)
+    target = np.einsum("nm,inm,nm->ni", weight, step, rise)
     inverse = np.linalg.pinv(square, rcond=_ACROSS, hermitian=True)
-    elsewhere = np.broadcast_to(elsewhere, wanted.shape)
-    rest = wanted - np.einsum("nij,nj->ni", square, elsewhere)
+    elsewhere = np.broadcast_to(elsewhere, target.shape)
+    rest = target - np.einsum("nij,nj->ni", square, elsewhere)
     return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, rest))
 
 
@@ -370,5 +389,5 @@ def shares(parts: Mapping[str, float | FloatArray]) -> str:
     if not total > 0:
         return ""
     sizes = {name: 100 * float(sd) ** 2 / total for name, sd in parts.items()}
-    named = sorted(sizes, key=lambda name: -sizes[name])
-    return ", ".join(f"{name} {sizes[name]:.0f} %" for name in named if sizes[name] >= 0.5)
+    by_size = sorted(sizes, key=lambda name: -sizes[name])
+    return ", ".join(f"{name} {sizes[name]:.0f} %" for name in by_size if sizes[name] >= 0.5)

@@ -197,14 +197,14 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if of_table or medium.role == "natural_sand":
         end = linear_to_cm or medium.linear_to_cm or math.inf
     inside = window(run, stroke, plate, config.container, fit, end)
-    wanted = inside == RowStatus.GOOD
-    usable = wanted & (stroke.why == RowStatus.GOOD)
+    in_window = inside == RowStatus.GOOD
+    usable = in_window & (stroke.why == RowStatus.GOOD)
     why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
 
     def refuse(*reason: Remark) -> RunFit:
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
 
-    lost = np.bincount(stroke.why[wanted], minlength=len(RowStatus))
+    lost = np.bincount(stroke.why[in_window], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:
         return refuse(remark("window-saturated", count=saturated))
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
@@ -252,15 +252,15 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if not lacks_force_x(config, run):
         flags += _flag_negative_work(slope, gamma_deg)
     ends = float(depth.min()), float(depth.max())
-    found = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
+    run_fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
     if few:
-        return found
+        return run_fit
     laws = other_laws(depth, fitted, fit.law_depth_cm)
-    rod = found.rod
+    rod = run_fit.rod
     if tare_stress is not None:
         rod = slopes.zero_intercept(depth, tare_stress)[0]
-    by = by_law(slope, laws, fit.law)
-    return replace(found, slope=by, laws=laws, line=slope.alpha, rod=rod)
+    law_fit = by_law(slope, laws, fit.law)
+    return replace(run_fit, slope=law_fit, laws=laws, line=slope.alpha, rod=rod)
 
 
 def _of_table(
@@ -314,7 +314,11 @@ def _linearity_flags(slope: slopes.Slope, deepest: float, visible: float) -> tup
     """Flag the components whose curvature is both significant and large enough to matter."""
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
-    return tuple(remark("not-linear", component=c, percent=one) for c, one, bad in percent if bad)
+    return tuple(
+        remark("not-linear", component=c, percent=percent_off)
+        for c, percent_off, bad in percent
+        if bad
+    )
 
 
 def curved(
@@ -357,22 +361,22 @@ def fit_medium(
     rows = []
     why = columns["why"].copy()
     for run in runs:
-        fact, part = facts[run.run_id], where.get(run.run_id)
+        fact, stroke_rows = facts[run.run_id], where.get(run.run_id)
         if n_plates > 1:
             ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
-        if part is None:
+        if stroke_rows is None:
             reason = reason_of(fact) or no_tare.get(run.run_id, ())
             fit = RunFit(*filed_under(run)[:2], reason=reason)
         else:
             pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
-            samples = {name: values[part] for name, values in columns.items()}
-            stroke = _stroke(samples, force[:, part], rods[:, part], pair)
+            samples = {name: values[stroke_rows] for name, values in columns.items()}
+            stroke = _stroke(samples, force[:, stroke_rows], rods[:, stroke_rows], pair)
             fit = fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id))
-            why[part] = fit.why
+            why[stroke_rows] = fit.why
             _account(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
         row = _row(run, fit, campaign.config.fit.confidence, fact["note"])
-        row["clock_cm"] = 0.0 if part is None else stroke.clock_cm
+        row["clock_cm"] = 0.0 if stroke_rows is None else stroke.clock_cm
         if lacks_force_x(campaign.config, run):
             row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
         rows.append(row)
@@ -425,13 +429,17 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
         return (np.full(2, np.nan),) * 5
     line, laws = np.where(fit.line == 0, np.nan, fit.line), ("free_intercept", "power")
     free, power = (
-        100 * (np.array([one.alpha for one in fit.laws[law]]) / line - 1) for law in laws
+        100 * (np.array([fit_of_law.alpha for fit_of_law in fit.laws[law]]) / line - 1)
+        for law in laws
     )
     # a component that is not felt goes with any power
-    exponent = np.where(fit.line == 0, np.nan, [one.exponent for one in fit.laws["power"]])
-    of_line, left = (np.array([one.rest @ one.rest for one in fit.laws[law]]) for law in laws)
+    exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws["power"]])
+    of_line, left = (
+        np.array([fit_of_law.rest @ fit_of_law.rest for fit_of_law in fit.laws[law]])
+        for law in laws
+    )
     misfit = left / np.where(of_line > 0, of_line, np.nan)
-    exponent_se = np.array([one.exponent_se for one in fit.laws["power"]])
+    exponent_se = np.array([power.exponent_se for power in fit.laws["power"]])
     power = np.where(np.isnan(exponent), np.nan, power)
     return free, exponent, exponent_se, power, misfit
 
@@ -513,11 +521,11 @@ def leg_curves(
     for run in campaign.runs_of(medium):
         if run.kind != "leg" or run.run_id not in where:
             continue
-        part = tared.iloc[where[run.run_id]]
-        part = part[part["why"] == RowStatus.GOOD]
-        ledger.add(run, run.force_log, USED, len(part), remark("leg-curve"))
-        step = np.round(part["angle_deg"].to_numpy() / STEP_DEG).astype(int)
-        grouped = part.groupby(step)[["force_z_N", "force_x_N"]]
+        stroke_rows = tared.iloc[where[run.run_id]]
+        stroke_rows = stroke_rows[stroke_rows["why"] == RowStatus.GOOD]
+        ledger.add(run, run.force_log, USED, len(stroke_rows), remark("leg-curve"))
+        step = np.round(stroke_rows["angle_deg"].to_numpy() / STEP_DEG).astype(int)
+        grouped = stroke_rows.groupby(step)[["force_z_N", "force_x_N"]]
         curve = grouped.mean().assign(samples=grouped.size())
         curve["theta_deg"] = curve.index * STEP_DEG
         pair = [facts[name] for name in (run.run_id, run.tare_run) if name]

@@ -62,8 +62,8 @@ class Remark:
     @property
     def codes(self) -> tuple[str, ...]:
         """Its code, then those of the remarks that it names."""
-        inner = (one for one in self.values.values() if isinstance(one, Remark))
-        return (*self.code.split(), *(code for one in inner for code in one.codes))
+        inner = (value for value in self.values.values() if isinstance(value, Remark))
+        return (*self.code.split(), *(code for flag in inner for code in flag.codes))
 
 
 class Refused(ValueError):
@@ -105,20 +105,20 @@ def dropped_rows(reason: str) -> Remark:
 def say(remarks: Iterable[Remark]) -> str:
     """Say some remarks; those on one run stand together behind its name."""
     parts: list[str] = []
-    for run, group in groupby(remarks, key=lambda one: one.run_id):
-        sentences = [str(one) for one in group]
+    for run, group in groupby(remarks, key=lambda flag: flag.run_id):
+        sentences = [str(flag) for flag in group]
         parts += [f"{run}: {', '.join(sentences)}"] if run else sentences
     return "; ".join(parts)
 
 
 def codes_of(remarks: Iterable[Remark]) -> str:
     """The codes of some remarks as a table has them, each once."""
-    return " ".join(dict.fromkeys(code for one in remarks for code in one.codes))
+    return " ".join(dict.fromkeys(code for flag in remarks for code in flag.codes))
 
 
 def about(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
     """Say of some remarks which run they are about."""
-    return [replace(one, run_id=run_id) for one in remarks]
+    return [replace(flag, run_id=run_id) for flag in remarks]
 
 
 # --- Remarks in tables: words to be read, codes to decide by.
@@ -155,8 +155,8 @@ def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.D
     """Add remarks to the reason of each row of a table."""
     stated = table[[name for name in REASON if name in table]].to_dict("records")
     rows = zip(stated, added, strict=True)
-    reasons = [reason_columns([*reason_of(row), *more]) for row, more in rows]
-    return table.assign(**{name: [one[name] for one in reasons] for name in REASON})
+    reasons = [reason_columns([*reason_of(row), *remarks]) for row, remarks in rows]
+    return table.assign(**{name: [reason[name] for reason in reasons] for name in REASON})
 
 
 def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:

@@ -75,14 +75,14 @@ def ingest_traces(
         except InputError as error:
             compliance = error
     for run, pair in load_pairs(campaign, runs):
-        found = _ingest_run(config, run, pair, ledger, compliance, clocks)
-        if isinstance(found, Trace):
-            traces.append(found)
-            rows.append(_run_row(found, config.arm.surface_z_mm, clocks))
-            ledger.flag(run, *found.flags)
+        trace = _ingest_run(config, run, pair, ledger, compliance, clocks)
+        if isinstance(trace, Trace):
+            traces.append(trace)
+            rows.append(_run_row(trace, config.arm.surface_z_mm, clocks))
+            ledger.flag(run, *trace.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
-            rows.append(RUN_COLUMNS | refused | reason_columns(found))
+            rows.append(RUN_COLUMNS | refused | reason_columns(trace))
     return traces, rows, ledger
 
 
@@ -189,7 +189,7 @@ def _trace(
     in_stroke = (time >= start) & (time <= end)
     if not in_stroke.any():
         raise Refused("no-force-in-stroke")
-    x, z, angle = path.at(time)
+    x, z, angle = path.pose_at(time)
     moving = _within(time, spans)
     clear_cm = height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
     in_air = z >= clear_cm
@@ -198,9 +198,9 @@ def _trace(
     zero = _zero(config, readings, rest, in_stroke, zero_log, float(clear_cm.min()))
     force = readings.force - zero.force
     if compliance is not None:
-        travel, known = compliance.at(force[0])
+        travel, is_measured = compliance.travel_at(force[0])
         z = z + travel
-        why[~known & (why == RowStatus.GOOD)] = RowStatus.YIELDED
+        why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
     # a log whose zero is known otherwise holds nothing but the stroke, and no rest in air
     rests_in_air = config.zero.method == "air" and zero_log is None
     phase = np.full(time.size, _OTHER)
@@ -245,8 +245,8 @@ _LEAST_STEP_CM = 0.03
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
     """How long a position stays while the arm moves, s, and its flag; 0 and none where steps are small."""
     inside = (path.time >= start) & (path.time <= end)
-    parts = [part[inside] for part in (path.x, path.z)]
-    position = max(parts, key=lambda part: np.ptp(part) if part.size else 0.0)
+    parts = [coordinate[inside] for coordinate in (path.x, path.z)]
+    position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
     holds = find_holds(position)
     if holds.rows < 2 or holds.step < _LEAST_STEP_CM:
         return 0.0, []
@@ -321,11 +321,13 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     ]
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
     flags = []
-    for own, other, log, part in zip(lost, lost[::-1], (force, motion), parts, strict=True):
-        for reason, count in own.items():
+    for lost_of_log, lost_beside, log, log_kind in zip(
+        lost, lost[::-1], (force, motion), parts, strict=True
+    ):
+        for reason, count in lost_of_log.items():
             # of one table a line, unlike a cell, is lost to both logs
-            of_both = whole_lines and reason not in OF_CELLS and other.get(reason) == count
-            file = log.path.name + ("" if of_both else part)
+            of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
+            file = log.path.name + ("" if of_both else log_kind)
             flags.append(remark(dropped_rows(reason).code, count=count, file=file, why=reason))
     return list(dict.fromkeys(flags))
 
@@ -450,16 +452,16 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
     return samples_table(
         {
-            one.run.run_id: (
-                one.time,
-                one.phase,
-                one.x,
-                -one.z,
-                np.degrees(one.angle),
-                *one.force,
-                one.why,
+            trace.run.run_id: (
+                trace.time,
+                trace.phase,
+                trace.x,
+                -trace.z,
+                np.degrees(trace.angle),
+                *trace.force,
+                trace.why,
             )
-            for one in traces
+            for trace in traces
         }
     )
 

@@ -131,14 +131,17 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
         starts = np.concatenate([[0], changes, [values.size]])
         lengths = starts[1:] - starts[:-1]
         longest = int(lengths.argmax())
-        found = (
+        facts_of_channel = (
             values.min(),
             values.max(),
             values[starts[longest]],
             lengths[longest] / values.size,
             _noise(readings[~in_stroke]),
         )
-        facts |= {f"{name}_{fact}": one for fact, one in zip(CHANNEL_FACTS, found, strict=True)}
+        facts |= {
+            f"{name}_{fact}": value
+            for fact, value in zip(CHANNEL_FACTS, facts_of_channel, strict=True)
+        }
     return facts
 
 

@@ -59,10 +59,13 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
     line, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
     gain = (1 / depth.size + (at_cm - depth.mean()) * centred / (centred @ centred)) / at_cm
     lines = [
-        Fitted(float(start / at_cm + rise), gain, line, one - start - rise * depth)
-        for start, rise, one in zip(intercept, slope, stress, strict=True)
+        Fitted(float(start / at_cm + rise), gain, line, measured - start - rise * depth)
+        for start, rise, measured in zip(intercept, slope, stress, strict=True)
     ]
-    return {"free_intercept": lines, "power": [power_fit(depth, one, at_cm) for one in stress]}
+    return {
+        "free_intercept": lines,
+        "power": [power_fit(depth, measured, at_cm) for measured in stress],
+    }
 
 
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
@@ -81,9 +84,9 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
             nothing = np.full(depth.size, math.nan)
             return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
         size = with_shape / square
-        more = (with_log - size * across) / alone
+        exponent_excess = (with_log - size * across) / alone
         # a component that is not felt has no exponent
-        step = more / size if size else 0.0
+        step = exponent_excess / size if size else 0.0
         if not fits or abs(step) < _SMALL or not left:
             break
         p += min(max(step, -0.5), 0.5)
@@ -96,7 +99,7 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         alpha,
         gain,
         np.stack([shape, size * bent]),
-        stress - alpha * at_cm * shape - more * bent,
+        stress - alpha * at_cm * shape - exponent_excess * bent,
         p if fits else math.nan,
         float(gain @ (p * size * shape / above)) / (alpha or 1.0),
         exponent_gain,
@@ -149,14 +152,14 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
     if laws is None or law == "through_zero":
         return slope
     noise, dof = np.array(
-        [weighted_sum_variance(one.rest[None], one.gain, one.design) for one in laws[law]],
+        [weighted_sum_variance(fit.rest[None], fit.gain, fit.design) for fit in laws[law]],
         dtype=object,
     ).T
-    scatter = np.array([float(one[0]) for one in noise])
-    moved = np.array([float(one.gain.sum()) for one in laws[law]])
+    scatter = np.array([float(variance[0]) for variance in noise])
+    moved = np.array([float(fit.gain.sum()) for fit in laws[law]])
     shift = slope.shift * moved**2
     tare = np.sqrt(slope.tare_share * scatter + slope.shift_of_tare * moved**2)
-    alpha = np.array([one.alpha for one in laws[law]])
+    alpha = np.array([fit.alpha for fit in laws[law]])
     return replace(
         slope,
         alpha=alpha,

@@ -87,7 +87,9 @@ class Ledger:
 
 def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Join ledgers; a run in air that serves several media is read for each but counted once."""
-    book = pd.concat([part.fillna({"medium": ""}) for part in parts], ignore_index=True)
+    book = pd.concat(
+        [book_of_stage.fillna({"medium": ""}) for book_of_stage in parts], ignore_index=True
+    )
     in_air = book["kind"] == "leg_air"
     counted_once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
     return counted_once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
@@ -112,11 +114,11 @@ def check(
     lines = book[book["fate"] != LOST]
     counted = lines.groupby("run_id")["rows"].sum().reindex(read.index)
     twice = read.index.isin(list(same_table)) & (read["rows_force"] == read["rows_motion"])
-    wanted = read["rows_force"] + read["rows_motion"].mask(twice, 0)
-    wrong = counted[counted != wanted]
+    rows_read = read["rows_force"] + read["rows_motion"].mask(twice, 0)
+    wrong = counted[counted != rows_read]
     if not wrong.empty:
         name = wrong.index[0]
         raise RftfitError(
             f"the ledger does not add up in {len(wrong)} runs, first {name}: {counted[name]} rows "
-            f"counted, {wanted[name]} in the logs: {_FAULT}"
+            f"counted, {rows_read[name]} in the logs: {_FAULT}"
         )

@@ -41,21 +41,21 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
     for split in range(fewest, count - fewest + 1):
-        part = ranks >= split
-        middles = np.median(values[part]), np.median(values[~part])
-        rest = np.abs(values - np.where(part, *middles))
+        above = ranks >= split
+        middles = np.median(values[above]), np.median(values[~above])
+        rest = np.abs(values - np.where(above, *middles))
         # in a cluster of few runs the median deviation can be small by chance: take the mean
-        spread = max(1.2533 * float(max(rest[part].mean(), rest[~part].mean())), _LEAST_SPREAD)
+        spread = max(1.2533 * float(max(rest[above].mean(), rest[~above].mean())), _LEAST_SPREAD)
         clear = float(abs(middles[0] - middles[1])) / spread / MODES
         if clear > 1.0 and rest.sum() < least_rest - 1e-9:
-            best, least_rest = (clear, part), float(rest.sum())
-    clear, part = best
+            best, least_rest = (clear, above), float(rest.sum())
+    clear, above = best
     if clear <= 1.0:
         return None
-    sizes = part.sum(), (~part).sum()
-    farther = abs(np.median(values[part])) >= abs(np.median(values[~part]))
+    sizes = above.sum(), (~above).sum()
+    farther = abs(np.median(values[above])) >= abs(np.median(values[~above]))
     first = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
-    return clear, part if first else ~part
+    return clear, above if first else ~above
 
 
 _RANK = 1e-9
@@ -69,9 +69,9 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
     fits = (last - first >= fewest) & (count - (last - first) >= fewest)
-    other = np.zeros(count, dtype=bool)
+    in_stretch = np.zeros(count, dtype=bool)
     if not fits.any():
-        return other
+        return in_stretch
     first, last = first[fits], last[fits]
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # what they have in common twice, or not at all, takes no freedom
@@ -83,6 +83,6 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     along, power, *shared = (sums[last] - sums[first]).T
     free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
     best = int(np.argmax(np.abs(along) / np.sqrt(free)))
-    other[first[best] : last[best]] = True
+    in_stretch[first[best] : last[best]] = True
     # the smaller part is the other one
-    return other if 2 * other.sum() <= count else ~other
+    return in_stretch if 2 * in_stretch.sum() <= count else ~in_stretch

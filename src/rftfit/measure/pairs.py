@@ -43,13 +43,13 @@ ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
 TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 
 
-def factor(table: dict[str, float], found: str, declared: str, what: str) -> float:
+def factor(table: dict[str, float], in_file: str, declared: str, what: str) -> float:
     """Return the factor to N, cm, rad or s, if log and config agree on the unit of a quantity `what`."""
-    if found != declared:
-        raise Refused("other-unit", quantity=what, found=found or "no unit", declared=declared)
-    if found not in table:
-        raise Refused("unknown-unit", quantity=what, found=found, allowed=", ".join(table))
-    return table[found]
+    if in_file != declared:
+        raise Refused("other-unit", quantity=what, found=in_file or "no unit", declared=declared)
+    if in_file not in table:
+        raise Refused("unknown-unit", quantity=what, found=in_file, allowed=", ".join(table))
+    return table[in_file]
 
 
 _TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
@@ -89,12 +89,12 @@ def loads(log: Log, calibration: Calibration | None, units: Mapping[str, str]) -
         listed = "; ".join(unknown_word("column", name, log.columns) for name in absent)
         raise LogError("columns", f"{log.path}: force_log.calibration: {listed}", log.rows)
     gauges = np.stack([log.columns[name] for name in calibration.gauges])
-    columns, found = dict(log.columns), dict(log.units)
+    columns, units_of_columns = dict(log.columns), dict(log.units)
     for load, unit, row in calibration.loads:
         table = _TABLES[load[0]]
         columns[load] = table[unit] / table[units[load]] * (np.array(row) @ gauges)
-        found[load] = units[load]
-    return replace(log, columns=columns, units=found)
+        units_of_columns[load] = units[load]
+    return replace(log, columns=columns, units=units_of_columns)
 
 
 def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
@@ -106,14 +106,14 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     if not source.columns:
         return log
     columns = {name: values for name, values in log.columns.items() if name in units}
-    found = {name: log.units.get(name, "") for name in columns}
+    units_of_columns = {name: log.units.get(name, "") for name in columns}
     notes = list(log.notes)
     problems = []
     # time first: a rate needs it, whatever the file calls it
     for quantity, chosen in sorted(source.columns.items(), key=lambda item: item[0] != "time"):
-        clock = columns.get("time"), found.get("time", "s")
+        clock = columns.get("time"), units_of_columns.get("time", "s")
         try:
-            columns[quantity], found[quantity] = _sum_of_columns(
+            columns[quantity], units_of_columns[quantity] = _sum_of_columns(
                 log, quantity, chosen, units[quantity], clock
             )
         except ValueError as error:
@@ -125,7 +125,7 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
             notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
-    return replace(log, columns=columns, units=found, notes=tuple(map(str.strip, notes)))
+    return replace(log, columns=columns, units=units_of_columns, notes=tuple(map(str.strip, notes)))
 
 
 def _name(column: str | int | None) -> str:
@@ -133,20 +133,20 @@ def _name(column: str | int | None) -> str:
 
 
 def _sum_of_columns(
-    log: Log, quantity: str, chosen: Column, wanted: str, clock: tuple[FloatArray | None, str]
+    log: Log, quantity: str, chosen: Column, chain_unit: str, clock: tuple[FloatArray | None, str]
 ) -> tuple[FloatArray, str]:
     """Values of a quantity, and their unit, with those of a second column where the config names one."""
-    values, unit = _column(log, quantity, chosen, wanted, clock)
+    values, unit = _column(log, quantity, chosen, chain_unit, clock)
     if chosen.plus is None:
         return values, unit
     second = Column(column=chosen.plus.column, unit=chosen.plus.unit)
-    more, its_unit = _column(log, quantity, second, wanted, clock)
+    second_values, its_unit = _column(log, quantity, second, chain_unit, clock)
     table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
-    return values + more * (table[its_unit] / table[unit]), unit
+    return values + second_values * (table[its_unit] / table[unit]), unit
 
 
 def _column(
-    log: Log, quantity: str, chosen: Column, wanted: str, clock: tuple[FloatArray | None, str]
+    log: Log, quantity: str, chosen: Column, chain_unit: str, clock: tuple[FloatArray | None, str]
 ) -> tuple[FloatArray, str]:
     """Values of a quantity, and their unit; `clock`: time of the log, if it is known, and its unit."""
     if chosen.constant is not None:
@@ -182,38 +182,38 @@ def _column(
     if unit not in table:
         raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(table)}")
     # a conversion that somebody declared; any other difference is told where units are checked
-    if unit != wanted and (chosen.unit or quantity == "time"):
-        return values * (table[unit] / table[wanted]), wanted
+    if unit != chain_unit and (chosen.unit or quantity == "time"):
+        return values * (table[unit] / table[chain_unit]), chain_unit
     return values, unit
 
 
 def completed(log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0) -> Log:
     """Give a motion log what the run sheet knows and the file does not: beta, or x of a vertical path."""
-    columns, found, notes = dict(log.columns), dict(log.units), list(log.notes)
+    columns, units_of_columns, notes = dict(log.columns), dict(log.units), list(log.notes)
     if "along" in columns:
         columns["x"], columns["z"] = _along_path(columns.pop("along"), run, units["x"], middle_cm)
-        found["x"] = found["z"] = found.pop("along")
+        units_of_columns["x"] = units_of_columns["z"] = units_of_columns.pop("along")
         notes.append("x and z are those of the position along the path, by gamma of the run sheet")
     lacking = [name for name in _MOTION if name not in columns]
     if not lacking:
-        return replace(log, columns=columns, units=found, notes=tuple(notes))
+        return replace(log, columns=columns, units=units_of_columns, notes=tuple(notes))
     if "angle" in lacking and run.kind == "rod" and not math.isfinite(run.beta_deg):
         # the tare of plates at any angle
-        columns["angle"], found["angle"] = np.zeros(log.size), "deg"
+        columns["angle"], units_of_columns["angle"] = np.zeros(log.size), "deg"
         lacking.remove("angle")
     if "angle" in lacking and math.isfinite(run.beta_deg):
-        columns["angle"], found["angle"] = np.full(log.size, run.beta_deg), "deg"
+        columns["angle"], units_of_columns["angle"] = np.full(log.size, run.beta_deg), "deg"
         notes.append("beta is that of the run sheet: the motion log has no angle")
         lacking.remove("angle")
     if "x" in lacking and run.gamma_deg == 90:
         middle = middle_cm / LENGTH_TO_CM[units["x"]]
-        columns["x"], found["x"] = np.full(log.size, middle), units["x"]
+        columns["x"], units_of_columns["x"] = np.full(log.size, middle), units["x"]
         notes.append("x is the middle: the motion log has none, and the path is vertical")
         lacking.remove("x")
     if lacking:
         raise _no_column(log, lacking, "motion")
     order = {name: columns[name] for name in _MOTION}
-    return replace(log, columns=order, units=found, notes=tuple(notes))
+    return replace(log, columns=order, units=units_of_columns, notes=tuple(notes))
 
 
 def _along_path(
@@ -261,11 +261,11 @@ def _why_time_stands(time: FloatArray) -> str:
         return f"it runs backwards {back} times: {wraps}"
     distinct = np.unique(time).size
     if distinct < 2:
-        found = f"all rows have the time {time[0]:.10g}, as of a clock written with few digits"
+        symptom = f"all rows have the time {time[0]:.10g}, as of a clock written with few digits"
     else:
-        found = f"{time.size} rows share {distinct} times: the stamps are coarser than the rows"
+        symptom = f"{time.size} rows share {distinct} times: the stamps are coarser than the rows"
     return (
-        f"{found}; write them with more digits, or leave out the time and state the rate of the rows: "
+        f"{symptom}; write them with more digits, or leave out the time and state the rate of the rows: "
         "rate_Hz, under text or options"
     )
 
@@ -338,20 +338,26 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
 
     zeros: dict[tuple[str, ...], Log | LogError] = {}
     for first in range(0, len(runs), _AT_A_TIME):
-        part = runs[first : first + _AT_A_TIME]
+        runs_together = runs[first : first + _AT_A_TIME]
         # of several runs with one zero log the first
         new = {
-            _zero(run): run for run in reversed(part) if run.zero_log and _zero(run) not in zeros
+            _zero(run): run
+            for run in reversed(runs_together)
+            if run.zero_log and _zero(run) not in zeros
         }
         of_zeros = [run.zero_log for run in new.values()]
         unloaded = _read(campaign, [*new.values()], "force_log", of_zeros)
-        pushed = _read(campaign, part, "force_log", [run.force_log for run in part])
-        moved = _read(campaign, part, "motion_log", [run.motion_log for run in part])
+        pushed = _read(
+            campaign, runs_together, "force_log", [run.force_log for run in runs_together]
+        )
+        moved = _read(
+            campaign, runs_together, "motion_log", [run.motion_log for run in runs_together]
+        )
         for (key, run), log in zip(new.items(), unloaded, strict=True):
             zeros[key] = _usable(
                 campaign, run.zero_log, log, partial(force, run), without_lone_forces
             )
-        for run, force_log, motion_log in zip(part, pushed, moved, strict=True):
+        for run, force_log, motion_log in zip(runs_together, pushed, moved, strict=True):
             loaded = _usable(
                 campaign, run.force_log, force_log, partial(force, run), without_lone_forces
             )
@@ -423,12 +429,12 @@ def _reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
     return every.only(columns_asked(source, gauges)) if asks else every
 
 
-def _complete(log: Log, run: Run, wanted: tuple[str, ...], kind: str) -> Log:
-    lacking = [name for name in wanted if name not in log.columns]
+def _complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -> Log:
+    lacking = [name for name in quantities if name not in log.columns]
     if not lacking:
         return log
-    if wanted[1] in lacking and run.force_log != run.motion_log:
-        text = f"{log.path}: this is not a {kind} log (no column for {wanted[1]})"
+    if quantities[1] in lacking and run.force_log != run.motion_log:
+        text = f"{log.path}: this is not a {kind} log (no column for {quantities[1]})"
         raise LogError("wrong_kind", f"{text}; are the two logs of the run swapped?", log.rows)
     raise _no_column(log, lacking, kind)
 

@@ -39,17 +39,19 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
 
     Where no plate and no leg of a medium would be left, that is an error, else a warning.
     """
-    found = Opened()
+    preview = Opened()
     form = campaign.config.table
     if form is not None and form.holds == "alpha":
-        return found
+        return preview
     every = campaign.runs_of(medium)
     sizes = {run.run_id: _sizes(campaign, run) for run in {*every, *campaign.runs}}
     large = {
-        name for name, own in sizes.items() if max(filter(None, own), default=0) > LARGEST_BYTES
+        name
+        for name, sizes_of_logs in sizes.items()
+        if max(filter(None, sizes_of_logs), default=0) > LARGEST_BYTES
     }
     runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
-    found.passed_over = len(every) - len(runs)
+    preview.passed_over = len(every) - len(runs)
     # pushes of other media in the same session show the clocks too
     small = tuple(run for run in campaign.runs if run.run_id not in large)
     clocks = find_session_clocks(replace(campaign, runs=small))
@@ -59,11 +61,12 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
         without = [run for run in runs if reasons[run.run_id]]
         reasons |= _measured(campaign, medium, without, clocks)[0]
         flags = {  # of all else the table's own reader has warned
-            run: tuple(one for one in own if one.code == "gives-back") for run, own in flags.items()
+            run: tuple(flag for flag in flags_of_run if flag.code == "gives-back")
+            for run, flags_of_run in flags.items()
         }
     # the sheet has reported the others
     opened = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
-    found.runs = len(opened)
+    preview.runs = len(opened)
     refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
     doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
     for run in opened:
@@ -72,15 +75,15 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
         for flag in flags[run.run_id]:
             doubted[flag.code].setdefault(run, flag)
     lost = {run for members in refused.values() for run in members}
-    wanted = [run for run in opened if run.kind not in TARE_KINDS] or opened
-    severity: Severity = "error" if lost.issuperset(wanted) else "warning"
+    judged_runs = [run for run in opened if run.kind not in TARE_KINDS] or opened
+    severity: Severity = "error" if lost.issuperset(judged_runs) else "warning"
     for kinds, code, what in ((refused, "refused", "dropped"), (doubted, "flagged", "flagged")):
         for members in kinds.values():
             place = _place(medium, list(members), len(opened), f"would be {what}")
             text = str(next(iter(members.values())))
-            found.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
+            preview.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
-    return found
+    return preview
 
 
 _Remarks = dict[str, tuple[Remark, ...]]
@@ -92,14 +95,14 @@ def _measured(
     """Reasons and flags of some runs, by run_id."""
     reasons: _Remarks = {}
     flags: _Remarks = {}
-    for part in _portions(runs):
-        own = replace(campaign, runs=part)
+    for portion in _portions(runs):
+        part_campaign = replace(campaign, runs=portion)
         if campaign.numbers:
-            samples, status, book = ingest_table(own, medium)
+            samples, status, book = ingest_table(part_campaign, medium)
         else:
-            samples, status, book = ingest_medium(own, medium, clocks)
-        tared, tares, _ = tare_medium(own, medium, samples, status)
-        fits, _, book_of_fits = fit_medium(own, medium, status, tared, tares)
+            samples, status, book = ingest_medium(part_campaign, medium, clocks)
+        tared, tares, _ = tare_medium(part_campaign, medium, samples, status)
+        fits, _, book_of_fits = fit_medium(part_campaign, medium, status, tared, tares)
         for table in (status, tares, fits):
             reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
         flags |= dict.fromkeys(status["run_id"], ())
@@ -112,7 +115,7 @@ def _measured(
 def _thin(campaign: Campaign) -> Campaign:
     """The campaign of a table with some hundred rows of each run."""
     numbers = {
-        name: {one: values[:: 1 + values.size // _ROWS] for one, values in columns.items()}
+        name: {column: values[:: 1 + values.size // _ROWS] for column, values in columns.items()}
         for name, columns in campaign.numbers.items()
     }
     return replace(campaign, numbers=numbers)
@@ -122,17 +125,17 @@ def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
     """Part runs so that memory stays flat; a tare is in each portion that subtracts it."""
     tares = {run.run_id: run for run in runs if run.kind in TARE_KINDS}
     for first in range(0, len(runs), _AT_A_TIME):
-        part = runs[first : first + _AT_A_TIME]
-        named = [tares[run.tare_run] for run in part if run.tare_run in tares]
-        yield tuple(dict.fromkeys([*part, *named]))
+        portion = runs[first : first + _AT_A_TIME]
+        tare_runs = [tares[run.tare_run] for run in portion if run.tare_run in tares]
+        yield tuple(dict.fromkeys([*portion, *tare_runs]))
 
 
 def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
-    return [campaign.size_of(one) for one in (run.force_log, run.motion_log, run.zero_log) if one]
+    return [campaign.size_of(log) for log in (run.force_log, run.motion_log, run.zero_log) if log]
 
 
 def _place(medium: str, members: list[Run], of: int, what: str) -> Place:
     first = members[0]
     count = f"{len(members)} of {of} runs" if len(members) > 1 else "1 run"
-    more = ", for example " if len(members) > 1 else ": "
-    return Place(f"{medium}, {count} {what}{more}{first.run_id} (row {first.row})")
+    example_words = ", for example " if len(members) > 1 else ": "
+    return Place(f"{medium}, {count} {what}{example_words}{first.run_id} (row {first.row})")

@@ -34,13 +34,13 @@ def join_runs(
     parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
 ) -> pd.DataFrame:
     """Put columns of several runs into one long table; names are categories, which keeps it small."""
-    sizes = [part[columns[0]].size for part in parts.values()]
+    sizes = [columns_of_run[columns[0]].size for columns_of_run in parts.values()]
     codes = np.repeat(np.arange(len(parts)), sizes)
     data: dict[str, object] = {
         "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(parts)))
     }
     for name in columns:
-        arrays = [part[name] for part in parts.values()]
+        arrays = [columns_of_run[name] for columns_of_run in parts.values()]
         data[name] = np.concatenate(arrays) if arrays else np.empty(0)
     return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
 
@@ -64,11 +64,11 @@ StrokeColumns = dict[str, np.ndarray]
 
 def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:
     """Take the stroke of every run out of the samples of the ingest stage, with the length travelled since its start."""
-    part = (samples["phase"] == "stroke").to_numpy()
-    columns = {name: samples[name].to_numpy()[part] for name in SAMPLE_COLUMNS[2:]}
-    found = {}
-    for run, rows in split_runs(samples.loc[part, ["run_id"]]).items():
-        found[run] = own = {name: values[rows] for name, values in columns.items()}
-        x, depth = own["x_cm"], own["depth_cm"]
-        own["path_cm"] = np.hypot(x - x[0], depth - depth[0])
-    return found
+    in_stroke = (samples["phase"] == "stroke").to_numpy()
+    columns = {name: samples[name].to_numpy()[in_stroke] for name in SAMPLE_COLUMNS[2:]}
+    columns_of_runs = {}
+    for run, rows in split_runs(samples.loc[in_stroke, ["run_id"]]).items():
+        columns_of_runs[run] = stroke = {name: values[rows] for name, values in columns.items()}
+        x, depth = stroke["x_cm"], stroke["depth_cm"]
+        stroke["path_cm"] = np.hypot(x - x[0], depth - depth[0])
+    return columns_of_runs

@@ -29,8 +29,8 @@ Push = dict[Any, Any]
 def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
     """Align the logs of each push straight down of a medium by itself: a row a push, `CLOCK_COLUMNS`."""
     rows = []
-    for run, found in align_pushes(campaign, medium):
-        row = _facts(found) if isinstance(found, Alignment) else _refused(found)
+    for run, alignment in align_pushes(campaign, medium):
+        row = _facts(alignment) if isinstance(alignment, Alignment) else _refused(alignment)
         rows.append({"run_id": run.run_id, "medium": medium, "session": run.session} | row)
     return pd.DataFrame(rows, columns=CLOCK_COLUMNS)
 
@@ -77,16 +77,16 @@ _FACTS = ("offset_s", "reference_s", "se_s", "drift", "drift_se", "offset_hours"
 CLOCK_COLUMNS = ["run_id", "medium", "session", *_FACTS, *REASON]
 
 
-def _facts(found: Alignment) -> Push:
-    clock = found.clock
+def _facts(alignment: Alignment) -> Push:
+    clock = alignment.clock
     values = (
         clock.offset_s,
         clock.reference_s,
         clock.se_s,
         clock.drift,
-        found.drift_se,
+        alignment.drift_se,
         float(clock.whole_hours),
-        found.explained,
+        alignment.explained,
     )
     return {**dict(zip(_FACTS, values, strict=True)), **reason_columns(())}
 
@@ -121,7 +121,7 @@ class SessionClock:
         """Standard error of the drift."""
         return math.sqrt(self.covariance[1][1])
 
-    def at(self, time_s: float) -> ClockFit:
+    def fit_at(self, time_s: float) -> ClockFit:
         """Clock at a time of the force log, s; its error is common to all runs of the session."""
         way = np.array([1.0, time_s - self.reference_s])
         variance = float(way @ np.array(self.covariance) @ way)
@@ -172,12 +172,12 @@ class SessionClocks:
             if push is None:
                 raise Refused("clocks-contradict", session=session, pushes=clock.contradiction)
             return _clock_of_push(push)
-        found = clock.at(float(time[0] + time[-1]) / 2)
-        assert found.se_s is not None
-        if found.se_s > max_se_s:
-            facts = {"seconds": found.se_s, "most": max_se_s, "offset": found.offset_s}
+        fitted = clock.fit_at(float(time[0] + time[-1]) / 2)
+        assert fitted.se_s is not None
+        if fitted.se_s > max_se_s:
+            facts = {"seconds": fitted.se_s, "most": max_se_s, "offset": fitted.offset_s}
             raise Refused("session-uncertain", session=session, pushes=clock.pushes, **facts)
-        return found
+        return fitted
 
 
 def find_session_clocks(campaign: Campaign) -> SessionClocks | None:
@@ -299,18 +299,20 @@ def _describe_groups(pushes: list[Push]) -> str:
     texts = []
     for group in groups[:_MOST_GROUPS]:
         names = ", ".join(str(row["run_id"]) for row in group[:_MOST_NAMES])
-        more = len(group) - _MOST_NAMES
+        count_left = len(group) - _MOST_NAMES
         offset = float(np.median([row["offset_s"] for row in group]))
-        texts.append(f"{offset:+.3f} s in {names}{f' and {more} more' if more > 0 else ''}")
+        texts.append(
+            f"{offset:+.3f} s in {names}{f' and {count_left} more' if count_left > 0 else ''}"
+        )
     rest = len(groups) - _MOST_GROUPS
     return "; ".join(texts) + (f"; {rest} more" if rest > 0 else "")
 
 
 def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:
     """Doubt about a run that has a clock of its own since its session has none."""
-    if clocks is None or not (said := clocks.of_session(run.session).contradiction):
+    if clocks is None or not (contradiction := clocks.of_session(run.session).contradiction):
         return ()
-    return (remark("clock-by-itself", session=_name_of_session(run), pushes=said),)
+    return (remark("clock-by-itself", session=_name_of_session(run), pushes=contradiction),)
 
 
 def _name_of_session(run: Run) -> str:

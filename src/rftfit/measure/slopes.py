@@ -140,15 +140,15 @@ def startup_bias(
     used. The mean is not corrected (the published values are plain means); the interval is widened.
     """
     third = skip_cm / 3
-    known = np.isfinite(stress).all(axis=0)
-    second = known & (path >= third) & (path < 2 * third)
-    last = known & (path >= 2 * third) & (path < skip_cm)
+    is_finite = np.isfinite(stress).all(axis=0)
+    second = is_finite & (path >= third) & (path < 2 * third)
+    last = is_finite & (path >= 2 * third) & (path < skip_cm)
     nothing = np.zeros(stress.shape[0])
-    if min(np.count_nonzero(part) for part in (second, last, steady)) < _LEAST:
+    if min(np.count_nonzero(bins) for bins in (second, last, steady)) < _LEAST:
         return nothing
     length = float(np.ptp(path[steady]))
     mean = stress[:, steady].mean(axis=1)
-    early, late = (stress[:, part].mean(axis=1) - mean for part in (second, last))
+    early, late = (stress[:, bins].mean(axis=1) - mean for bins in (second, last))
     # noise must not pass for a start-up that never ends
     share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
     return np.asarray(late * share / (1 - share) * third / length)

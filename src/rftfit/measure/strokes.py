@@ -58,22 +58,22 @@ class IntruderPath:
             return np.empty((0, 2))
         usual = float(np.median(np.diff(self.time)))
         mean, noise_cm = self.averaged(arm)
-        at = np.arange(self.time.size)
-        most = (at.size - 1) // 2
+        index = np.arange(self.time.size)
+        most = (index.size - 1) // 2
         # over so many samples that noise makes no tenth of the speed
         least_s = math.sqrt(2) * noise_cm / (0.1 * arm.speed_cm_per_s)
         steps = min(max(math.ceil(least_s / (2 * usual)), 1), most)
         while True:
             # central differences, so that an edge is not seen half a step late
-            first = np.clip(at - steps, 0, at.size - 1 - 2 * steps)
+            first = np.clip(index - steps, 0, index.size - 1 - 2 * steps)
             step, x, z, angle = (
-                part[first + 2 * steps] - part[first]
-                for part in (mean.time, mean.x, mean.z, mean.angle)
+                coordinate[first + 2 * steps] - coordinate[first]
+                for coordinate in (mean.time, mean.x, mean.z, mean.angle)
             )
             relative = np.maximum(
                 np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
             )
-            time, speed = self.time[at], relative / step
+            time, speed = self.time[index], relative / step
             last = 4 * steps * usual > _LONGEST_STEP_S or 2 * steps > most
             if last or not flickers(time, speed, 0.5):
                 return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual)
@@ -82,7 +82,7 @@ class IntruderPath:
     def _joined(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
         """Join stretches where the arm went on between them, or no rest of `least_s` could be seen."""
         ends = spans.ravel()
-        x, z, angle = (np.abs(np.diff(part)[1::2]) for part in self.at(ends))
+        x, z, angle = (np.abs(np.diff(coordinate)[1::2]) for coordinate in self.pose_at(ends))
         far = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
         gap = np.diff(ends)[1::2]
         first, last = np.searchsorted(self.time, np.stack([ends[1:-1:2], ends[2::2]]))
@@ -94,7 +94,10 @@ class IntruderPath:
     def noise_cm(self) -> float:
         """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
-        off = [part[1:-1] - part[:-2] - share * (part[2:] - part[:-2]) for part in (self.x, self.z)]
+        off = [
+            coordinate[1:-1] - coordinate[:-2] - share * (coordinate[2:] - coordinate[:-2])
+            for coordinate in (self.x, self.z)
+        ]
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
         return float(np.median(np.abs(off), axis=1).max()) / 0.826
 
@@ -128,7 +131,7 @@ class IntruderPath:
     def heading(self, start: float, end: float) -> tuple[float, float]:
         """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
         halves = np.linspace([start, (start + end) / 2], [(start + end) / 2, end], 101)
-        x, z, _ = self.at(halves)
+        x, z, _ = self.pose_at(halves)
         (x,), (z,) = np.diff(x.mean(axis=0)), np.diff(z.mean(axis=0))
         length = math.hypot(x, z)
         return x / length, z / length
@@ -138,12 +141,14 @@ class IntruderPath:
         below = self.z < 0
         if np.count_nonzero(below) < 3:
             return 0.0
-        speed = np.hypot(*(np.gradient(part, self.time) for part in (self.x, self.z)))
+        speed = np.hypot(*(np.gradient(coordinate, self.time) for coordinate in (self.x, self.z)))
         return float(np.quantile(speed[below], 0.9))
 
-    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def pose_at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, z (cm) and angle (rad) at other times, linear between samples."""
-        x, z, angle = (np.interp(time, self.time, part) for part in (self.x, self.z, self.angle))
+        x, z, angle = (
+            np.interp(time, self.time, coordinate) for coordinate in (self.x, self.z, self.angle)
+        )
         return x, z, angle
 
 
@@ -204,20 +209,22 @@ def _stretches_along_path(
     motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
 ) -> list[_Found]:
     """Straight stretches below the surface along the path that the sheet names."""
-    wanted_x, wanted_z = (float(part) for part in direction(math.radians(run.motion_gamma_deg)))
+    wanted_x, wanted_z = (
+        float(component) for component in direction(math.radians(run.motion_gamma_deg))
+    )
     tolerance = math.radians(arm.angle_tolerance_deg)
     mean, noise_cm = motion.averaged(arm)
     least_turn_cm = max(_TIMES_NOISE * noise_cm, motion.flicker_cm)
     along: list[_Found] = []
     seen: list[str] = []
     parts = [
-        part
+        stretch
         for first, last in spans
-        for part in _straight(mean, float(first), float(last), least_turn_cm)
+        for stretch in _straight(mean, float(first), float(last), least_turn_cm)
     ]
     for first, last in parts:
         start, end = _part_below_surface(mean, first, last)
-        (x0, x1), (z0, z1), _ = mean.at(np.array([start, end]))
+        (x0, x1), (z0, z1), _ = mean.pose_at(np.array([start, end]))
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
@@ -244,35 +251,35 @@ def _straight(
     if x.size < 3:
         return [(start, end)]
     turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least_cm))
-    at = [float(time[turn]) for turn in turns]
-    if not at and (corner := _corner(x, z, max(_CORNER_CM, least_cm))) is not None:
-        at = [float(time[corner])]
-    if not at:
+    turn_times = [float(time[turn]) for turn in turns]
+    if not turn_times and (corner := _corner(x, z, max(_CORNER_CM, least_cm))) is not None:
+        turn_times = [float(time[corner])]
+    if not turn_times:
         return [(start, end)]
-    ends = pairwise([start, *at, end])
-    return [part for begin, stop in ends for part in _straight(motion, begin, stop, least_cm)]
+    ends = pairwise([start, *turn_times, end])
+    return [stretch for begin, stop in ends for stretch in _straight(motion, begin, stop, least_cm)]
 
 
 def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
     """Where a path about its middle turns back along its own main direction by more than `least_cm`."""
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
     way = x * math.cos(main) + z * math.sin(main)
-    back = [float((np.maximum.accumulate(one) - one).max()) for one in (way, -way)]
+    back = [float((np.maximum.accumulate(position) - position).max()) for position in (way, -way)]
     turns: list[int] = []
     if min(back) <= least_cm:
         return turns
     rising: bool | None = None
     low = high = 0
     values = way.tolist()
-    for at, value in enumerate(values):
-        low = at if value < values[low] else low
-        high = at if value > values[high] else high
+    for index, value in enumerate(values):
+        low = index if value < values[low] else low
+        high = index if value > values[high] else high
         if not rising and value - values[low] > least_cm:
             turns += [] if rising is None else [low]
-            rising, high = True, at
+            rising, high = True, index
         elif rising is not False and values[high] - value > least_cm:
             turns += [] if rising is None else [high]
-            rising, low = False, at
+            rising, low = False, index
     return turns
 
 
@@ -294,14 +301,14 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
     """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
-    z = motion.at(time)[1]
+    z = motion.pose_at(time)[1]
     above, below = np.flatnonzero(z > 0), np.flatnonzero(z <= 0)
     if not above.size or not below.size:
         return start, end
 
-    def crossing(one: int, other: int) -> float:
-        share = z[one] / (z[one] - z[other])
-        return float(time[one] + share * (time[other] - time[one]))
+    def crossing(above: int, below: int) -> float:
+        share = z[above] / (z[above] - z[below])
+        return float(time[above] + share * (time[below] - time[above]))
 
     # a little above the surface is where strokes begin that pause there
     if z[0] > UNDERGROUND_CM and z[-1] < 0:
@@ -323,13 +330,13 @@ def _uneven_pushes(motion: IntruderPath) -> list[_Found]:
     begins_at_contact = bool(z[0] >= -_CONTACT_CM)
     if firsts[0] == 0 and lows[0] == lowest and not begins_at_contact:
         raise Refused("begins-below")
-    found = []
+    pushes = []
     for first, low in zip(firsts[deep], lows[deep], strict=True):
         end = first + int(np.argmax(z[first:] <= low + BOTTOM_CM))
         if first > 0 or begins_at_contact:
             start = float(motion.time[max(first - 1, 0)])
-            found.append((-float(low), start, float(motion.time[end])))
-    return found
+            pushes.append((-float(low), start, float(motion.time[end])))
+    return pushes
 
 
 def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
@@ -347,7 +354,7 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 
 def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_Found]:
     """Turns of a leg toward positive theta."""
-    turns = np.degrees(np.diff(motion.at(spans)[2])).ravel().tolist()
+    turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
     if not turns or max(turns, key=abs) < 0 or max(turns) < _LEAST_TURN_DEG:
         seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
         raise Refused("no-rotation", seen=seen, least=_LEAST_TURN_DEG)

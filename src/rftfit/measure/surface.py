@@ -92,7 +92,7 @@ def _in_motion_log(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Time, depth and lift of the force readings that were made while the motion was logged."""
     inside = (time >= path.time[0]) & (time <= path.time[-1])
-    return time[inside], -path.at(time[inside])[1], lift[inside]
+    return time[inside], -path.pose_at(time[inside])[1], lift[inside]
 
 
 WINDOWS = (0.7, 1.0, 1.4)
@@ -138,8 +138,8 @@ def find_surface(
     if best is None:
         raise Refused("few-near-surface", below=_MIN_BELOW, window=window_cm, above=_MIN_AIR)
     _check_growth(best, window_cm, noise)
-    others = [fit.depth_cm for fit in fits if fit is not None]
-    spread = float(np.var(others, ddof=1)) if len(others) > 1 else 0.0
+    depths_cm = [fit.depth_cm for fit in fits if fit is not None]
+    spread = float(np.var(depths_cm, ddof=1)) if len(depths_cm) > 1 else 0.0
     return replace(best, se_cm=math.sqrt(best.se_cm**2 + spread + depth_sd**2))
 
 
@@ -168,10 +168,10 @@ def _fit(
     toe: float = 0.0,
 ) -> Surface | None:
     """Fit the change point to the readings of one window, but for those within `toe` of `near`."""
-    part = (depth > onset - window) & (depth < onset + window)
+    near_onset = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
-        part &= np.abs(depth - near) > toe
-    d, f = depth[part], force[part]
+        near_onset &= np.abs(depth - near) > toe
+    d, f = depth[near_onset], force[near_onset]
     if np.count_nonzero(d < onset) < _MIN_AIR or np.count_nonzero(d > onset) < _MIN_BELOW:
         return None
     # from well above the onset to a little below: there the force is above its noise already
@@ -201,10 +201,10 @@ def _fit(
     )
 
 
-def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
+def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
     """Refuse a growth that is small, uncertain, or that begins in air already."""
-    growth, se, depth = found.growth_N_per_cm, found.growth_se, found.depth_cm
-    rise = float(found.fitted.max() - found.air_N)
+    growth, se, depth = surface.growth_N_per_cm, surface.growth_se, surface.depth_cm
+    rise = float(surface.fitted.max() - surface.air_N)
     if growth <= 0:
         raise Refused("no-growth", depth=depth)
     if rise < _RISE_TO_NOISE * noise:
@@ -212,12 +212,12 @@ def _check_growth(found: Surface, window_cm: float, noise: float) -> None:
         raise Refused("faint-growth", depth=depth, newtons=rise, **least)
     if growth < _T * se:
         raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_T)
-    air = found.depth < depth
+    air = surface.depth < depth
     if np.count_nonzero(air) < _MIN_AIR:
         raise Refused("not-in-air")
-    above = found.depth[air] - found.depth[air].mean()
+    above = surface.depth[air] - surface.depth[air].mean()
     # at one depth, as at rest, the force shows no growth
-    in_air = float(above @ found.force[air]) / float(above @ above) if np.ptp(above) > 0 else 0.0
+    in_air = float(above @ surface.force[air]) / float(above @ above) if np.ptp(above) > 0 else 0.0
     if in_air > _LARGEST_AIR * growth:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
@@ -251,7 +251,7 @@ class Compliance:
     force: FloatArray
     travel: FloatArray
 
-    def at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
+    def travel_at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
         """Travel, cm, at some lift (a pull is none), and whether it is known: up to the largest lift."""
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 
@@ -277,8 +277,8 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     edges = np.linspace(0, lift[-1], _LEVELS + 1)
     place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
     filled = np.unique(place)
-    levels = np.array([lift[place == one].mean() for one in filled])
-    means = np.array([depth[place == one].mean() for one in filled])
+    levels = np.array([lift[place == bin_number].mean() for bin_number in filled])
+    means = np.array([depth[place == bin_number].mean() for bin_number in filled])
     # contact begins where the first two levels point to; from there the travel never falls
     slope = (means[1] - means[0]) / (levels[1] - levels[0]) if levels.size > 1 else 0.0
     start = means[0] - max(slope, 0.0) * levels[0]
@@ -297,14 +297,14 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
     `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
     """
     config = campaign.config
-    named = config.rigid_contact
-    assert named is not None
+    contact = config.rigid_contact
+    assert contact is not None
     run = replace(
         like,
         run_id="rigid contact",
         direction="intrusion",
-        force_log=named.force_log,
-        motion_log=named.motion_log,
+        force_log=contact.force_log,
+        motion_log=contact.motion_log,
         surface_z_mm=None,
         gamma_deg=90.0,
     )
@@ -319,4 +319,4 @@ def find_compliance(campaign: Campaign, like: Run) -> Compliance:
         _, depth, lift = _in_motion_log(path, clock.motion_time(readings.time), readings.force[0])
         return compliance_of(depth, lift, config.transducer.precision_N)
     except ValueError as error:
-        raise InputError(f"rigid_contact, {named.force_log}: {error}") from error
+        raise InputError(f"rigid_contact, {contact.force_log}: {error}") from error

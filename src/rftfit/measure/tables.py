@@ -25,7 +25,12 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
     """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
     parts: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
-    known = {"zero_var_z_N2": 0.0, "zero_var_x_N2": 0.0, "zero_dof": GIVEN_DOF, "clock_se_s": 0.0}
+    exact_columns = {
+        "zero_var_z_N2": 0.0,
+        "zero_var_x_N2": 0.0,
+        "zero_dof": GIVEN_DOF,
+        "clock_se_s": 0.0,
+    }
     rows = []
     for run in campaign.runs_of(medium):
         table = campaign.numbers[run.run_id]
@@ -33,7 +38,7 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
         lines = size + run.rows_without_data
         count = {"rows_force": lines, "rows_motion": lines, "sample_step_s": 1.0}
         name = {"run_id": run.run_id, "kind": run.kind, "status": "read"}
-        rows.append(RUN_COLUMNS | name | count | known)
+        rows.append(RUN_COLUMNS | name | count | exact_columns)
         if run.rows_without_data:
             rows_of_file = {"count": run.rows_without_data, "file": run.force_log}
             ledger.flag(run, Remark("no-data", {**rows_of_file, "why": NO_DATA}))

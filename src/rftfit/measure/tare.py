@@ -68,9 +68,11 @@ class Tare:
         step = self.position[after] - self.position[after - 1]
         return np.asarray(inside & (step <= self.longest_step))
 
-    def at(self, position: FloatArray) -> FloatArray:
+    def force_at(self, position: FloatArray) -> FloatArray:
         """Force z, x of the tare, N, linear between its samples, NaN where not known: shape (2, m)."""
-        force = np.stack([np.interp(position, self.position, part) for part in self.force])
+        force = np.stack(
+            [np.interp(position, self.position, component) for component in self.force]
+        )
         return np.where(self.covers(position), force, np.nan)
 
 
@@ -91,11 +93,15 @@ def tare_medium(
     runs and of runs without a tare, and flags of the runs.
     """
     ledger = Ledger()
-    found = strokes(traces)
+    strokes_of_runs = strokes(traces)
     reasons = status.filter(["run_id", *REASON]).to_dict("records")
     refused = {row["run_id"]: reason_of(row) for row in reasons}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
-    alone = {name: found.pop(name) for name in [*found] if runs[name].kind in TARE_KINDS}
+    alone = {
+        name: strokes_of_runs.pop(name)
+        for name in [*strokes_of_runs]
+        if runs[name].kind in TARE_KINDS
+    }
     tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in alone.items()}
     parts: dict[str, StrokeColumns] = {}
     rows = [
@@ -103,7 +109,7 @@ def tare_medium(
         for name, tare in tares.items()
         if isinstance(tare, Remark)
     ]
-    for name, stroke in found.items():
+    for name, stroke in strokes_of_runs.items():
         run = runs[name]
         tare, reason = tares.get(run.tare_run), tuple[Remark, ...]()
         valid = (np.nan, np.nan)
@@ -132,29 +138,29 @@ def tare_medium(
     return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=TARE_COLUMNS), ledger
 
 
-def _sizes(part: StrokeColumns) -> tuple[float, float]:
+def _sizes(stroke: StrokeColumns) -> tuple[float, float]:
     """Root mean square of the force before the tare was subtracted, and of the tare, N."""
-    good = part["why"] == RowStatus.GOOD
+    good = stroke["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
-    force, tare = (_both(part, what)[:, good] for what in ("force", "tare"))
+    force, tare = (_both(stroke, what)[:, good] for what in ("force", "tare"))
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _both(part: StrokeColumns, what: str) -> FloatArray:
+def _both(stroke: StrokeColumns, what: str) -> FloatArray:
     """Force z and x, or those of the tare, N, shape (2, n)."""
-    return np.stack([part[f"{what}_{c}_N"] for c in "zx"])
+    return np.stack([stroke[f"{what}_{c}_N"] for c in "zx"])
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
     """Make a tare of a run, or say why it is none."""
     good = stroke["why"] == RowStatus.GOOD
-    abscissa, found = abscissa_of(run), int(np.count_nonzero(good))
-    if found < 2:
-        reason = remark("tare-empty", tare=run.run_id, count=found)
-        ledger.add(run, run.force_log, DROPPED, found, reason)
+    abscissa, good_samples = abscissa_of(run), int(np.count_nonzero(good))
+    if good_samples < 2:
+        reason = remark("tare-empty", tare=run.run_id, count=good_samples)
+        ledger.add(run, run.force_log, DROPPED, good_samples, reason)
         return reason
-    ledger.add(run, run.force_log, USED, found, remark("tare"))
+    ledger.add(run, run.force_log, USED, good_samples, remark("tare"))
     return Tare.from_samples(abscissa, stroke[abscissa][good], _both(stroke, "force")[:, good])
 
 
@@ -178,7 +184,7 @@ def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> 
 
 def _tared(run: Run, stroke: StrokeColumns, tare: Tare, ledger: Ledger) -> StrokeColumns:
     """Granular force of a stroke; rows the tare does not cover are marked and counted."""
-    z, x = tare.at(stroke[tare.abscissa])
+    z, x = tare.force_at(stroke[tare.abscissa])
     untared = (stroke["why"] == RowStatus.GOOD) & np.isnan(z)
     why = np.where(untared, np.int8(RowStatus.UNTARED), stroke["why"])
     ledger.add_rows(run, why[untared], "")

@@ -208,32 +208,32 @@ MOST_NAMED = 6
 
 def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     """Rows of the run sheet of some runs, in few words: ``rows 2 to 34 and 40``; rods between them do not count."""
-    wanted = set(runs)
+    run_ids = set(runs)
     spans: list[list[int]] = []
     before = False
     for run in sorted(sheet.values(), key=lambda run: run.row):
-        if run.run_id in wanted:
+        if run.run_id in run_ids:
             spans = spans if before else [*spans, [run.row, run.row]]
             spans[-1][1] = run.row
-        before = run.run_id in wanted or (before and run.kind not in ("plate", "leg"))
+        before = run.run_id in run_ids or (before and run.kind not in ("plate", "leg"))
     words = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]
     if len(words) > MOST_NAMED:
         words = [*words[: MOST_NAMED - 1], f"others to {spans[-1][1]}"]
     listed = " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
-    return f"{'rows' if len(wanted) > 1 else 'row'} {listed} of the run sheet"
+    return f"{'rows' if len(run_ids) > 1 else 'row'} {listed} of the run sheet"
 
 
 def faults_of(checks: pd.DataFrame) -> str:
     """What failed checks, rows of the table, say of a medium, in words."""
     rows = zip(checks["check"], checks["found"], strict=True)
     return " and ".join(
-        found if CHECKS[check].quotes_found else CHECKS[check].fault for check, found in rows
+        words if CHECKS[check].quotes_found else CHECKS[check].fault for check, words in rows
     )
 
 
 def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
     """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
-    found = {}
+    warnings = {}
     for medium, rows in checks.groupby("medium", sort=False):
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
@@ -245,10 +245,10 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
             why = accept.get(check, "")
             marks.append(remark(ACCEPTED, fault=faults_of(row), why=why))
         if marks:
-            found[str(medium)] = marks
-    return found
+            warnings[str(medium)] = marks
+    return warnings
 
 
 def usable(alpha: pd.DataFrame) -> bool:
     """Whether a medium may enter what is made from several media."""
-    return not any(UNUSABLE in str(own).split() for own in alpha.get("checks_code", ()))
+    return not any(UNUSABLE in str(codes).split() for codes in alpha.get("checks_code", ()))

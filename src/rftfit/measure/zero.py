@@ -74,7 +74,7 @@ def find_zero(
     rests = [(float(time[piece].mean()), piece) for piece in pieces]
     if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
-        rests = [max(rests, key=lambda one: one[1].size)]
+        rests = [max(rests, key=lambda rest_in_air: rest_in_air[1].size)]
     (t0, before), (t1, after) = rests[0], rests[-1]
     first, variance, dof = _mean(force[:, before])
     if len(rests) == 1:

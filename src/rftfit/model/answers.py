@@ -23,7 +23,7 @@ _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
 
 @dataclass(frozen=True)
 class Answer:
-    """`text` for people, `facts` for scripts, `columns` of alpha by direction, `how` it was made, at which `level`.
+    """`text` for people, `facts` for scripts, `columns` of alpha by direction, `description` of how it was made, at which `level`.
 
     `where` alpha is known, and a `doubt` about the medium, if there is one.
     """
@@ -31,7 +31,7 @@ class Answer:
     text: str
     facts: dict[str, Any]
     columns: Mapping[str, Iterable[object]]
-    how: str
+    description: str
     level: str
     where: str
     doubt: str = ""
@@ -47,10 +47,10 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
         [name, *(f"{round(value, 4) + 0.0:.4f}" for value in values)]
         for name, values in (numbers | terms).items()
     ]
-    how = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {reference.name}"
+    description = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {reference.name}"
     test = " and the error of the test" if se else ""
     text = (
-        f"From {how}\n\n"
+        f"From {description}\n\n"
         f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
         "zeta and chi without unit, coefficients in N/cm^3.\n"
         f"lo, hi: {100 * confidence:g} % interval for one further medium, from the scatter "
@@ -71,7 +71,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
     }
     level = f"{100 * confidence:g} % interval for one further medium"
     where = "on the published grid of 7 x 13 angles"
-    return Answer(text, facts, scaled.columns(), how, level, where)
+    return Answer(text, facts, scaled.columns(), description, level, where)
 
 
 def read_pushes(
@@ -80,39 +80,43 @@ def read_pushes(
     """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""
     tables, warnings = [], []
     if pushes is not None:
-        found, problems = pushes_in(pushes)
-        tables.append(found)
-        warnings = [str(one) for one in problems]
+        pushes_and_warnings, problems = pushes_in(pushes)
+        tables.append(pushes_and_warnings)
+        warnings = [str(problem) for problem in problems]
     if profile_file is not None:
         tables.append(pushes_in_profile(profile_file))
     names = [path.name for path in (pushes, profile_file) if path is not None]
     return " and ".join(names), pd.concat(tables, ignore_index=True), warnings
 
 
-def answer_of_pushes(name: str, found: Map, pushes: pd.DataFrame, reference: Reference) -> Answer:
+def answer_of_pushes(
+    name: str, medium_map: Map, pushes: pd.DataFrame, reference: Reference
+) -> Answer:
     """The map of any number of pushes, beside the paper's routine."""
-    confidence = found.confidence
+    confidence = medium_map.confidence
     down, routine = cell_at(pushes, 0, 90), None
     if down is not None and down[column("z")] > 0:
         se = float(down.get(column("z", "_se"), math.nan))
         se = 0.0 if math.isnan(se) else se
         routine = scale(float(down[column("z")]), se, reference, confidence)
     level = f"{100 * confidence:g} % interval"
-    how = f"{found.pushes} {'push' if found.pushes == 1 else 'pushes'} of {name}, with the shape of {found.known}"
+    description = f"{medium_map.pushes} {'push' if medium_map.pushes == 1 else 'pushes'} of {name}, with the shape of {medium_map.known_media}"
     facts = {
-        "pushes": found.pushes,
-        "known_media": found.known.split(", "),
+        "pushes": medium_map.pushes,
+        "known_media": medium_map.known_media.split(", "),
         "confidence": confidence,
-        "zeta": _with_ends(found.zeta),
+        "zeta": _with_ends(medium_map.zeta),
         "zeta_of_the_papers_routine": routine and _with_ends(_of(routine, "zeta")),
-        "chi_squared": found.distance,
-        "degrees_of_freedom": found.dof,
-        "probability_if_it_belongs": found.belongs if found.dof > 0 else None,
-        "draws_not_passive": found.not_passive,
+        "chi_squared": medium_map.distance,
+        "degrees_of_freedom": medium_map.dof,
+        "probability_if_it_belongs": medium_map.belongs if medium_map.dof > 0 else None,
+        "draws_not_passive": medium_map.not_passive,
     }
-    text = _map_as_text(found, routine, how, level)
-    where = f"in {found.beta.size} directions"
-    return Answer(text, facts, found.columns(), f"from {how}", level, where, _doubt(found))
+    text = _map_as_text(medium_map, routine, description, level)
+    where = f"in {medium_map.beta.size} directions"
+    return Answer(
+        text, facts, medium_map.columns(), f"from {description}", level, where, _doubt(medium_map)
+    )
 
 
 def _of(medium: ScaledMedium, name: str) -> tuple[float, ...]:
@@ -123,24 +127,26 @@ def _with_ends(numbers: Iterable[float]) -> dict[str, float]:
     return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 
-def _doubt(found: Map) -> str:
+def _doubt(medium_map: Map) -> str:
     """Why a medium does not belong to the known ones; empty where it does."""
-    worst = found.farthest
-    if not (worst and found.belongs < NOT_ALIKE):
+    worst = medium_map.farthest
+    if not (worst and medium_map.belongs < NOT_ALIKE):
         return ""
     return (
         "this medium does not belong to those whose shape is known: pushes lie so far from "
-        f"it once in {1 / max(found.belongs, 1e-9):.3g} media that do. alpha_x is {found.horizontal:.2g} "
+        f"it once in {1 / max(medium_map.belongs, 1e-9):.3g} media that do. alpha_x is {medium_map.horizontal:.2g} "
         f"times as strong beside alpha_z as in the known media. Farthest from the shape is (beta, gamma) = "
         f"({worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
-        f"{worst.found:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "
+        f"{worst.measured:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "
         "N/cm^3. A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
         "to be trusted."
     )
 
 
-def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str) -> str:
-    whole = found.table()
+def _map_as_text(
+    medium_map: Map, routine: ScaledMedium | None, description: str, level: str
+) -> str:
+    whole = medium_map.table()
     blocks = []
     for component in "zx":
         rows = []
@@ -157,25 +163,25 @@ def _map_as_text(found: Map, routine: ScaledMedium | None, how: str, level: str)
             rows.append([f"{beta}", *cells])
         head = [f"alpha_{component}", *(f"gamma {gamma}" for gamma in _SHOWN_GAMMA)]
         blocks.append(table(head, rows))
-    zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of nine terms fitted to the map".format(*found.zeta)
+    zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of nine terms fitted to the map".format(*medium_map.zeta)
     if routine is not None:
         zeta += (
             f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) by the paper's "
             f"routine from (0, 90) deg alone, with {routine.reference.name}"
         )
-    if found.dof > 0:
+    if medium_map.dof > 0:
         agree = (
-            f"Agreement with the shape of the known media: chi^2 = {found.distance:.3g} for {found.dof}, alpha_x "
-            f"{found.horizontal:.2g} times as strong beside alpha_z; as far or farther in "
-            f"{100 * found.belongs:.3g} % of media that belong."
+            f"Agreement with the shape of the known media: chi^2 = {medium_map.distance:.3g} for {medium_map.dof}, alpha_x "
+            f"{medium_map.horizontal:.2g} times as strong beside alpha_z; as far or farther in "
+            f"{100 * medium_map.belongs:.3g} % of media that belong."
         )
     else:
         agree = "One number tells how strong the medium is, not whether it has the shape of the known media."
     return (
-        f"From {how}\n\n"
+        f"From {description}\n\n"
         + "\n\n".join(blocks)
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}; "
         f"* measured.\n{zeta}\n{agree}\n"
-        f"{100 * found.not_passive:.0f} % of the draws behind the intervals gave energy back somewhere and were "
+        f"{100 * medium_map.not_passive:.0f} % of the draws behind the intervals gave energy back somewhere and were "
         "left out."
     )

@@ -93,13 +93,13 @@ def pressure_sinkage(
     width = _M_PER_CM * np.array([width_cm_of_run[run_id] for run_id in pushes["run_id"]])
     differ = width.max() > _SAME_WIDTH * width.min()
     design = np.stack([np.ones(k.size), 1 / width if differ else np.zeros(k.size)])
-    known = design[: 1 + differ]
-    parameters = np.linalg.lstsq(known.T, k, rcond=None)[0]
-    dof = k.size - len(known)
+    terms = design[: 1 + differ]
+    parameters = np.linalg.lstsq(terms.T, k, rcond=None)[0]
+    dof = k.size - len(terms)
     errors = np.full(2, math.nan)
     if dof > 0:
-        variance = float(((k - parameters @ known) ** 2).sum()) / dof
-        errors[: len(known)] = np.sqrt(variance * np.diag(np.linalg.inv(known @ known.T)))
+        variance = float(((k - parameters @ terms) ** 2).sum()) / dof
+        errors[: len(terms)] = np.sqrt(variance * np.diag(np.linalg.inv(terms @ terms.T)))
     k_phi, k_c = (*parameters, 0.0)[:2]
     depths = pushes[["depth_from_cm", "depth_to_cm"]].to_numpy(float)
     return PressureSinkage(

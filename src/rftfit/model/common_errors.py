@@ -99,9 +99,9 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     index = pd.MultiIndex.from_tuples(names, names=COVARIANCE_INDEX)
     has_error = np.isfinite(se)
     square = pd.DataFrame(total, index=index, columns=index)
-    known: pd.DataFrame = square.loc[has_error, has_error]
+    covariance: pd.DataFrame = square.loc[has_error, has_error]
     # in the order of its index a cell is looked up by beta and gamma alone
-    return known.sort_index().sort_index(axis=1)
+    return covariance.sort_index().sort_index(axis=1)
 
 
 def covariance_table(table: pd.DataFrame) -> pd.DataFrame:

@@ -53,17 +53,17 @@ def alpha_draws(
         wide = np.divide(half / float(ndtri(0.5 + confidence / 2)), se, where=se > 0, out=0 * se)
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
-        own = se**2
+        variance = se**2
         moved = np.zeros_like(noise)
         for source, error in shared.items():
             size = error.size[component]
-            own = own - size**2
+            variance = variance - size**2
             if only in ("", source):
                 moved += size * normals[source][component]
         if only and only not in shared:
-            own = error_sizes(table, only)[component] ** 2
+            variance = error_sizes(table, only)[component] ** 2
         if only not in shared:
-            moved += np.sqrt(np.maximum(own, 0.0)) * noise[:, equivalent]
+            moved += np.sqrt(np.maximum(variance, 0.0)) * noise[:, equivalent]
         result.append(centre + wide * moved)
     return result[0], result[1]
 
@@ -171,17 +171,17 @@ def interval_of_sum(
     normal = float(ndtri(upper))
     lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
     dof = np.array(dofs)
-    widened = np.array([float(stdtrit(one, upper)) / normal for one in dofs])
+    widened = np.array([float(stdtrit(dof, upper)) / normal for dof in dofs])
     drawn = np.stack([term.var(axis=0) for term in terms])
     shape = (-1, *[1] * (drawn.ndim - 1))
     variance = drawn / widened.reshape(shape) ** 2
     total = variance.sum(axis=0)
     safe = np.where(total > 0, total, 1.0)
     together = 1 / np.maximum(((variance / safe) ** 2 / dof.reshape(shape)).sum(axis=0), 1 / _MANY)
-    wanted = stdtrit(together, upper) / normal
+    reach = stdtrit(together, upper) / normal
     given = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
     middle = (lo + hi) / 2
-    half = (hi - lo) / 2 * wanted / given
+    half = (hi - lo) / 2 * reach / given
     return middle - half, middle + half
 
 
@@ -207,10 +207,10 @@ def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
     place = share * last
     below = math.floor(place)
     low, high = ordered[..., below], ordered[..., min(below + 1, last)]
-    part = place - below
+    fraction = place - below
     # from the nearer end, so that equal draws give themselves
     gap = high - low
-    return np.asarray(low + gap * part if part < 0.5 else high - gap * (1 - part))
+    return np.asarray(low + gap * fraction if fraction < 0.5 else high - gap * (1 - fraction))
 
 
 def end_names(quantity: str) -> tuple[str, str]:

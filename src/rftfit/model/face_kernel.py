@@ -166,10 +166,10 @@ def face_forces(
                 if delta > 0:
                     shifts[i, 0], shifts[i, 1], shifts[i, 2] = 0.0, 0.0, 0.0
                 continue
-            bx, by, bz, share = t[9], t[10], t[11], 1.0
+            mid_x, mid_y, mid_z, share = t[9], t[10], t[11], 1.0
             if below < 3:  # the corner alone on its side of the surface, and what is cut off there
-                one = below == 1
-                a = 0 if (z1 < 0) == one else (3 if (z2 < 0) == one else 6)
+                corner_below = below == 1
+                a = 0 if (z1 < 0) == corner_below else (3 if (z2 < 0) == corner_below else 6)
                 b, c = (a + 3) % 9, (a + 6) % 9
                 za, zb, zc = (z1, z2, z3) if a == 0 else ((z2, z3, z1) if a == 3 else (z3, z1, z2))
                 to_b, to_c = za / (za - zb), za / (za - zc)
@@ -177,14 +177,14 @@ def face_forces(
                 px = t[a] + (to_b * (t[b] - t[a]) + to_c * (t[c] - t[a])) / 3
                 py = t[a + 1] + (to_b * (t[b + 1] - t[a + 1]) + to_c * (t[c + 1] - t[a + 1])) / 3
                 pz = t[a + 2] + (to_b * (t[b + 2] - t[a + 2]) + to_c * (t[c + 2] - t[a + 2])) / 3
-                if not one:
-                    bx, by, bz = bx - share * px, by - share * py, bz - share * pz
+                if not corner_below:
+                    mid_x, mid_y, mid_z = mid_x - share * px, mid_y - share * py, mid_z - share * pz
                     share = 1 - share
-                    px, py, pz = bx / share, by / share, bz / share
-                bx, by, bz = px, py, pz
-            ax = f[9] * bx + f[10] * by + f[11] * bz
-            ay = f[12] * bx + f[13] * by + f[14] * bz
-            az = f[15] * bx + f[16] * by + f[17] * bz
+                    px, py, pz = mid_x / share, mid_y / share, mid_z / share
+                mid_x, mid_y, mid_z = px, py, pz
+            ax = f[9] * mid_x + f[10] * mid_y + f[11] * mid_z
+            ay = f[12] * mid_x + f[13] * mid_y + f[14] * mid_z
+            az = f[15] * mid_x + f[16] * mid_y + f[17] * mid_z
             vx = f[3] + f[7] * az - f[8] * ay
             vy = f[4] + f[8] * ax - f[6] * az
             vz = f[5] + f[6] * ay - f[7] * ax
@@ -217,10 +217,16 @@ def face_forces(
                 normal = nx * x + ny * y + nz * z
                 x, y, z = x - normal * nx, y - normal * ny, z - normal * nz
                 along = max(math.sqrt(x * x + y * y + z * z), _NONE)
-                part = min(1.0, friction * abs(normal) / along)
-                part = -part if x * vx + y * vy + z * vz > _NONE else part
+                friction_share = min(1.0, friction * abs(normal) / along)
+                friction_share = (
+                    -friction_share if x * vx + y * vy + z * vz > _NONE else friction_share
+                )
                 normal = abs(normal)
-                x, y, z = part * x - normal * nx, part * y - normal * ny, part * z - normal * nz
+                x, y, z = (
+                    friction_share * x - normal * nx,
+                    friction_share * y - normal * ny,
+                    friction_share * z - normal * nz,
+                )
             load = -(f[2] + az) * share * t[15]
             x, y, z = weight * load * x, weight * load * y, weight * load * z
             sx, sy, sz = sx + x, sy + y, sz + z

@@ -47,7 +47,9 @@ def face_alpha(
     driving parts are turned, and the tangential part is at most this times the normal one.
     """
     both = np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
-    normal, velocity = (part / np.linalg.norm(part, axis=-1, keepdims=True) for part in both)
+    normal, velocity = (
+        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True) for vectors in both
+    )
     if law == "measured":
         stress = _measured(as_table(profile), normal, velocity)
     else:
@@ -80,15 +82,17 @@ def _measured(profile: Profile, normal: FloatArray, velocity: FloatArray) -> Flo
     harmonic = _join(_times(ahead, r) + _times(sideways, t), (z1 + z2) / 2 + (z1 - z2) / 2 * cos_p)
     upright = (tilt**2)[..., None]
     parts = (upright, facing), (1 - upright, harmonic)
-    return np.asarray(sum(np.where(share < NEGLIGIBLE, 0.0, share * part) for share, part in parts))
+    return np.asarray(
+        sum(np.where(share < NEGLIGIBLE, 0.0, share * alpha) for share, alpha in parts)
+    )
 
 
 def _split(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Length of the horizontal part, and its direction, shape (..., 2); any one where there is none."""
     length = np.hypot(vector[..., 0], vector[..., 1])
-    known = length[..., None] > 0
-    flat = np.where(known, vector[..., :2], [1.0, 0.0])
-    return length, flat / np.where(known, length[..., None], 1.0)
+    has_length = length[..., None] > 0
+    flat = np.where(has_length, vector[..., :2], [1.0, 0.0])
+    return length, flat / np.where(has_length, length[..., None], 1.0)
 
 
 def _join(horizontal: FloatArray, up: FloatArray) -> FloatArray:
@@ -106,12 +110,16 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     # the corner that is alone on its side of the surface, and what is cut off there
     alone = np.where(count == 1, below.argmax(axis=-1), below.argmin(axis=-1))
     order = (alone[..., None] + np.arange(3)) % 3
-    tip, *others = np.moveaxis(np.take_along_axis(triangles, order[..., None], axis=-2), -2, 0)
+    tip, *base_corners = np.moveaxis(
+        np.take_along_axis(triangles, order[..., None], axis=-2), -2, 0
+    )
     cut = (count == 1) | (count == 2)
-    heights = (np.where(cut, tip[..., 2] - one[..., 2], 1.0) for one in others)
+    heights = (np.where(cut, tip[..., 2] - corner[..., 2], 1.0) for corner in base_corners)
     first, second = (np.where(cut, tip[..., 2] / height, 0.0) for height in heights)
     share = first * second
-    centre = tip + (_times(first, others[0] - tip) + _times(second, others[1] - tip)) / 3
+    centre = (
+        tip + (_times(first, base_corners[0] - tip) + _times(second, base_corners[1] - tip)) / 3
+    )
     middle = triangles.mean(axis=-2)
     rest = (middle - _times(share, centre)) / np.where(share < 1, 1 - share, 1.0)[..., None]
     wet = np.where(count == 1, share, np.where(count == 0, 0.0, 1 - share))

@@ -58,7 +58,7 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
     if not parts:
         nothing = np.zeros((*values_z.shape[:-1], 0))
         return Forces(nothing, nothing, nothing)
-    weights_z, weights_x = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+    weights_z, weights_x = (np.concatenate(weights, axis=1) for weights in zip(*parts, strict=True))
     moment = combine(values_x, weights_x[2]) - combine(values_z, weights_z[1])
     why = "" if np.isfinite(moment).all() else _why(profile)
     return Forces(combine(values_z, weights_z[0]), combine(values_x, weights_x[0]), moment, why)

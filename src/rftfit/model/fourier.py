@@ -68,24 +68,24 @@ def fit_lsq(
     back as 0. Returns shape (..., 9).
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
-    own = torus(beta, gamma, images=False)
+    nodes = torus(beta, gamma, images=False)
     result = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
-    alphas = own.complete(alpha_z, alpha_x)
-    for first, alpha, terms in zip((0, 5), alphas, basis(own.beta, own.gamma), strict=True):
+    alphas = nodes.complete(alpha_z, alpha_x)
+    for first, alpha, terms in zip((0, 5), alphas, basis(nodes.beta, nodes.gamma), strict=True):
         used = np.flatnonzero(keep[first : first + len(terms)])
-        there = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
-        measured = int(there.sum())
+        has_alpha = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
+        measured = int(has_alpha.sum())
         if measured < used.size:
             what = "direction is" if measured == 1 else "directions are"
             raise ValueError(f"{measured} measured {what} too few for {used.size} terms")
-        design = terms[used][:, there]
+        design = terms[used][:, has_alpha]
         if np.linalg.matrix_rank(design) < used.size:
             # the smallest of many solutions would pass for a measurement
             raise ValueError(
                 f"the {measured} measured directions do not determine {used.size} separate terms: "
                 "more directions of plate and motion are needed"
             )
-        solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., there])
+        solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., has_alpha])
         result[..., first + used] = solution
     return result
 
@@ -109,7 +109,9 @@ def fit_dft_index(
             "degrees in both angles in steps of at most "
             f"{WIDEST_DEG:g}, symmetric about 0 and with 0 in it; method lsq takes any directions"
         )
-    alpha_z, alpha_x = (grid.closed(part)[2] for part in grid.torus.complete(alpha_z, alpha_x))
+    alpha_z, alpha_x = (
+        grid.closed(component)[2] for component in grid.torus.complete(alpha_z, alpha_x)
+    )
     rows, columns = alpha_z.shape[-2:]
     beta_index = (np.arange(rows) - rows // 2) * np.pi / rows
     gamma_index = (np.arange(columns) - columns // 2) * 2 * np.pi / columns

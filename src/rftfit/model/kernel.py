@@ -79,13 +79,13 @@ def _place(
         rise = half * abs(tz)
         low = rise - z - z0  # depth of the lower end
         whole = low - 2 * rise >= 0
-        part = 1.0 if whole else low / (2 * rise)
-        load = (low - rise if whole else 0.5 * low) * part * block[_AREA + i]
+        wet_share = 1.0 if whole else low / (2 * rise)
+        load = (low - rise if whole else 0.5 * low) * wet_share * block[_AREA + i]
         load = 0.0 if low <= 0 else load
         load = 0.0 if vx * vx + vz * vz == 0 else load
         if solid:  # what moves inward, to the left of its tangent, bears nothing
             load = 0.0 if vx * tz - vz * tx <= 0 else load
-        along = 0.0 if whole | (low <= 0) else half * (1 - part)
+        along = 0.0 if whole | (low <= 0) else half * (1 - wet_share)
         along = -along if tz > 0 else along
         w[_LOAD + i], w[_X + i], w[_Z + i] = load, x + along * tx, z + along * tz
         w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i] = tx, tz, vx, vz
@@ -295,7 +295,7 @@ def _on_members(
     turn: float,
     rate: float,
     w: FloatArray,
-    each: FloatArray,
+    member_forces: FloatArray,
 ) -> None:
     """Force z, x, moment about the centre of mass and about its own hip, of each member."""
     pitch, pitch_rate = state[2], state[5]
@@ -318,8 +318,8 @@ def _on_members(
             pitch_rate + hips[m, 2] * rate,
             w,
         )
-        each[m, 0], each[m, 1], each[m, 3] = force_z, force_x, moment
-        each[m, 2] = moment + z * force_x - x * force_z
+        member_forces[m, 0], member_forces[m, 1], member_forces[m, 3] = force_z, force_x, moment
+        member_forces[m, 2] = moment + z * force_x - x * force_z
 
 
 @_compiled
@@ -350,30 +350,32 @@ def advance(
     blocks = np.zeros((len(bodies), -(-bodies.shape[1] // LANES), _AT_REST))
     for g in range(len(bodies)):
         _fill(blocks[g], bodies[g], widths_cm[g])
-    w, each = np.zeros(_PLACED), np.empty((len(hips), 4))
+    w, member_forces = np.zeros(_PLACED), np.empty((len(hips), 4))
     now, slope, total = np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(steps):
-        at = turn + rate * step * k
+        turned = turn + rate * step * k
         for stage in range(4 if rk4 else 1):
             ahead = (0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)) * step
             for j in range(6):
                 now[j] = state[j] + ahead * slope[j]
-            _on_members(pack, blocks, group, hips, now, at + rate * ahead, rate, w, each)
+            _on_members(
+                pack, blocks, group, hips, now, turned + rate * ahead, rate, w, member_forces
+            )
             if every > 0 and k % every == 0 and stage == 0:
                 row = samples[k // every]
                 for j in range(row.size):
                     row[j] = state[j] if j < 6 else 0.0
-                row[6] = at
+                row[6] = turned
                 for m in range(len(hips)):
-                    row[7] += each[m, 2]
+                    row[7] += member_forces[m, 2]
                     # about the hip: what the medium does on the leg, and the drive has to overcome
-                    row[8] += hips[m, 2] * each[m, 3]
-                    row[SAMPLE_HEAD + 2 * group[m]] += each[m, 0]
-                    row[SAMPLE_HEAD + 2 * group[m] + 1] += each[m, 1]
+                    row[8] += hips[m, 2] * member_forces[m, 3]
+                    row[SAMPLE_HEAD + 2 * group[m]] += member_forces[m, 0]
+                    row[SAMPLE_HEAD + 2 * group[m] + 1] += member_forces[m, 1]
             force_z, force_x, moment = 0.0, 0.0, 0.0
             for m in range(len(hips)):
-                force_z, force_x = force_z + each[m, 0], force_x + each[m, 1]
-                moment += each[m, 2]
+                force_z, force_x = force_z + member_forces[m, 0], force_x + member_forces[m, 1]
+                moment += member_forces[m, 2]
             for j in range(3):
                 slope[j] = now[3 + j]
             slope[3] = force_x * inertia[0]

@@ -75,12 +75,19 @@ class Mesh:
         self, vertices_cm: ArrayLike, faces: ArrayLike, name: str = "mesh", sheet: bool = False
     ) -> None:
         vertices, corners = np.array(vertices_cm, dtype=float), np.array(faces, dtype=np.int64)
-        for what, one in (("vertices", vertices), ("faces", corners)):
-            if one.ndim != 2 or one.shape[1] != 3 or not one.size or not np.isfinite(one).all():
-                raise ValueError(f"finite {what} of shape (n, 3) wanted, found {one.shape}")
+        for what, array in (("vertices", vertices), ("faces", corners)):
+            if (
+                array.ndim != 2
+                or array.shape[1] != 3
+                or not array.size
+                or not np.isfinite(array).all()
+            ):
+                raise ValueError(f"finite {what} of shape (n, 3) wanted, found {array.shape}")
         if corners.min() < 0 or corners.max() >= len(vertices):
-            found = f"{corners.min()} to {corners.max()}"
-            raise ValueError(f"faces name vertices 0 to {len(vertices) - 1}, found {found}")
+            lowest_to_highest = f"{corners.min()} to {corners.max()}"
+            raise ValueError(
+                f"faces name vertices 0 to {len(vertices) - 1}, found {lowest_to_highest}"
+            )
         vertices, corners = _merge_vertices(vertices, corners)
         notes = []
         whole = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
@@ -151,9 +158,9 @@ class Mesh:
         return self._with(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def _with(self, vertices: FloatArray, faces: IntArray) -> Mesh:
-        made = copy(self)
-        made.vertices_cm, made.faces = vertices, faces
-        return made
+        changed_mesh = copy(self)
+        changed_mesh.vertices_cm, changed_mesh.faces = vertices, faces
+        return changed_mesh
 
     @classmethod
     def read(cls, file: str | Path, unit: str, sheet: bool = False) -> Mesh:
@@ -188,8 +195,8 @@ class Mesh:
         except ImportError:
             raise InputError("to read meshes needs trimesh: pip install 'rftfit[mesh]'") from None
         try:
-            found = trimesh.load_mesh(file, process=False)
-            vertices, faces = UNITS_CM[unit] * np.asarray(found.vertices), np.asarray(found.faces)
+            solid = trimesh.load_mesh(file, process=False)
+            vertices, faces = UNITS_CM[unit] * np.asarray(solid.vertices), np.asarray(solid.faces)
             mesh = cls(vertices, faces, file.stem, sheet)
         except Exception as error:  # noqa: BLE001 - a reader of foreign files fails in any way
             raise InputError(f"{file}: no mesh that can be used: {error}") from None
@@ -284,9 +291,9 @@ def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray
     vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
     j, i = np.meshgrid(np.arange(len(profile) - 1), np.arange(longitudes), indexing="ij")
     right = (i + 1) % longitudes
-    one, two = j * longitudes + i, j * longitudes + right
-    three, four = two + longitudes, one + longitudes
-    faces = np.stack([one, two, three, one, three, four], axis=-1).reshape(-1, 3)
+    left_node, right_node = j * longitudes + i, j * longitudes + right
+    three, four = right_node + longitudes, left_node + longitudes
+    faces = np.stack([left_node, right_node, three, left_node, three, four], axis=-1).reshape(-1, 3)
     on_axis = np.repeat(profile[:, 0] == 0, longitudes)  # all points of such a row are one
     number = np.arange(on_axis.size)
     faces = np.where(on_axis, number - number % longitudes, number)[faces]
@@ -325,8 +332,10 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
         (direction != 0, "are run through twice in the same direction: some faces are turned over"),
     ):
         if wrong.any():
-            at = ", ".join(f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0))
-            raise ValueError(f"{wrong.sum()} of {len(edges)} edges {text}; the first at ({at}) cm")
+            position = ", ".join(f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0))
+            raise ValueError(
+                f"{wrong.sum()} of {len(edges)} edges {text}; the first at ({position}) cm"
+            )
 
 
 def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
@@ -336,9 +345,9 @@ def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
 
     ends = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
     links = coo_array((np.ones(faces.size), ends), (len(vertices), len(vertices)))
-    part = connected_components(links)[1][faces[:, 0]]
+    piece = connected_components(links)[1][faces[:, 0]]
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
-    volumes = np.bincount(part, signed)[np.unique(part)]
+    volumes = np.bincount(piece, signed)[np.unique(piece)]
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
         raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
     if (volumes < 0).any() and (volumes > 0).any():
@@ -396,15 +405,19 @@ class Motion3D:
             "rotation": (np.eye(3) if matrices is None else matrices, 9),
         }
         arrays = []
-        for part, (given, size) in parts.items():
-            one = np.asarray(given, dtype=float)
-            if one.size % size or one.shape[-1:] != (3,):
-                raise ValueError(f"{part}: {size} numbers a pose wanted, found {one.shape}")
-            arrays.append(one.reshape(-1, size))
-        if len({len(one) for one in arrays} - {1}) > 1:
-            raise ValueError(f"poses differ in number: {[len(one) for one in arrays]}")
+        for label, (given, size) in parts.items():
+            values = np.asarray(given, dtype=float)
+            if values.size % size or values.shape[-1:] != (3,):
+                raise ValueError(f"{label}: {size} numbers a pose wanted, found {values.shape}")
+            arrays.append(values.reshape(-1, size))
+        if len({len(poses_given) for poses_given in arrays} - {1}) > 1:
+            raise ValueError(
+                f"poses differ in number: {[len(poses_given) for poses_given in arrays]}"
+            )
         poses = max(map(len, arrays))
-        self.frames = np.hstack([np.broadcast_to(one, (poses, one.shape[1])) for one in arrays])
+        self.frames = np.hstack(
+            [np.broadcast_to(poses_given, (poses, poses_given.shape[1])) for poses_given in arrays]
+        )
         self.name = name
         self.columns = {f"{axis}_cm": self.frames[:, k] for k, axis in enumerate("xyz")}
         turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
@@ -446,14 +459,14 @@ class Motion3D:
         time = np.asarray(time_s, dtype=float)
         if time.size < 2 or not (np.diff(time) > 0).all():
             raise ValueError("a path needs at least two times, and time must increase")
-        position, turn = (np.asarray(part, dtype=float) for part in (position_cm, turn_deg))
+        position, turn = (np.asarray(series, dtype=float) for series in (position_cm, turn_deg))
         turned = Rotation.from_rotvec(np.radians(turn))
         steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)
         angle = np.concatenate([np.zeros((1, 3)), steps])
-        velocity, rate = (np.gradient(one, time, axis=0) for one in (position, angle))
+        velocity, rate = (np.gradient(series, time, axis=0) for series in (position, angle))
         motion = cls(position, velocity, rate, turned.as_matrix(), name)
         numbers = (time, *position.T, *turn.T)
-        motion.columns = dict(zip([one.name for one in PATH.columns], numbers, strict=True))
+        motion.columns = dict(zip([column.name for column in PATH.columns], numbers, strict=True))
         return motion
 
     @classmethod

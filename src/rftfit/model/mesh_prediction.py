@@ -91,8 +91,15 @@ def mesh_draws(
     stack, faces = as_table(draws), describe(mesh)
     shape = (-1, *stack.alpha_z.shape[-2:])
     alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
-    each = (TableProfile.of_nodes(stack.beta, stack.gamma, one) for one in alpha)
-    return np.stack([_forces(law_of(one, law), faces, motion, friction) for one in each])
+    profiles = (
+        TableProfile.of_nodes(stack.beta, stack.gamma, nodes_of_draw) for nodes_of_draw in alpha
+    )
+    return np.stack(
+        [
+            _forces(law_of(profile_of_draw, law), faces, motion, friction)
+            for profile_of_draw in profiles
+        ]
+    )
 
 
 def predict_mesh(
@@ -108,7 +115,7 @@ def predict_mesh(
     whole = mesh_forces(profile, mesh, motion, law, friction)
     best = _named(whole)
     extremes = extremes_in_space(best)
-    known = np.asarray(np.isfinite(whole[:, :6]).all(axis=1))
+    is_finite = np.asarray(np.isfinite(whole[:, :6]).all(axis=1))
     alpha = model = None
     ends: Ends = {}
     model_ends: Ends = {}
@@ -116,22 +123,24 @@ def predict_mesh(
     if isinstance(profile.spread, Profile):
         draws = mesh_draws(profile.spread, mesh, motion, law, friction)
         alpha = DrawStatistics(IN_SPACE, extremes, confidence)
-        alpha.add(_named(draws), known)
+        alpha.add(_named(draws), is_finite)
         ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
-        medium = profile.spread.at(confidence)
+        medium = profile.spread.at_confidence(confidence)
         unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
-        each = mesh_draws(FourierProfile(medium.reference.scaled), mesh, motion, law, friction)
+        draws_of_media = mesh_draws(
+            FourierProfile(medium.reference.scaled), mesh, motion, law, friction
+        )
         tables = [
             mesh_forces(table, mesh, motion, law, friction)[:, :6]
             for table in medium.reference.tables
         ]
-        of_media, measured = medium.of_media(each[..., :6], tables)
+        of_media, measured = medium.of_media(draws_of_media[..., :6], tables)
         lo, hi = medium.with_interval(unit, of_media, measured=measured)[1:]
         ends = {name: (lo[:, k], hi[:, k]) for k, name in enumerate(IN_SPACE)}
     if eps:
         model = DrawStatistics(IN_SPACE, extremes, confidence)
-        model.add(_named(draws[..., :6] + _model_errors(draws, mesh, motion, eps)), known)
+        model.add(_named(draws[..., :6] + _model_errors(draws, mesh, motion, eps)), is_finite)
         model_ends = model.ends
         if alpha is None and ends:
             model_ends = {
@@ -155,10 +164,10 @@ def predict_mesh(
     why = profile.reason or "a position, rotation or velocity is missing"
     places = next(iter(motion.columns.values()))
     bounds: dict[str, tuple[FloatArray, FloatArray]] = {}
-    if not known.all():
+    if not is_finite.all():
         bounds = _bounds(largest, mesh, motion)
     peaks = pick_peaks(best, extremes, places, bounds, alpha, model, ends, model_ends, bed)
-    return pd.DataFrame(columns | {"reason": np.where(known, "", why)}), peaks
+    return pd.DataFrame(columns | {"reason": np.where(is_finite, "", why)}), peaks
 
 
 def _named(forces: FloatArray) -> dict[str, FloatArray]:
@@ -198,8 +207,10 @@ def _bounds(
     force, moment = np.zeros((2, len(motion.frames)))
     for pose, frame in enumerate(motion.frames):
         _, load, _, _, arm = moving_faces(mesh, frame)
-        known = np.isfinite(frame).all()
-        force[pose] = largest * load.sum() if known else np.nan
-        moment[pose] = largest * (load * np.linalg.norm(arm, axis=-1)).sum() if known else np.nan
+        is_finite = np.isfinite(frame).all()
+        force[pose] = largest * load.sum() if is_finite else np.nan
+        moment[pose] = (
+            largest * (load * np.linalg.norm(arm, axis=-1)).sum() if is_finite else np.nan
+        )
     nothing = np.zeros_like(force)
     return {name: (nothing, moment if name.startswith("moment") else force) for name in IN_SPACE}

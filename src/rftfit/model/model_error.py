@@ -86,13 +86,13 @@ class Load:
 
     def between(self, start: int, stop: int) -> Load:
         """The same in every pose of a part of the motion, linear between the poses that were calculated."""
-        wanted = np.arange(start, stop)
-        right = np.clip(np.searchsorted(self.places, wanted, side="right"), 1, self.places.size - 1)
+        places = np.arange(start, stop)
+        right = np.clip(np.searchsorted(self.places, places, side="right"), 1, self.places.size - 1)
         if self.places.size == 1:
-            right = np.zeros(wanted.size, dtype=int)
+            right = np.zeros(places.size, dtype=int)
         left = np.maximum(right - 1, 0)
         gap = np.maximum(self.places[right] - self.places[left], 1)
-        share = (wanted - self.places[left]) / gap
+        share = (places - self.places[left]) / gap
 
         def linear(values: FloatArray) -> FloatArray:
             weight = share.reshape(-1, *[1] * (values.ndim - 2))
@@ -100,7 +100,7 @@ class Load:
             return np.asarray(from_left + weight * (values.take(right, axis=1) - from_left))
 
         size = linear(self.size) * self.loaded[start:stop]
-        return Load(wanted, size, linear(self.centre), self.loaded[start:stop])
+        return Load(places, size, linear(self.centre), self.loaded[start:stop])
 
 
 def size_of(load: FloatArray) -> FloatArray:
@@ -177,7 +177,7 @@ def _alpha_of_draws(
     if isinstance(profile, TableProfile):
         weights = profile.weights(beta, gamma).astype(np.float32)
         parts = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
-        z, x = (weights @ part for part in parts)
+        z, x = (weights @ components for components in parts)
     else:
         z, x = (np.atleast_2d(alpha).astype(np.float32).T for alpha in profile.alpha(beta, gamma))
     return (z, x) if np.isfinite(z.sum() + x.sum()) else (np.nan_to_num(z), np.nan_to_num(x))
@@ -251,8 +251,8 @@ def error_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
 @lru_cache(maxsize=4)
 def _short_paths(progress: bytes, draws: int, axes: int) -> FloatArray:
     places = np.frombuffer(progress)
-    made = [*_make_paths(places, draws, axes, max(places.size, 1))]
-    whole = made[0] if made else np.zeros((draws, axes, 0))
+    paths = [*_make_paths(places, draws, axes, max(places.size, 1))]
+    whole = paths[0] if paths else np.zeros((draws, axes, 0))
     whole.setflags(write=False)
     return whole
 
@@ -267,12 +267,12 @@ def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
     gaps = np.sqrt(3) * np.diff(progress)
     for start in range(0, progress.size, step):
         stop = min(start + step, progress.size)
-        part = np.empty((stop - start, half, axes))
+        block = np.empty((stop - start, half, axes))
         for pose in range(start, stop):
             if pose and (gap := gaps[pose - 1]) > 0:
                 value, rate = _next(value, rate, float(gap), random)
-            part[pose - start] = value
-        both = np.concatenate([part, -part], axis=1)[:, :draws]
+            block[pose - start] = value
+        both = np.concatenate([block, -block], axis=1)[:, :draws]
         # ranks choose normal scores: quantiles of every pose are those of a normal, without the noise of few draws
         even = np.empty_like(both)
         np.put_along_axis(even, both.argsort(axis=1), scores, axis=1)

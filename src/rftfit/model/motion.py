@@ -144,7 +144,7 @@ def path(
     time = np.asarray(time_s, dtype=float)
     if time.size < 2 or not (np.diff(time) > 0).all():
         raise ValueError("a path needs at least two times, and time must increase")
-    x, z, angle = (np.asarray(part, dtype=float) for part in (x_cm, z_cm, angle_deg))
+    x, z, angle = (np.asarray(series, dtype=float) for series in (x_cm, z_cm, angle_deg))
     place = np.stack([x, z, np.unwrap(np.radians(angle))], axis=-1)
     poses = np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
     x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])

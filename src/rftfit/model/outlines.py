@@ -296,12 +296,12 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
             problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
     if problems:
         return problems
-    for one, other in crossings(points):
+    for first_piece, second_piece in crossings(points):
         text = (
-            f"the outline crosses or touches itself: the line from row {rows[one]} to "
-            f"{rows[one + 1]} meets the one from row {rows[other]} to {rows[other + 1]}"
+            f"the outline crosses or touches itself: the line from row {rows[first_piece]} to "
+            f"{rows[first_piece + 1]} meets the one from row {rows[second_piece]} to {rows[second_piece + 1]}"
         )
-        problems.append(Problem("outline.crossing", Place(file, rows[other]), None, text))
+        problems.append(Problem("outline.crossing", Place(file, rows[second_piece]), None, text))
     return problems
 
 
@@ -310,16 +310,16 @@ def crossings(points: FloatArray) -> list[tuple[int, int]]:
     start, end = points[:-1], points[1:]
     closed = bool((points[0] == points[-1]).all())
     last = len(start) - 1
-    found = []
+    pairs = []
     for i in range(last):
-        others = np.arange(i + 1, last + 1)
-        meets = _meet(start[i], end[i], start[others], end[others])
+        later_pieces = np.arange(i + 1, last + 1)
+        meets = _meet(start[i], end[i], start[later_pieces], end[later_pieces])
         # neighbours share a point; they overlap only where the line turns back on itself
         meets[0] = _turns_back(start[i], end[i], end[i + 1])
         if closed and i == 0 and last > 1:
             meets[-1] = _turns_back(start[last], start[0], end[0])
-        found += [(i, int(j)) for j in others[meets]]
-    return found
+        pairs += [(i, int(j)) for j in later_pieces[meets]]
+    return pairs
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -32,7 +32,7 @@ class Extreme(NamedTuple):
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest force of one sign, with its intervals (NaN where none is known), at theta_deg or t_s.
+    """Greatest force of one sign, with its intervals (NaN where none is known), at `position`: theta_deg or t_s.
 
     `value` is the top of the best curve. `lo`, `hi`: interval of alpha; `model_lo`, `model_hi`: with the model's own error;
     both of the mean over beds. `next_lo`, `next_hi`: of the next bed, with both errors.
@@ -43,7 +43,7 @@ class Peak:
     value: float
     lo: float
     hi: float
-    at: float
+    position: float
     model_lo: float = math.nan
     model_hi: float = math.nan
     next_lo: float = math.nan
@@ -60,18 +60,18 @@ class DrawStatistics:
         self, quantities: Sequence[str], extremes: Iterable[Extreme], confidence: float
     ) -> None:
         self.confidence = confidence
-        self._extremes = [wanted for wanted in extremes if wanted.quantity in quantities]
+        self._extremes = [extreme for extreme in extremes if extreme.quantity in quantities]
         self._parts: dict[str, list[FloatArray]] = {name: [] for name in quantities}
         self._tops: dict[str, FloatArray] = {}
 
-    def add(self, draws: Mapping[str, FloatArray], known: npt.NDArray[np.bool_]) -> None:
+    def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
         """Draws of the quantities in the next poses, shape (draws, p); `known`: which poses have a best value."""
         for name, parts in self._parts.items():
             parts.append(np.stack(interval(draws[name], self.confidence)))
-        if not known.any():
+        if not is_finite.any():
             return
         for name, quantity, sign in self._extremes:
-            of_known = draws[quantity] if known.all() else draws[quantity][:, known]
+            of_known = draws[quantity] if is_finite.all() else draws[quantity][:, is_finite]
             top = of_known.max(axis=1) if sign > 0 else -of_known.min(axis=1)
             self._tops[name] = np.maximum(self._tops[name], top) if name in self._tops else top
 
@@ -119,13 +119,13 @@ def pick_peaks(
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
     for extreme in extremes:
         values = extreme.sign * best[extreme.quantity]
-        known = np.isfinite(values)
-        if not known.any() or not values[known].max() > _ROUNDING * largest:
+        is_finite = np.isfinite(values)
+        if not is_finite.any() or not values[is_finite].max() > _ROUNDING * largest:
             continue
         row = int(np.nanargmax(values))
-        if not known.all():
-            part, most = bounds[extreme.quantity]
-            if not ((extreme.sign * part + most)[~known] <= values[row]).all():
+        if not is_finite.all():
+            alpha_bounds, most = bounds[extreme.quantity]
+            if not ((extreme.sign * alpha_bounds + most)[~is_finite] <= values[row]).all():
                 continue
         value = float(best[extreme.quantity][row])
         ends = []
@@ -166,18 +166,20 @@ def unknown_peaks(
     best: Mapping[str, FloatArray], extremes: Iterable[Extreme], peaks: Iterable[Peak]
 ) -> list[str]:
     """Names of peaks that may lie in a pose without a number, and are therefore not stated."""
-    there = {peak.name for peak in peaks}
+    present_names = {peak.name for peak in peaks}
     return [
         extreme.name
         for extreme in extremes
-        if extreme.name not in there and np.isnan(best[extreme.quantity]).any()
+        if extreme.name not in present_names and np.isnan(best[extreme.quantity]).any()
     ]
 
 
 def joined(
-    value: FloatArray, one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]
+    value: FloatArray,
+    first_ends: tuple[FloatArray, FloatArray],
+    second_ends: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Interval with two independent errors: the distances of their ends add in squares."""
-    below = np.hypot(value - one[0], value - other[0])
-    above = np.hypot(one[1] - value, other[1] - value)
+    below = np.hypot(value - first_ends[0], value - second_ends[0])
+    above = np.hypot(first_ends[1] - value, second_ends[1] - value)
     return value - below, value + above

@@ -100,20 +100,20 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
         distance=0.0,
         dof=0,
         pushes=0,
-        known=shapes.name,
+        known_media=shapes.name,
         lines=nodes.lines,
     )
 
 
-def _alpha(alpha: FloatArray, known: Map) -> FloatArray:
+def _alpha(alpha: FloatArray, medium_map: Map) -> FloatArray:
     # on the lines on which a push can be planned: what a map has between them is no other target
-    there = alpha[..., : known.lines]
-    flat = there.reshape(*alpha.shape[:-2], -1)
-    return np.asarray(flat / np.abs(known.alpha).max())
+    on_lines = alpha[..., : medium_map.lines]
+    flat = on_lines.reshape(*alpha.shape[:-2], -1)
+    return np.asarray(flat / np.abs(medium_map.alpha).max())
 
 
-def _zeta(alpha: FloatArray, known: Map) -> FloatArray:
-    return vertical_penetration(known.coefficients(alpha))[..., None]
+def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
+    return vertical_penetration(medium_map.coefficients(alpha))[..., None]
 
 
 WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha, relative=False)
@@ -124,16 +124,18 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
     """Largest lift and largest horizontal force on each outline along a motion."""
     poses = (rotation() if motion is None else motion).poses
 
-    def numbers(alpha: FloatArray, known: Map) -> FloatArray:
-        best = TableProfile(known.alpha[0], known.alpha[1], known.beta, known.gamma)
-        many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], known.beta, known.gamma)
-        found = []
+    def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
+        best = TableProfile(
+            medium_map.alpha[0], medium_map.alpha[1], medium_map.beta, medium_map.gamma
+        )
+        many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma)
+        peak_forces = []
         for outline in outlines:
             force = forces_on(best, outline, poses)
-            at = [int(np.argmax(force.force_z_N)), int(np.argmax(np.abs(force.force_x_N)))]
-            forces = force_draws(many, outline, poses[at])
-            found += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
-        return np.stack(found, axis=-1)
+            peak_poses = [int(np.argmax(force.force_z_N)), int(np.argmax(np.abs(force.force_x_N)))]
+            forces = force_draws(many, outline, poses[peak_poses])
+            peak_forces += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
+        return np.stack(peak_forces, axis=-1)
 
     names = [outline.name for outline in outlines]
     parts = tuple(f"{name}, {what}" for name in names for what in ("lift", "horizontal"))
@@ -220,7 +222,7 @@ def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
 
 def plan(
     target: Target | Outline | Sequence[Outline] | str = "map",
-    known: Map | None = None,
+    current_map: Map | None = None,
     rig: Rig | None = None,
     count: int = 10,
     confidence: float = 0.95,
@@ -257,17 +259,17 @@ def plan(
     3
     """
     rig, target = rig or Rig(), _target(target)
-    known = known or prior_map(
+    current_map = current_map or prior_map(
         nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
-    value = np.atleast_1d(target.numbers(known.alpha, known))
+    value = np.atleast_1d(target.numbers(current_map.alpha, current_map))
     scale = np.abs(value) if target.relative else np.ones_like(value)
-    rows = known.factor
+    rows = current_map.factor
     if target.linear:
-        moved = target.numbers(rows, known)
+        moved = target.numbers(rows, current_map)
     else:  # how it moves with the largest parts of the error
         rows = _largest(rows)
-        above, below = (target.numbers(known.alpha + s * rows, known) for s in (1, -1))
+        above, below = (target.numbers(current_map.alpha + s * rows, current_map) for s in (1, -1))
         moved = (above - below) / 2
     flat = rows.reshape(len(rows), -1)
     joint = np.hstack([flat, moved / scale])
@@ -275,10 +277,10 @@ def plan(
     if not np.isfinite(covariance).all():
         raise ValueError(f"{target.name} has no number in this medium")
     quantile = float(student_quantile(confidence, GIVEN_DOF))
-    noise = usual_error(known.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
+    noise = usual_error(current_map.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
     # without an error of its own a push that is repeated would leave no inverse
     noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
-    choices = _choices(known, rig)
+    choices = _choices(current_map, rig)
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
         before = np.diag(covariance)[size:].sum()
@@ -310,23 +312,29 @@ def _largest(factor: FloatArray) -> FloatArray:
     return largest.reshape(-1, *factor.shape[1:])
 
 
-def _target(wanted: Target | Outline | Sequence[Outline] | str) -> Target:
-    if isinstance(wanted, Target):
-        return wanted
-    if isinstance(wanted, str):
-        named = {one.name: one for one in (WHOLE_MAP, ZETA)}
-        return named[choose("target", wanted, tuple(named))]
-    return peaks([wanted] if isinstance(wanted, Outline) else wanted)
+def _target(target: Target | Outline | Sequence[Outline] | str) -> Target:
+    if isinstance(target, Target):
+        return target
+    if isinstance(target, str):
+        targets_by_name = {known_target.name: known_target for known_target in (WHOLE_MAP, ZETA)}
+        return targets_by_name[choose("target", target, tuple(targets_by_name))]
+    return peaks([target] if isinstance(target, Outline) else target)
 
 
-def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[float, float], ...]]]:
+def _choices(
+    medium_map: Map, rig: Rig
+) -> list[tuple[list[int], int, tuple[tuple[float, float], ...]]]:
     """Places of both components of each push that the rig can make, its runs and its directions."""
-    count = known.beta.size
-    own = np.column_stack([np.degrees(known.beta), np.degrees(known.gamma)])
-    nodes = {(round(b, 3) + 0.0, round(g, 3) + 0.0): place for place, (b, g) in enumerate(own)}
-    wanted = rig.directions or tuple((float(b), float(g)) for b, g in own[: known.lines])
-    found = []
-    for beta, gamma in wanted:
+    count = medium_map.beta.size
+    nodes_deg = np.column_stack([np.degrees(medium_map.beta), np.degrees(medium_map.gamma)])
+    nodes = {
+        (round(b, 3) + 0.0, round(g, 3) + 0.0): place for place, (b, g) in enumerate(nodes_deg)
+    }
+    directions = rig.directions or tuple(
+        (float(b), float(g)) for b, g in nodes_deg[: medium_map.lines]
+    )
+    choices = []
+    for beta, gamma in directions:
         ways = [(beta, gamma)]
         if rig.pairs and gamma < 0:
             continue
@@ -343,19 +351,19 @@ def _choices(known: Map, rig: Rig) -> list[tuple[list[int], int, tuple[tuple[flo
             )
         places = [nodes[key] for key in keys]
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
-        found.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
-    return found
+        choices.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
+    return choices
 
 
 def reachable(
-    known: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
+    medium_map: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
     """Directions on the lines of a map (degrees) with these angles of plate and path; where none is named, with any."""
-    angles = np.degrees([known.beta, known.gamma])[:, : known.lines].round(4)
+    angles = np.degrees([medium_map.beta, medium_map.gamma])[:, : medium_map.lines].round(4)
     near = np.ones(angles.shape[1], dtype=bool)
-    for own, wanted in zip(angles, (beta_deg, gamma_deg), strict=True):
-        if len(wanted):
-            near &= np.abs(own[:, None] - np.asarray(wanted)).min(axis=1) < 0.5
+    for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):
+        if len(angles_asked):
+            near &= np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1) < 0.5
     return tuple((beta, gamma) for beta, gamma in angles[:, near].T.tolist())
 
 
@@ -370,7 +378,7 @@ def run_sheet_rows(plan: Plan) -> str:
     lines = [SHEET_COLUMNS]
     for number, step in enumerate(plan.steps[1:], start=1):
         rows = push_rows(step, _DEPTHS_CM)
-        for part, row in enumerate(rows, start=1):
-            name = f"plan{number:02d}" + (f"_{part}" if len(rows) > 1 else "")
+        for piece, row in enumerate(rows, start=1):
+            name = f"plan{number:02d}" + (f"_{piece}" if len(rows) > 1 else "")
             lines.append(f"{name},plate,,,{','.join(row.values())},,")
     return "\n".join(lines) + "\n"

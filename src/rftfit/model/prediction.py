@@ -148,7 +148,9 @@ def predict_with_peaks(
         )
         ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
-        ends = _of_further_medium(profile.spread.at(confidence), outline, motion.poses, quantities)
+        ends = _of_further_medium(
+            profile.spread.at_confidence(confidence), outline, motion.poses, quantities
+        )
     if eps and model is None:
         model = _spread_of_model(profile, outline, motion.poses, best, confidence, quantities, eps)
     if model is not None:
@@ -198,11 +200,15 @@ def _of_further_medium(
 ) -> Ends:
     reference = medium.reference
     unit = _named(forces_on(FourierProfile(reference.m0), outline, poses), quantities)
-    each = _named(force_draws(FourierProfile(reference.scaled), outline, poses), quantities)
+    forces_of_media = _named(
+        force_draws(FourierProfile(reference.scaled), outline, poses), quantities
+    )
     tables = [_named(forces_on(table, outline, poses), quantities) for table in reference.tables]
     ends: Ends = {}
     for name in quantities:
-        of_media, measured = medium.of_media(each[name], [forces[name] for forces in tables])
+        of_media, measured = medium.of_media(
+            forces_of_media[name], [forces[name] for forces in tables]
+        )
         ends[name] = medium.with_interval(unit[name], of_media, measured=measured)[1:]
     return ends
 
@@ -225,12 +231,12 @@ def _spread_of_draws(
     load = errors.outline_load(draws, outline, poses, with_centre=moment) if eps else None
     paths = errors.error_paths(errors.outline_progress(outline, poses), count, 2, step)
     for start in range(0, len(poses), step):
-        part = slice(start, start + step)
-        forces = _named(force_draws(draws, outline, poses[part]), QUANTITIES)
-        known = np.isfinite(best["force_z_N"][part])
-        alpha.add(forces, known)
+        chunk = slice(start, start + step)
+        forces = _named(force_draws(draws, outline, poses[chunk]), QUANTITIES)
+        is_finite = np.isfinite(best["force_z_N"][chunk])
+        alpha.add(forces, is_finite)
         if model is not None and load is not None:
-            model.add(_with_error(forces, load, start, next(paths), eps), known)
+            model.add(_with_error(forces, load, start, next(paths), eps), is_finite)
     return alpha, model
 
 
@@ -251,10 +257,10 @@ def _spread_of_model(
     place_of_pose = errors.outline_progress(outline, poses)
     paths = errors.error_paths(place_of_pose, errors.DRAWS, 2, step)
     for start, path in zip(range(0, len(poses), step), paths, strict=True):
-        part = slice(start, start + step)
-        forces = {name: values[part][None] for name, values in best.items()}
-        known = np.isfinite(best["force_z_N"][part])
-        model.add(_with_error(forces, load, start, path, eps), known)
+        chunk = slice(start, start + step)
+        forces = {name: values[chunk][None] for name, values in best.items()}
+        is_finite = np.isfinite(best["force_z_N"][chunk])
+        model.add(_with_error(forces, load, start, path, eps), is_finite)
     return model
 
 
@@ -290,8 +296,8 @@ def _bounds(
     most_moment = np.abs(arm[..., 1]) * most_x + np.abs(arm[..., 0]) * most_z
     parts = (z, most_z), (x, most_x), (moment, most_moment)
     return {
-        name: (known.sum(axis=-1), most.sum(axis=-1))
-        for name, (known, most) in zip(QUANTITIES, parts, strict=True)
+        name: (alpha_bounds.sum(axis=-1), most.sum(axis=-1))
+        for name, (alpha_bounds, most) in zip(QUANTITIES, parts, strict=True)
     }
 
 
@@ -343,26 +349,26 @@ def beyond_measured(
     total = float(np.nansum(load))
     if not total > 0:
         return []
-    found = []
+    warnings = []
     shallowest, deepest = profile.window
 
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total
 
     if (deeper := depth[load > 0].max()) > deepest:
-        found.append(
+        warnings.append(
             f"deeper than measured: down to {deeper:.1f} cm, alpha is from {deepest:.1f} cm at most "
             f"({100 * share(depth > deepest):.0f} % of depth times area lies below)"
         )
-    if (part := share(depth < shallowest)) > _NOTICED:
-        found.append(
-            f"nearer to the surface than measured: {100 * part:.0f} % of depth times area lies above "
+    if (share_above := share(depth < shallowest)) > _NOTICED:
+        warnings.append(
+            f"nearer to the surface than measured: {100 * share_above:.0f} % of depth times area lies above "
             f"{shallowest:.1f} cm"
         )
     if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
-        part = share(speed > QUASI_STATIC_CM_PER_S)
-        found.append(
-            f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * part:.0f} % of depth times area "
+        share_above = share(speed > QUASI_STATIC_CM_PER_S)
+        warnings.append(
+            f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * share_above:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
         )
     if config is not None:
@@ -373,13 +379,13 @@ def beyond_measured(
             near |= np.abs(place_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
         if isinstance(outline, Outline):
             near |= outline.width_cm > box.width_cm - 2 * clear
-        if (part := float(np.nansum(load[near])) / total) > _NOTICED:
-            found.append(
-                f"near the container: {100 * part:.0f} % of depth times area lies within {clear:g} cm of "
+        if (share_above := float(np.nansum(load[near])) / total) > _NOTICED:
+            warnings.append(
+                f"near the container: {100 * share_above:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"
             )
     points = outline.vertices_cm if isinstance(outline, Mesh) else errors.outline_points(outline)
-    return found + errors.beyond_tested(errors.longest(points), fastest)
+    return warnings + errors.beyond_tested(errors.longest(points), fastest)
 
 
 def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArray]:

@@ -92,17 +92,19 @@ def write_profile(
     >>> profile = rftfit.published_medium("poppy_LP")
     >>> rftfit.write_profile("profile.json", profile, name="poppy_LP")  # doctest: +SKIP
     """
-    table, own = (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
+    table, name_of_map = (
+        (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
+    )
     kind = type(table).__name__
     if kind != "TableProfile" or table.alpha_z.ndim > 2:
-        named = getattr(table, "name", "write_profile(path, profile)")
-        raise InputError(f"{named}: found a {kind}; allowed: a map or a table of one medium")
+        name_given = getattr(table, "name", "write_profile(path, profile)")
+        raise InputError(f"{name_given}: found a {kind}; allowed: a map or a table of one medium")
     low, high = window or table.window
     file = ModelFile[ProfileFile](str(path))
     file.data = {
         "format": FORMAT,
         "version": VERSION,
-        "medium": {"name": name or own, "title": title, "notes": notes},
+        "medium": {"name": name or name_of_map, "title": title, "notes": notes},
         "golden": _golden(table),
         "validity": {
             "depth_from_cm": low or None,
@@ -122,10 +124,10 @@ def write_profile(
     content = _checked(file)
     text = _text(content.model_copy(update={"digest": _digest(content)}).model_dump()) + "\n"
     if (size := len(text.encode())) > _MOST_BYTES:
-        found = (
+        file_content = (
             f"{size / 1e6:.1f} MB with the errors of {len(content.directions.beta_deg)} directions"
         )
-        raise InputError(f"{path}: found {found}; allowed: {_MOST_BYTES / 1e6:g} MB")
+        raise InputError(f"{path}: found {file_content}; allowed: {_MOST_BYTES / 1e6:g} MB")
     write_text(path, text)
 
 
@@ -136,33 +138,33 @@ def _origin(profile: Map | TableProfile) -> dict[str, Any]:
     return {
         "kind": "map",
         "pushes": profile.pushes,
-        "known_media": profile.known,
+        "known_media": profile.known_media,
         "belongs": belongs,
     }
 
 
 def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     """Alpha of the nodes and its draws, each direction once; the pushes where they are not just these."""
-    beta, gamma = (one.ravel() for one in np.meshgrid(table.beta, table.gamma, indexing="ij"))
+    beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     first, listed = each_once(beta, gamma)
 
-    def there(of: TableProfile) -> FloatArray:
+    def alpha_at_nodes(of: TableProfile) -> FloatArray:
         return np.stack(listed.complete(*of.parameters))
 
-    rows = np.concatenate([np.degrees([beta[first], gamma[first]]), there(table)])
-    found: dict[str, Any] = {"directions": _columns(("beta_deg", "gamma_deg", *_ALPHA), rows)}
+    rows = np.concatenate([np.degrees([beta[first], gamma[first]]), alpha_at_nodes(table)])
+    numbers: dict[str, Any] = {"directions": _columns(("beta_deg", "gamma_deg", *_ALPHA), rows)}
     listed_alone = rows[:, np.isfinite(rows[2:]).any(axis=0)]
     if listed_alone.shape != pushed[:4].shape or not np.allclose(
         listed_alone, pushed[:4], 1e-9, 1e-12, True
     ):
-        found["pushes"] = _columns(_PUSHES, pushed)
+        numbers["pushes"] = _columns(_PUSHES, pushed)
     if isinstance(table.spread, TableProfile):
-        draws = there(table.spread)
+        draws = alpha_at_nodes(table.spread)
         if not np.isnan(draws).all():
-            short = [_numbers(one, _DIGITS_OF_DRAWS) for one in draws.reshape(-1, first.size)]
+            short = [_numbers(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, first.size)]
             half = len(short) // 2
-            found["errors"] = dict(zip(_DRAWS, (short[:half], short[half:]), strict=True))
-    return found
+            numbers["errors"] = dict(zip(_DRAWS, (short[:half], short[half:]), strict=True))
+    return numbers
 
 
 def _columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[float | None]]:
@@ -172,7 +174,9 @@ def _columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[float | N
 
 def _numbers(values: FloatArray, digits: int) -> list[float | None]:
     """Numbers as JSON has them: NaN is null, nothing is called -0."""
-    return [None if math.isnan(one) else float(f"{one:.{digits}g}") + 0.0 for one in values]
+    return [
+        None if math.isnan(number) else float(f"{number:.{digits}g}") + 0.0 for number in values
+    ]
 
 
 def _digest(content: ProfileFile) -> str:
@@ -183,7 +187,7 @@ def _text(value: Any, depth: int = 1) -> str:
     """JSON with a line for each key and each draw."""
     before, after = "\n" + " " * depth, "\n" + " " * (depth - 1)
     if isinstance(value, dict) and value:
-        lines = (f"{json.dumps(name)}: {_text(one, depth + 1)}" for name, one in value.items())
+        lines = (f"{json.dumps(name)}: {_text(item, depth + 1)}" for name, item in value.items())
         return "{" + before + f",{before}".join(lines) + after + "}"
     if isinstance(value, list) and value and isinstance(value[0], list):
         return "[" + before + f",{before}".join(map(_text, value)) + after + "]"
@@ -199,18 +203,18 @@ _TRIED_GAMMA = (25, 40, 50, 80, -25, -40, -50, -80)
 def _misread(profile: Profile, beta_deg: float, gamma_deg: float) -> FloatArray:
     """Alpha z and x of a direction as other signs, axes and senses of the angles give it, shape (10, 2)."""
 
-    def at(beta: float, gamma: float) -> FloatArray:
+    def alpha_at(beta: float, gamma: float) -> FloatArray:
         return np.array(profile.alpha(np.radians(beta), np.radians(gamma)))
 
-    z, x = at(beta_deg, gamma_deg)
+    z, x = alpha_at(beta_deg, gamma_deg)
     other_signs = [(-z, x), (z, -x), (-z, -x), (x, z)]
     other_senses = [
-        at(-beta_deg, gamma_deg),
-        at(beta_deg, -gamma_deg),
-        at(-beta_deg, -gamma_deg),
-        at(gamma_deg, beta_deg),
-        at(beta_deg, 180 - gamma_deg),
-        at(90 - beta_deg, gamma_deg),
+        alpha_at(-beta_deg, gamma_deg),
+        alpha_at(beta_deg, -gamma_deg),
+        alpha_at(-beta_deg, -gamma_deg),
+        alpha_at(gamma_deg, beta_deg),
+        alpha_at(beta_deg, 180 - gamma_deg),
+        alpha_at(90 - beta_deg, gamma_deg),
     ]
     return np.array([*other_signs, *other_senses])
 
@@ -230,7 +234,7 @@ def _golden(table: TableProfile) -> dict[str, float | None]:
             "neighbours; the map needs one push only"
         )
     # the first of those that are equally good
-    _, *best = max(tried, key=lambda one: one[0])
+    _, *best = max(tried, key=lambda trial: trial[0])
     short = _numbers(np.array(best), _DIGITS)
     return dict(zip(("beta_deg", "gamma_deg", *_ALPHA), short, strict=True))
 
@@ -283,14 +287,14 @@ def pushes_in_profile(path: Path) -> pd.DataFrame:
 def profile_of(content: ProfileFile) -> TableProfile:
     """Interpolate the directions of a file, with its draws."""
     beta_deg, gamma_deg, *alpha = _array(content.directions, ("beta_deg", "gamma_deg", *_ALPHA))
-    at = np.radians(beta_deg), np.radians(gamma_deg)
+    angles_rad = np.radians(beta_deg), np.radians(gamma_deg)
     name = content.origin.profile or "profile from a file"
     why = f"{name}: null there" if np.isnan(alpha).any() else ""
     why = content.validity.without_number or why
-    table = TableProfile.of_directions(*at, (alpha[0], alpha[1]), name, why)
+    table = TableProfile.of_directions(*angles_rad, (alpha[0], alpha[1]), name, why)
     if content.errors is not None:
         draws_z, draws_x = _array(content.errors, _DRAWS)
-        table.spread = TableProfile.of_directions(*at, (draws_z, draws_x))
+        table.spread = TableProfile.of_directions(*angles_rad, (draws_z, draws_x))
     return table
 
 
@@ -343,9 +347,9 @@ def _checked(file: ModelFile[ProfileFile]) -> ProfileFile:
             _check_directions(file, content)
         if not file.problems:
             _check_numbers(file, content)
-        if content.digest and content.digest != (own := _digest(content)):
+        if content.digest and content.digest != (digest := _digest(content)):
             text = f"{content.digest}, as written: numbers were changed since; leave the key out to use them"
-            file.note(("digest",), "digest", own, text)
+            file.note(("digest",), "digest", digest, text)
     if content is None or file.problems:
         raise CampaignError(file.problems)
     return content
@@ -356,8 +360,8 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     for section in ("directions", "pushes"):
         columns = dict(getattr(content, section) or {})
         for name, values in columns.items():
-            if len(values) != (wanted := len(columns["beta_deg"])):
-                text = f"{wanted} entries, as beta_deg has"
+            if len(values) != (length := len(columns["beta_deg"])):
+                text = f"{length} entries, as beta_deg has"
                 file.note((section, name), "length", f"{len(values)} entries", text)
     if content.errors is None:
         return
@@ -365,20 +369,20 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     for name, rows in content.errors:
         if len(rows) != draws:
             file.note(("errors", name), "length", f"{len(rows)} rows", f"{draws} rows")
-        for at, row in enumerate(rows):
+        for index, row in enumerate(rows):
             if len(row) != count:
                 text = f"{count} entries, one a direction"
-                file.note(("errors", name, at), "length", f"{len(row)} entries", text)
+                file.note(("errors", name, index), "length", f"{len(row)} entries", text)
                 break
 
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
     first, _ = each_once(beta, gamma)
-    for at in sorted({*range(beta.size)} - {*first.tolist()}):
-        found = f"({np.degrees(beta[at]):g}, {np.degrees(gamma[at]):g})"
+    for index in sorted({*range(beta.size)} - {*first.tolist()}):
+        direction_deg = f"({np.degrees(beta[index]):g}, {np.degrees(gamma[index]):g})"
         text = "directions once, without mirror images; this one was listed before"
-        file.note(("directions", "gamma_deg", at), "twice", found, text)
+        file.note(("directions", "gamma_deg", index), "twice", direction_deg, text)
         return
     try:
         profile_of(content)
@@ -395,20 +399,22 @@ def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     if content.errors is not None:
         alpha, draws = _array(content.directions, _ALPHA), _array(content.errors, _DRAWS)
         least, most = draws.min(axis=1), draws.max(axis=1)
-        known = ~np.isnan(draws).all(axis=1)
-        off = known & ~((least <= alpha + near) & (alpha <= most + near))
-        for component, at in zip(*np.nonzero(off), strict=True):
-            found = f"draws from {least[component, at]:.6g} to {most[component, at]:.6g}"
-            text = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, at]:.6g}"
-            file.note(("errors", _DRAWS[component], 0, int(at)), "draws", found, text)
+        has_draw = ~np.isnan(draws).all(axis=1)
+        off = has_draw & ~((least <= alpha + near) & (alpha <= most + near))
+        for component, index in zip(*np.nonzero(off), strict=True):
+            range_of_draws = (
+                f"draws from {least[component, index]:.6g} to {most[component, index]:.6g}"
+            )
+            text = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, index]:.6g}"
+            file.note(("errors", _DRAWS[component], 0, int(index)), "draws", range_of_draws, text)
             break
-    at = golden.beta_deg, golden.gamma_deg
-    found_alpha = np.array(table.alpha(*np.radians(at)))
-    wanted = _array(golden, _ALPHA)
-    right = np.abs(found_alpha - wanted) <= near
+    index = golden.beta_deg, golden.gamma_deg
+    found_alpha = np.array(table.alpha(*np.radians(index)))
+    golden_alpha = _array(golden, _ALPHA)
+    right = np.abs(found_alpha - golden_alpha) <= near
     if right.all():
         return
     for component in np.flatnonzero(~right):
-        text = f"{wanted[component]:.6g}, the golden value {_ALPHA[component]} at ({at[0]:g}, {at[1]:g}) degrees"
-        found = f"{found_alpha[component]:.6g}"
-        file.note(("directions", _ALPHA[component]), "golden", found, text)
+        text = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at ({index[0]:g}, {index[1]:g}) degrees"
+        range_of_draws = f"{found_alpha[component]:.6g}"
+        file.note(("directions", _ALPHA[component]), "golden", range_of_draws, text)

@@ -63,7 +63,7 @@ def make_pack(
 ) -> Pack:
     """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
     values, beta, gamma, cells = (
-        np.ascontiguousarray(part, dtype=float) for part in (values, beta, gamma, cells)
+        np.ascontiguousarray(array, dtype=float) for array in (values, beta, gamma, cells)
     )
     return Pack(kind, values, beta, gamma, _bins(beta), _bins(gamma), cells)
 
@@ -92,12 +92,12 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
     if not missing.any():
         return np.tensordot(values, weights, axes=(-1, -1))
     # relative, because a sum over elements carries a unit
-    part = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
+    counts = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
     result = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
     flat = missing.reshape(-1, missing.shape[-1])
     if (flat.any(axis=0) == flat.all(axis=0)).all():  # the same in all draws
         missing = np.asarray(flat.any(axis=0))
-    lost = np.tensordot(missing.astype(float), part.astype(float), axes=(-1, -1)) > 0
+    lost = np.tensordot(missing.astype(float), counts.astype(float), axes=(-1, -1)) > 0
     return np.where(lost, np.nan, result)
 
 
@@ -343,8 +343,10 @@ class TableProfile(Profile):
         )
         if not places:
             return f"{self.name}: no alpha {far}"
-        more = f"; nor {far}" if self.scattered else ""
-        return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(places)}{more}"
+        nearest_words = f"; nor {far}" if self.scattered else ""
+        return (
+            f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(places)}{nearest_words}"
+        )
 
     @classmethod
     def of_directions(
@@ -363,11 +365,11 @@ class TableProfile(Profile):
         first = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
         if grid is None or first > 1e-9 or (grid.node < 0).any():
             raise ValueError("the directions are no whole grid")
-        made = cls.__new__(cls)
-        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
-        made.cells = (beta, gamma, *alpha)
-        made._lay(grid, alpha)
-        return made
+        profile = cls.__new__(cls)
+        profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
+        profile.cells = (beta, gamma, *alpha)
+        profile._lay(grid, alpha)
+        return profile
 
     @classmethod
     def of_nodes(
@@ -379,15 +381,15 @@ class TableProfile(Profile):
         reason: str = "",
     ) -> TableProfile:
         """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
-        made = cls.__new__(cls)
-        made.name, made.reason, made.spread, made.scattered = name, reason, None, False
-        made.beta, made.gamma = beta, gamma
-        made.alpha_z, made.alpha_x = alpha
+        profile = cls.__new__(cls)
+        profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
+        profile.beta, profile.gamma = beta, gamma
+        profile.alpha_z, profile.alpha_x = alpha
         half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
         cells = np.meshgrid(beta, gamma[half], indexing="ij")
-        values = [part[..., half].reshape(*part.shape[:-2], -1) for part in alpha]
-        made.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
-        return made
+        values = [component[..., half].reshape(*component.shape[:-2], -1) for component in alpha]
+        profile.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
+        return profile
 
     def _lay(self, grid: Rectangle, alpha: tuple[FloatArray, FloatArray]) -> None:
         whole_z, whole_x = grid.torus.complete(*alpha)
@@ -447,13 +449,13 @@ class TableProfile(Profile):
 
         points, places, weights = [], [], []
         for row, col, weight in self._corners(beta, gamma):
-            there = np.flatnonzero(weight >= NEGLIGIBLE)
-            points.append(there)
-            places.append((row * self.gamma.size + col)[there])
-            weights.append(weight[there])
-        at = np.concatenate(points), np.concatenate(places)
+            nonzero = np.flatnonzero(weight >= NEGLIGIBLE)
+            points.append(nonzero)
+            places.append((row * self.gamma.size + col)[nonzero])
+            weights.append(weight[nonzero])
+        index = np.concatenate(points), np.concatenate(places)
         shape = (beta.size, self.beta.size * self.gamma.size)
-        return csr_array((np.concatenate(weights), at), shape=shape)
+        return csr_array((np.concatenate(weights), index), shape=shape)
 
     def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """As `Profile.alpha`, without the weights of all nodes."""
@@ -463,10 +465,10 @@ class TableProfile(Profile):
         def total(values: FloatArray) -> FloatArray:
             result = np.zeros((*values.shape[:-2], *beta.shape))
             for row, col, weight in corners:
-                there = values[..., row, col]
+                corner_values = values[..., row, col]
                 # a node without weight may be missing
-                idle = (weight < NEGLIGIBLE) & np.isnan(there)
-                result += np.where(idle, 0.0, weight * there)
+                idle = (weight < NEGLIGIBLE) & np.isnan(corner_values)
+                result += np.where(idle, 0.0, weight * corner_values)
             return result
 
         return total(self.alpha_z), total(self.alpha_x)
@@ -496,28 +498,30 @@ def _triangulated(
     from scipy.spatial import Delaunay, KDTree
 
     rows, columns = np.arange(-90, 91, _STEP_DEG), np.arange(-180, 181, _STEP_DEG)
-    known = np.isfinite(alpha_z + alpha_x)
-    there = known.reshape(-1, known.shape[-1]).all(axis=0)
+    is_finite = np.isfinite(alpha_z + alpha_x)
+    has_alpha = is_finite.reshape(-1, is_finite.shape[-1]).all(axis=0)
     lead = alpha_z.shape[:-1]
-    if not there.any():
+    if not has_alpha.any():
         nothing = np.full((*lead, rows.size, columns.size), np.nan)
         return np.radians(rows), np.radians(columns), nothing, nothing
-    whole = torus(beta[there], gamma[there])
-    own = np.degrees(np.column_stack([whole.beta, whole.gamma]))
+    whole = torus(beta[has_alpha], gamma[has_alpha])
+    nodes_deg = np.degrees(np.column_stack([whole.beta, whole.gamma]))
     # the plane around it, one period to each side
     shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
-    points = np.concatenate([own + shift for shift in shifts])
-    number = np.tile(np.arange(len(own)), len(shifts))
-    at = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2).astype(float)
+    points = np.concatenate([nodes_deg + shift for shift in shifts])
+    number = np.tile(np.arange(len(nodes_deg)), len(shifts))
+    grid_places = (
+        np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2).astype(float)
+    )
     mesh = Delaunay(points)
-    corner = mesh.find_simplex(at)
+    corner = mesh.find_simplex(grid_places)
     step = mesh.transform[corner]
-    two = np.einsum("nij,nj->ni", step[:, :2], at - step[:, 2])
+    two = np.einsum("nij,nj->ni", step[:, :2], grid_places - step[:, 2])
     three = np.column_stack([two, 1 - two.sum(axis=1)])
-    place = (np.repeat(np.arange(len(at)), 3), number[mesh.simplices[corner]].ravel())
-    weights = csr_array((three.ravel(), place), shape=(len(at), len(own)))
-    near = KDTree(points).query(at)[0] <= REACH_DEG
-    nodes = np.arange(len(at)).reshape(rows.size, columns.size)
+    place = (np.repeat(np.arange(len(grid_places)), 3), number[mesh.simplices[corner]].ravel())
+    weights = csr_array((three.ravel(), place), shape=(len(grid_places), len(nodes_deg)))
+    near = KDTree(points).query(grid_places)[0] <= REACH_DEG
+    nodes = np.arange(len(grid_places)).reshape(rows.size, columns.size)
     half = columns.size // 2
     image = np.concatenate([nodes[::-1, half::-1], nodes[::-1, -2 : half - 1 : -1]], axis=1).ravel()
 
@@ -528,14 +532,14 @@ def _triangulated(
         values = np.where(near & near[image], values, np.nan)
         return values.reshape(*lead, rows.size, columns.size)
 
-    z, x = whole.complete(alpha_z[..., there], alpha_x[..., there])
+    z, x = whole.complete(alpha_z[..., has_alpha], alpha_x[..., has_alpha])
     return np.radians(rows), np.radians(columns), laid(z, 1.0), laid(x, -1.0)
 
 
-def _interval(nodes: FloatArray, at: FloatArray) -> tuple[IndexArray, FloatArray]:
+def _interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
     """Interval between nodes, and the place inside it from 0 to 1 (NaN where `at` is)."""
-    index = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
-    return index, (at - nodes[index]) / (nodes[index + 1] - nodes[index])
+    index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
+    return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])
 
 
 class FourierProfile(Profile):
@@ -591,10 +595,10 @@ class FourierProfile(Profile):
         return np.moveaxis(terms_z, 0, -1), np.moveaxis(terms_x, 0, -1)
 
 
-def _values(values: npt.ArrayLike, size: int, wanted: str) -> FloatArray:
+def _values(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray:
     array = np.asarray(values, dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"{wanted} wanted, found an array of shape {array.shape}")
+        raise ValueError(f"{shape_text} wanted, found an array of shape {array.shape}")
     return array
 
 
@@ -711,7 +715,7 @@ class DepthOnlyProfile(Profile):
         basis_z = np.stack([level * (down > STILL), level * (down < -STILL)], axis=-1)
         basis_x = upright * ((left > STILL).astype(float) - (left < -STILL))
         basis_z, basis_x = (
-            np.where(unknown[..., None], np.nan, part) for part in (basis_z, basis_x[..., None])
+            np.where(unknown[..., None], np.nan, values) for values in (basis_z, basis_x[..., None])
         )
         return basis_z, basis_x
 
@@ -748,16 +752,16 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     choose("medium", medium, MEDIA, "published media")
     choose("profile", kind, PUBLISHED_KINDS)
     table = TableProfile.published(medium)
-    found: Profile = table
+    profile: Profile = table
     if kind == "fourier":
         name = f"published Table S2, {medium}"
-        found = FourierProfile(as_array(coefficients(medium)), name)
+        profile = FourierProfile(as_array(coefficients(medium)), name)
     elif kind == "generic":
         zeta = coefficients(medium)["zeta"]
         name = f"published Table S2, zeta of {medium} ({zeta:g}) times generic"
-        found = scaled_generic(zeta, as_array(coefficients("generic")), name)
+        profile = scaled_generic(zeta, as_array(coefficients("generic")), name)
     elif kind == "depth_only":
         name = f"depth-only, from {table.name.removeprefix('published ')}"
-        found = DepthOnlyProfile.of(table, name)
-    found.window = PAPER_WINDOW
-    return found
+        profile = DepthOnlyProfile.of(table, name)
+    profile.window = PAPER_WINDOW
+    return profile

@@ -35,12 +35,12 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
     rise = half * np.abs(tz)
     low, high = rise - z, -rise - z  # depths of the two ends
     crossing = (low > 0) & (high < 0)
-    part = np.where(crossing, low / np.where(crossing, 2 * rise, 1.0), 1.0)
-    load = np.where(crossing, low / 2, -z) * part * area
+    wet_share = np.where(crossing, low / np.where(crossing, 2 * rise, 1.0), 1.0)
+    load = np.where(crossing, low / 2, -z) * wet_share * area
     idle = (low <= 0) | (vx**2 + vz**2 == 0)
     if solid:
         idle |= vx * tz - vz * tx <= 0
-    along = -np.where(tz > 0, 1.0, -1.0) * half * (1 - part)
+    along = -np.where(tz > 0, 1.0, -1.0) * half * (1 - wet_share)
     centre = np.stack([x + along * tx, z + along * tz], axis=-1)
     return np.where(idle, 0.0, load), centre
 

@@ -54,9 +54,9 @@ def alpha_3drft(
     velocity = -np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
     normal = np.stack([np.sin(beta), np.cos(beta)], axis=-1)
     normal = normal * _sign(_dot(normal, velocity), -normal[..., -1])[..., None]
-    found = turn_and_cap(law(normal, velocity), normal, velocity, friction)
+    alpha = turn_and_cap(law(normal, velocity), normal, velocity, friction)
     down = np.array([0.0, -1.0])
-    x, z = np.moveaxis(found / law(down, down)[1], -1, 0)
+    x, z = np.moveaxis(alpha / law(down, down)[1], -1, 0)
     return z, x
 
 
@@ -123,8 +123,8 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     return TableProfile(alpha * alpha_z, alpha * alpha_x, angles[:, None], angles, name)
 
 
-def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
-    return np.asarray((one * other).sum(axis=-1))
+def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    return np.asarray((first * second).sum(axis=-1))
 
 
 def _sign(number: FloatArray, otherwise: FloatArray) -> FloatArray:

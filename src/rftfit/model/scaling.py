@@ -196,10 +196,10 @@ def reference_from(
     tables: Mapping[str, TableProfile] | None = None,
 ) -> Reference:
     """Put together chi by medium, and coefficients (N/cm^3) of these media and of `GENERIC`; `tables` in N/cm^3."""
-    own = np.stack([coefficients[medium] for medium in chi])
+    scaled_coefficients = np.stack([coefficients[medium] for medium in chi])
     # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
-    zetas = vertical_penetration(own)
-    scaled = own / zetas[:, None]
+    zetas = vertical_penetration(scaled_coefficients)
+    scaled = scaled_coefficients / zetas[:, None]
     values = np.array(list(chi.values()))
     over_zeta = tuple(
         TableProfile(z / zeta, x / zeta, beta, gamma)
@@ -246,11 +246,11 @@ def published(method: str = "lsq") -> Reference:
 @cache
 def _by_least_squares() -> Reference:
     chi, fits = {}, {}
-    for medium, own in load("table_s5").groupby("medium", sort=False):
-        name, angles, alpha = str(medium), directions(own), alpha_columns(own)
+    for medium, rows_of_medium in load("table_s5").groupby("medium", sort=False):
+        name, angles, alpha = str(medium), directions(rows_of_medium), alpha_columns(rows_of_medium)
         keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
         fits[name] = fourier.fit_lsq(*angles, *alpha, keep)
-        down = own.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
+        down = rows_of_medium.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
         chi[name] = float(down / vertical_penetration(fits[name]))
     m0 = generic(np.stack(list(fits.values())))
     return reference_from(
@@ -311,7 +311,7 @@ class ScaledMedium(Scaled, OneTest):
         )
         return scaled_generic(self.zeta, self.reference.m0, name, self)
 
-    def at(self, confidence: float) -> ScaledMedium:
+    def at_confidence(self, confidence: float) -> ScaledMedium:
         """The same medium with intervals of another level.
 
         Parameters
@@ -348,7 +348,9 @@ class ScaledMedium(Scaled, OneTest):
             Value, lower and upper end, N/cm^3.
         """
         z, x = fourier.evaluate(self.reference.m0, beta, gamma)
-        fitted = [fourier.evaluate(own, beta, gamma) for own in self.reference.scaled]
+        fitted = [
+            fourier.evaluate(coefficients, beta, gamma) for coefficients in self.reference.scaled
+        ]
         tables = [table.alpha(beta, gamma) for table in self.reference.tables]
         intervals = []
         for component, generic in enumerate((z, x)):
@@ -398,7 +400,7 @@ class ScaledMedium(Scaled, OneTest):
         -------
         dict of str to numpy.ndarray, shape (91,)
         """
-        beta, gamma = (part.ravel() for part in np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"))
+        beta, gamma = (angles.ravel() for angles in np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"))
         columns = {"beta_deg": beta, "gamma_deg": gamma}
         for component, parts in zip(
             "zx", self.alpha(np.radians(beta), np.radians(gamma)), strict=True
@@ -446,8 +448,8 @@ def scale(
     if not 0.5 < confidence < 1:
         raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
     reference = published() if reference is None else reference
-    found = scale_new_medium(alpha, se, reference.chi, confidence)
-    return ScaledMedium(**vars(found), alpha_z=alpha, alpha_z_se=se, reference=reference)
+    medium = scale_new_medium(alpha, se, reference.chi, confidence)
+    return ScaledMedium(**vars(medium), alpha_z=alpha, alpha_z_se=se, reference=reference)
 
 
 AS_PRINTED = "dft-index, printed terms"
@@ -614,13 +616,15 @@ def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
     the campaign's own media; the published five where fewer than two of them have a usable grid:
     the interval for a further medium is the scatter between media, and one has none.
     """
-    own = [fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)]
-    if len(own) < FEWEST_MEDIA:
+    fits_of_method = [
+        fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)
+    ]
+    if len(fits_of_method) < FEWEST_MEDIA:
         return published(method)
-    values = {fit.medium: fit.used for fit in own}
-    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in own}
-    m0 = generic(np.stack([fit.used for fit in own]))
-    tables = {fit.medium: TableProfile.from_table(fit.table) for fit in own}
+    values = {fit.medium: fit.used for fit in fits_of_method}
+    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in fits_of_method}
+    m0 = generic(np.stack([fit.used for fit in fits_of_method]))
+    tables = {fit.medium: TableProfile.from_table(fit.table) for fit in fits_of_method}
     name = f"this campaign, method {method}"
     return reference_from(name, chi, values | {GENERIC: m0}, tables=tables)
 

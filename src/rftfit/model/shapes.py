@@ -123,7 +123,7 @@ class Shapes:
     def __post_init__(self) -> None:
         if len(self.profiles) < 2:
             raise ValueError(f"shapes need at least two known media, found {len(self.profiles)}")
-        if holes := [name for name, one in self.profiles.items() if one.reason]:
+        if holes := [name for name, profile in self.profiles.items() if profile.reason]:
             raise ValueError(f"a known medium has no holes; {', '.join(holes)} has")
 
     @property
@@ -138,23 +138,23 @@ class Shapes:
         Sizes as root mean squares over the published grid.
         """
         z, x = np.split(self.of_media(*_GRID), 2, axis=1)
-        known = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
+        log_ratios = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
         mean, prior = self.moments(*_GRID)
-        free = np.diag(prior) > _NONE
+        free = np.diag(prior) > _ZERO_VARIANCE
         exact = 1e-6 * np.abs(mean).max() * np.eye(int(free.sum()))
-        whole = _Given(
+        whole = _Likelihood(
             mean[free], prior[np.ix_(free, free)], mean[free], exact**2, np.linalg.inv(exact)
         )
         allowed = whole.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
-        return float(known.std(ddof=1)) * np.sqrt(1 + 1 / known.size), allowed
+        return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
     def horizontal_error(self, seen: float) -> float:
         """Standard deviation of log(alpha_x over alpha_z) of a medium that belongs.
 
         `seen`: of its estimate from some pushes, as far as K allows it.
         """
-        known, allowed = self.horizontal_spread
-        return float(np.sqrt(known**2 + max(seen**2 - allowed**2, 0.0)))
+        known_spread, allowed = self.horizontal_spread
+        return float(np.sqrt(known_spread**2 + max(seen**2 - allowed**2, 0.0)))
 
     @cached_property
     def levels(self) -> FloatArray:
@@ -176,7 +176,7 @@ class Shapes:
 
     def _with_course(self, beta: FloatArray, gamma: FloatArray, course: FloatArray) -> FloatArray:
         """Alpha of each known medium over its size, with a course between the lines of its table."""
-        tables = [np.concatenate(one.alpha(beta, gamma)) for one in self.profiles.values()]
+        tables = [np.concatenate(profile.alpha(beta, gamma)) for profile in self.profiles.values()]
         bilinear = np.stack(tables) / self._sizes[:, None]
         return np.asarray(bilinear + self.levels[:, None] * course)
 
@@ -203,19 +203,22 @@ class Shapes:
     def prior(self, beta: FloatArray, gamma: FloatArray) -> _Prior:
         """What is known of a further medium of size 1 before a push, at directions of shape (n,)."""
         courses = course_between_lines(beta, gamma)
-        known = self._with_course(beta, gamma, courses.mean(axis=0))
-        mean, count, by = known.mean(axis=0), len(known), self.variation
-        between = (known - mean) * np.sqrt(by.media * (1 + 1 / count) / (count - 1))
+        media_shapes = self._with_course(beta, gamma, courses.mean(axis=0))
+        mean, count, variation = media_shapes.mean(axis=0), len(media_shapes), self.variation
+        between = (media_shapes - mean) * np.sqrt(variation.media * (1 + 1 / count) / (count - 1))
         # how a further medium runs between the lines: the frictions differ, and it may have less of a course or more
         courses = self.levels.mean() * courses
         course = courses.mean(axis=0)
         apart = (courses - course) / np.sqrt(len(courses) - 1)
-        between = np.concatenate([between, apart, by.course_share * course[None]])
-        amplitude = by.floor + by.share * np.abs(mean)
-        level = by.floor + by.share * np.abs(self._mean_on_grid)
-        smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, by))
+        between = np.concatenate([between, apart, variation.course_share * course[None]])
+        amplitude = variation.floor + variation.share * np.abs(mean)
+        level = variation.floor + variation.share * np.abs(self._mean_on_grid)
+        smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, variation))
         return _Prior(
-            mean, between, smooth, np.mean(level**2) * _alike(beta, gamma, partial(_rough, by))
+            mean,
+            between,
+            smooth,
+            np.mean(level**2) * _alike(beta, gamma, partial(_rough, variation)),
         )
 
     @property
@@ -225,15 +228,15 @@ class Shapes:
 
     @cached_property
     def _full_tilt(self) -> float:
-        by, random = self.variation, np.random.default_rng(SEED)
+        variation, random = self.variation, np.random.default_rng(SEED)
         prior = self.prior(*_GRID)
-        wanted = float(mean_effort(prior.mean.reshape(1, 2, -1), _GRID)[0])
-        half = by.departure_dof / 2
+        target_effort = float(mean_effort(prior.mean.reshape(1, 2, -1), _GRID)[0])
+        half = variation.departure_dof / 2
         efforts = []
-        for own in np.linspace(0, by.most_own, _OWN):
+        for rough_share in np.linspace(0, variation.most_own, _N_ROUGH_SHARES):
             wide = (half + 1) / random.gamma(half, size=(_TILT_DRAWS, 1))
             normals = random.standard_normal((_TILT_DRAWS, prior.mean.size))
-            drawn = prior.mean + np.sqrt(wide) * (normals @ _rows(prior.covariance(own)))
+            drawn = prior.mean + np.sqrt(wide) * (normals @ _rows(prior.covariance(rough_share)))
             media = drawn.reshape(_TILT_DRAWS, 2, -1)
             largest = np.abs(media).max(axis=(1, 2))
             takes = _takes_energy(media, _GRID[1], largest, np.zeros(_GRID[0].size, dtype=bool))
@@ -243,7 +246,7 @@ class Shapes:
 
         def excess(exponent: float) -> float:
             weights = np.exp(-exponent * (effort - effort.min()))
-            return float(weights @ effort / weights.sum()) - wanted
+            return float(weights @ effort / weights.sum()) - target_effort
 
         low, high = 0.0, _MOST_TILT
         if excess(low) <= 0:
@@ -282,9 +285,13 @@ class _Prior(NamedTuple):
             self.mean[order], self.between[:, order], self.smooth[square], self.rough[square]
         )
 
-    def covariance(self, own: float) -> FloatArray:
+    def covariance(self, rough_share: float) -> FloatArray:
         """C + (1 - w) K + w R, `own`: w."""
-        return self.between.T @ self.between + (1 - own) * self.smooth + own * self.rough
+        return (
+            self.between.T @ self.between
+            + (1 - rough_share) * self.smooth
+            + rough_share * self.rough
+        )
 
 
 def _alike(
@@ -296,10 +303,10 @@ def _alike(
     odd part, whose variance goes to 0 where a direction is its own mirror image.
     """
 
-    def between(other: Angles) -> FloatArray:
+    def between(angles: Angles) -> FloatArray:
         # the chords between two points of each circle
         return kernel(
-            2 * np.sin(beta[:, None] - other[0]), 2 * np.sin((gamma[:, None] - other[1]) / 2)
+            2 * np.sin(beta[:, None] - angles[0]), 2 * np.sin((gamma[:, None] - angles[1]) / 2)
         )
 
     direct, turned = between((beta, gamma)), between(mirror(beta, gamma))
@@ -309,17 +316,19 @@ def _alike(
     return np.block([[even, nothing], [nothing, direct - turned]])
 
 
-def _smooth(by: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+def _smooth(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Kernel of K over chords."""
-    smooth = np.hypot(beta / by.smooth_beta, gamma / by.smooth_gamma)
-    result: FloatArray = by.smooth * np.exp(-(smooth**2) / 2)
-    result += (1 - by.smooth) * _matern(np.hypot(beta / by.rough_beta, gamma / by.rough_gamma))
+    smooth = np.hypot(beta / variation.smooth_beta, gamma / variation.smooth_gamma)
+    result: FloatArray = variation.smooth * np.exp(-(smooth**2) / 2)
+    result += (1 - variation.smooth) * _matern(
+        np.hypot(beta / variation.rough_beta, gamma / variation.rough_gamma)
+    )
     return result
 
 
-def _rough(by: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+def _rough(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Kernel of R over chords."""
-    return _matern(np.hypot(beta / by.own_beta, gamma / by.own_gamma))
+    return _matern(np.hypot(beta / variation.own_beta, gamma / variation.own_gamma))
 
 
 def _matern(distance: FloatArray) -> FloatArray:
@@ -355,8 +364,8 @@ def _published_shapes(left_out: frozenset[str]) -> Shapes:
 def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
     """Nodes of a map: the published grid of 7 x 13 directions with more lines, rad, shape (n,)."""
 
-    def lines(published: FloatArray, more: npt.ArrayLike) -> FloatArray:
-        new = np.asarray(more, dtype=float).ravel()
+    def lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
+        new = np.asarray(extra_lines, dtype=float).ravel()
         near = np.abs(new[:, None] - published).min(axis=1, initial=np.inf) <= SAME_DIRECTION_DEG
         every: FloatArray = np.unique(np.concatenate([published, new[~near]]))
         return np.radians(every)
@@ -387,7 +396,9 @@ def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> No
     every = np.stack(grid(more_beta, more_gamma), axis=1)
     apart = np.abs(every[:, None] - np.stack(lines, axis=1)).max(axis=-1).min(axis=1)
     between = every[apart > 1e-9]
-    beta, gamma = (np.concatenate([own, fine]) for own, fine in zip(lines, between.T, strict=True))
+    beta, gamma = (
+        np.concatenate([on_lines, fine]) for on_lines, fine in zip(lines, between.T, strict=True)
+    )
     return Nodes(beta, gamma, lines[0].size)
 
 
@@ -411,10 +422,12 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 def _course(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     image = mirror(beta, gamma)
     # a plate at 90 degrees is the one at -90
-    here, there = (
+    law_here, law_at_mirror = (
         alpha_3drft(wrap_beta(angles[0]), angles[1], friction) for angles in ((beta, gamma), image)
     )
-    law = np.concatenate([(here[0] + there[0]) / 2, (here[1] - there[1]) / 2])
+    law = np.concatenate(
+        [(law_here[0] + law_at_mirror[0]) / 2, (law_here[1] - law_at_mirror[1]) / 2]
+    )
     return np.asarray(law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma)))
 
 
@@ -448,7 +461,8 @@ class Pushes(NamedTuple):
         `alpha`, `se`: shape (2, n), N/cm^3.
         """
         beta, gamma = (
-            np.radians(np.ravel(np.asarray(one, float))) for one in (beta_deg, gamma_deg)
+            np.radians(np.ravel(np.asarray(angles_deg, float)))
+            for angles_deg in (beta_deg, gamma_deg)
         )
         alpha = np.asarray(alpha, dtype=float).reshape(2, beta.size)
         error = np.broadcast_to(np.asarray(se, dtype=float), alpha.shape)
@@ -471,7 +485,9 @@ def usual_error(
 def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
     nothing = np.full(len(pushes), np.nan)
-    pushes = pushes.rename(columns={name: own.name for own in ALPHA.columns for name in own.also})
+    pushes = pushes.rename(
+        columns={name: column.name for column in ALPHA.columns for name in column.also}
+    )
     if missing := {"beta_deg", "gamma_deg", column("z")} - {*pushes}:
         raise InputError(
             f"pushes: no column {', '.join(sorted(missing))}; found: {', '.join(map(str, pushes))}"
@@ -479,20 +495,20 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
 
     def numbers(*names: str) -> FloatArray:
         return np.stack(
-            [pushes[own].to_numpy(float) if own in pushes else nothing for own in names]
+            [pushes[name].to_numpy(float) if name in pushes else nothing for name in names]
         )
 
     beta_deg, gamma_deg = numbers("beta_deg", "gamma_deg")
-    found = Pushes.of(
+    sorted_out = Pushes.of(
         beta_deg, gamma_deg, numbers(column("z"), column("x")), numbers("se_z", "se_x")
     )
-    order = np.lexsort([found.alpha[1], found.alpha[0], gamma_deg, beta_deg])
+    order = np.lexsort([sorted_out.alpha[1], sorted_out.alpha[0], gamma_deg, beta_deg])
     both = np.concatenate([order, order.size + order])
     return Pushes(
-        found.beta[order],
-        found.gamma[order],
-        found.alpha[:, order],
-        found.covariance[np.ix_(both, both)],
+        sorted_out.beta[order],
+        sorted_out.gamma[order],
+        sorted_out.alpha[:, order],
+        sorted_out.covariance[np.ix_(both, both)],
     )
 
 
@@ -559,7 +575,9 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     gamma_deg = table["gamma_deg"].to_numpy(float)
     if not errors_known(table):
         return Pushes.of(beta_deg[use], gamma_deg[use], alpha[:, use])
-    draws = np.concatenate([part[:, use] for part in draws_of(table, config)], axis=1)
+    draws = np.concatenate(
+        [draws_of_component[:, use] for draws_of_component in draws_of(table, config)], axis=1
+    )
     covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     beta, gamma = directions(table)
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
@@ -568,10 +586,10 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
 def merged(pushes: Pushes) -> Pushes:
     """Each direction once: repeated pushes are one, weighted with their errors."""
     count = pushes.beta.size
-    known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
-    covariance = np.where(np.outer(known, known), pushes.covariance, 0.0)
-    least = (1e-9 * np.abs(np.where(known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
-    weight = np.where(known, 1 / np.maximum(np.diag(covariance), least), 0.0)
+    is_known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
+    covariance = np.where(np.outer(is_known, is_known), pushes.covariance, 0.0)
+    least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
+    weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least), 0.0)
     first, rows = [], np.zeros((2, 0, 2 * count))
     left = np.ones(count, dtype=bool)
     for push in range(count):
@@ -584,12 +602,12 @@ def merged(pushes: Pushes) -> Pushes:
         first.append(push)
         row = np.zeros((2, 1, 2 * count))
         for component, sign in enumerate((np.ones(same.size), turned)):
-            there = component * count + same
-            total = float(weight[there].sum())
-            row[component, 0, there] = sign * weight[there] / total if total else np.nan
+            places = component * count + same
+            total = float(weight[places].sum())
+            row[component, 0, places] = sign * weight[places] / total if total else np.nan
         rows = np.concatenate([rows, row], axis=1)
     mean = rows.reshape(2 * len(first), -1)
-    alpha = (np.nan_to_num(mean) @ np.where(known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
+    alpha = (np.nan_to_num(mean) @ np.where(is_known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
     lost = np.isnan(mean).any(axis=1).reshape(2, -1)
     return Pushes(
         pushes.beta[first],
@@ -631,7 +649,7 @@ def estimate(
     """
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()
-    made = int(np.isfinite(pushes.alpha).any(axis=0).sum())
+    push_count = int(np.isfinite(pushes.alpha).any(axis=0).sum())
     pushes = merged(pushes)
     # pushes, then nodes of the published grid, then the others: most draws end at the second
     on_grid = _on_published_grid((nodes.beta, nodes.gamma))
@@ -646,7 +664,11 @@ def estimate(
     seen = np.arange(2 * count)
     y, errors = pushes.alpha.ravel(), pushes.covariance
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
-    used = np.isfinite(y) & np.isfinite(np.diag(errors)) & (np.diag(prior.smooth)[seen] > _NONE)
+    used = (
+        np.isfinite(y)
+        & np.isfinite(np.diag(errors))
+        & (np.diag(prior.smooth)[seen] > _ZERO_VARIANCE)
+    )
     if not used.any():
         raise ValueError("no push has a number that tells of the medium")
     posterior = _Posterior(
@@ -675,7 +697,7 @@ def estimate(
         expected,
         usual.distance(expected),
         y[used].size - 1,
-        made,
+        push_count,
         shapes.name,
         usual.farthest(pushes, used, expected),
         horizontal,
@@ -688,8 +710,10 @@ def estimate(
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
     off = [
-        np.abs(own[:, None] - published).min(axis=1)
-        for own, published in zip(nodes, (np.unique(_GRID[0]), np.unique(_GRID[1])), strict=True)
+        np.abs(map_angles[:, None] - published).min(axis=1)
+        for map_angles, published in zip(
+            nodes, (np.unique(_GRID[0]), np.unique(_GRID[1])), strict=True
+        )
     ]
     return np.asarray(np.maximum(*off) < 1e-9)
 
@@ -700,14 +724,14 @@ TILT_SHARE = 1.0
 _TILT_DRAWS = 2000
 _MOST_TILT = 100.0
 
-_NONE = 1e-9
+_ZERO_VARIANCE = 1e-9
 """A variance below this is none, of a shape whose size is 1."""
 
 _SIZES = 32
 _WIDEST = 30.0
-_HIDDEN = 10.0
+_HIDDEN_BELOW_SE = 10.0
 """Sizes below so many standard errors of the best push are hidden by it."""
-_OWN = 5
+_N_ROUGH_SHARES = 5
 """Values of w; the first is 0."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 """Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
@@ -719,26 +743,26 @@ class _PushedNodes:
     def __init__(self, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> None:
         count, every = nodes[0].size, pushes.beta.size
         self.measured = np.zeros(count, dtype=bool)
-        there, rows, signs = [], [], []
+        places, rows, signs = [], [], []
         # numbers of the pushes that tell of the medium, in their order
         place = np.cumsum(used) - 1
         for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
-            own, turned = _same_direction(beta, gamma, *nodes)
+            nodes_pushed, turned = _same_direction(beta, gamma, *nodes)
             if not used[push]:  # without a vertical component it is no cell
                 continue
-            self.measured[own] = True
-            for component, sign in enumerate((np.ones(own.size), turned)):
+            self.measured[nodes_pushed] = True
+            for component, sign in enumerate((np.ones(nodes_pushed.size), turned)):
                 if used[row := component * every + push]:
-                    there.append(component * count + own)
-                    rows.append(np.full(own.size, place[row]))
+                    places.append(component * count + nodes_pushed)
+                    rows.append(np.full(nodes_pushed.size, place[row]))
                     signs.append(sign)
-        self.there = np.concatenate([np.zeros(0, int), *there])
+        self.places = np.concatenate([np.zeros(0, int), *places])
         self.rows = np.concatenate([np.zeros(0, int), *rows])
         self.signs = np.concatenate([np.zeros(0), *signs])
 
     def put(self, into: FloatArray, numbers: FloatArray) -> None:
         """Numbers of the pushes, shape (..., pushes), into those of the nodes, shape (..., 2 n)."""
-        into[..., self.there] = self.signs * numbers[..., self.rows]
+        into[..., self.places] = self.signs * numbers[..., self.rows]
 
 
 class _Posterior:
@@ -754,27 +778,27 @@ class _Posterior:
         seen: npt.NDArray[np.intp],
         y: FloatArray,
         errors: FloatArray,
-        by: Variation,
+        variation: Variation,
         size: float | None,
     ) -> None:
         self.prior, self.seen, self.y = prior, seen, y
-        self.own = np.linspace(0, by.most_own, _OWN)
-        covariances = [prior.covariance(own) for own in self.own]
-        self._towards = [each[seen] for each in covariances]
+        self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
+        covariances = [prior.covariance(rough_share) for rough_share in self.rough_shares]
+        self._towards = [covariance[seen] for covariance in covariances]
         # exact numbers have the error of rounding
         scale = float(np.abs(y).max()) or 1.0
         rounded = errors + np.eye(y.size) * (1e-6 * scale) ** 2
         self._noise = np.linalg.cholesky(rounded).T
         whiten = np.linalg.inv(self._noise.T)
         self.given = [
-            _Given(prior.mean[seen], each[np.ix_(seen, seen)], y, rounded, whiten)
-            for each in covariances
+            _Likelihood(prior.mean[seen], covariance[np.ix_(seen, seen)], y, rounded, whiten)
+            for covariance in covariances
         ]
         # seven digits of what is random are enough
-        self._roots = [_rows(each).astype(np.float32) for each in covariances]
-        half = by.departure_dof / 2
+        self._roots = [_rows(covariance).astype(np.float32) for covariance in covariances]
+        half = variation.departure_dof / 2
         before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
-        ends = np.where(np.isin(np.arange(_OWN), (0, _OWN - 1)), 0.5, 1.0)
+        ends = np.where(np.isin(np.arange(_N_ROUGH_SHARES), (0, _N_ROUGH_SHARES - 1)), 0.5, 1.0)
         beforehand = np.log(ends)[:, None, None] + before[:, None]
         self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
 
@@ -798,7 +822,7 @@ class _Posterior:
         some = nodes[0][:coarse], nodes[1][:coarse]
         kept_there = _PushedNodes(some, pushes, used)
         first = 2 * (pushes.beta.size + coarse)
-        found: list[FloatArray] = []
+        draws_kept: list[FloatArray] = []
         tried = passive = whole = 0
         least = np.nan
         while tried < _MOST_DRAWN and whole < DRAWS:
@@ -818,16 +842,16 @@ class _Posterior:
                 least = float(effort.min()) if np.isnan(least) else least
                 chance = np.exp(-tilt * np.maximum(effort - least, 0.0))
                 chosen = chosen[random.random(chance.size) < chance]
-            made = self._between(batch.of(chosen), draws[chosen], nodes, kept, random)
-            whole += len(made)
-            found.append(made)
+            alpha = self._between(batch.of(chosen), draws[chosen], nodes, kept, random)
+            whole += len(alpha)
+            draws_kept.append(alpha)
         share = 1 - passive / (tried * DRAWS)
         if whole < FEWEST_DRAWS:
             raise ValueError(
                 f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
                 "at the signs of alpha and at the angles"
             )
-        drawn = np.concatenate(found)[:DRAWS]
+        drawn = np.concatenate(draws_kept)[:DRAWS]
         # of what was measured the mean is the number itself
         flat = drawn.reshape(len(drawn), -1)
         centre = flat.mean(axis=0)
@@ -843,14 +867,14 @@ class _Posterior:
         """
         where = (np.arange(DRAWS) + random.random()) / DRAWS
         chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))
-        own, departure, size = np.unravel_index(chosen, self.weights.shape)
+        share_index, departure, size = np.unravel_index(chosen, self.weights.shape)
         s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
         noise = random.standard_normal((DRAWS, self.y.size)) @ self._noise
         normals = random.standard_normal((DRAWS, first), np.float32)
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * wide
         for place, given in enumerate(self.given):
-            mine = own == place
+            mine = share_index == place
             # a root is triangular: the first places need the first normal numbers only
             root = self._roots[place][: self.seen[-1] + 1, self.seen]
             shape = self.prior.mean[self.seen] + np.sqrt(wide[mine]) * (
@@ -858,7 +882,7 @@ class _Posterior:
             )
             off = self.y - s[mine] * shape - noise[mine]
             pull[mine] = variance[mine] * given.solved(off, variance[mine])
-        return _Batch(own, s, wide, normals, pull, noise)
+        return _Batch(share_index, s, wide, normals, pull, noise)
 
     def _between(
         self,
@@ -879,7 +903,7 @@ class _Posterior:
         largest = np.abs(draws).max(axis=(1, 2), initial=0.0)
         # what the numbers on the lines make those between them, without what they leave open
         expected = self._nodes(batch, between)
-        found = np.empty((len(draws), 2, nodes[0].size))
+        alpha = np.empty((len(draws), 2, nodes[0].size))
         left = np.arange(len(draws))
         for _ in range(_MOST_COMPLETED):
             if not left.size:
@@ -888,29 +912,29 @@ class _Posterior:
             completed = expected[left] + self._left_open(batch.of(left), normals, between)
             whole = np.concatenate([draws[left], completed], axis=-1)
             kept.put(whole.reshape(left.size, 2 * nodes[0].size), self.y - batch.noise[left])
-            found[left] = whole
+            alpha[left] = whole
             left = left[~_takes_energy(whole, nodes[1], largest[left], kept.measured)]
-        return found
+        return alpha
 
-    def _nodes(self, batch: _Batch, there: slice) -> FloatArray:
+    def _nodes(self, batch: _Batch, places: slice) -> FloatArray:
         """Alpha in some places of the prior as far as the normal numbers of a batch reach, shape (draws, 2, n)."""
-        reach = min(there.stop, batch.normals.shape[1])
-        result = np.empty((len(batch.own), there.stop - there.start))
+        reach = min(places.stop, batch.normals.shape[1])
+        result = np.empty((len(batch.share_index), places.stop - places.start))
         for place, (root, towards) in enumerate(zip(self._roots, self._towards, strict=True)):
-            mine = batch.own == place
-            drawn = batch.normals[mine, :reach] @ root[:reach, there]
-            shape = self.prior.mean[there] + np.sqrt(batch.wide[mine]) * drawn
-            result[mine] = batch.s[mine] * shape + batch.pull[mine] @ towards[:, there]
+            mine = batch.share_index == place
+            drawn = batch.normals[mine, :reach] @ root[:reach, places]
+            shape = self.prior.mean[places] + np.sqrt(batch.wide[mine]) * drawn
+            result[mine] = batch.s[mine] * shape + batch.pull[mine] @ towards[:, places]
         return result.reshape(len(result), 2, result.shape[1] // 2)
 
     def _left_open(
-        self, batch: _Batch, normals: npt.NDArray[np.float32], there: slice
+        self, batch: _Batch, normals: npt.NDArray[np.float32], places: slice
     ) -> FloatArray:
         """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
-        result = np.empty((len(batch.own), there.stop - there.start))
+        result = np.empty((len(batch.share_index), places.stop - places.start))
         for place, root in enumerate(self._roots):
-            mine = batch.own == place
-            drawn = normals[mine] @ root[there, there]
+            mine = batch.share_index == place
+            drawn = normals[mine] @ root[places, places]
             result[mine] = batch.s[mine] * np.sqrt(batch.wide[mine]) * drawn
         return result.reshape(len(result), 2, result.shape[1] // 2)
 
@@ -918,7 +942,7 @@ class _Posterior:
 class _Batch(NamedTuple):
     """Draws that are not finished: place of w, size s, lambda, normal numbers, correction by the pushes, their errors."""
 
-    own: npt.NDArray[np.intp]
+    share_index: npt.NDArray[np.intp]
     s: FloatArray
     wide: FloatArray
     normals: npt.NDArray[np.float32]
@@ -928,7 +952,7 @@ class _Batch(NamedTuple):
     def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
         """Some of the draws."""
         return _Batch(
-            self.own[chosen],
+            self.share_index[chosen],
             self.s[chosen],
             self.wide[chosen],
             self.normals[chosen],
@@ -960,32 +984,41 @@ def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
 def _rows(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance; what has no variance is exactly 0."""
     variance = np.diag(covariance)
-    rows = np.linalg.cholesky(covariance + np.eye(variance.size) * _NONE * variance.max()).T
-    return np.where(variance > _NONE, rows, 0.0)
+    rows = np.linalg.cholesky(
+        covariance + np.eye(variance.size) * _ZERO_VARIANCE * variance.max()
+    ).T
+    return np.where(variance > _ZERO_VARIANCE, rows, 0.0)
 
 
 def _weighed(
-    given: list[_Given], departures: FloatArray, beforehand: FloatArray, known: float | None
+    given: list[_Likelihood],
+    departures: FloatArray,
+    beforehand: FloatArray,
+    fixed_size: float | None,
 ) -> tuple[FloatArray, FloatArray]:
     """Sizes, on a grid of their logarithm, and the weight of each w, lambda and size, which sum to 1.
 
     Sizes are equally likely beforehand in their logarithm, but those that the errors would hide in
     themselves: a push where a medium has no force would fit the weakest one best.
     """
-    middle = given[0].first if known is None else known
+    middle = given[0].first if fixed_size is None else fixed_size
     low, high = np.log(middle / _WIDEST), np.log(middle * _WIDEST)
     for _ in range(3):  # to where the likelihood is
-        sizes = np.exp(np.linspace(low, high, _SIZES)) if known is None else np.array([known])
-        logarithm = beforehand + np.stack([one.likelihood(sizes, departures) for one in given])
-        logarithm += np.log(sizes / (sizes + _HIDDEN * given[0].least_error))
+        sizes = (
+            np.exp(np.linspace(low, high, _SIZES)) if fixed_size is None else np.array([fixed_size])
+        )
+        logarithm = beforehand + np.stack(
+            [likelihood.likelihood(sizes, departures) for likelihood in given]
+        )
+        logarithm += np.log(sizes / (sizes + _HIDDEN_BELOW_SE * given[0].least_error))
         weights = np.exp(logarithm - logarithm.max())
-        there = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
-        low = np.log(sizes[max(there[0] - 1, 0)])
-        high = np.log(sizes[min(there[-1] + 1, sizes.size - 1)])
+        likely = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
+        low = np.log(sizes[max(likely[0] - 1, 0)])
+        high = np.log(sizes[min(likely[-1] + 1, sizes.size - 1)])
     return sizes, weights / weights.sum()
 
 
-class _Given:
+class _Likelihood:
     """Numbers with a normal error, seen of a shape whose size and departure are unknown.
 
     `whiten`: makes their errors independent and 1.
@@ -1000,8 +1033,8 @@ class _Given:
         whiten: FloatArray,
     ) -> None:
         self.mean, self.y = mean, y
-        own = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
-        self.least_error = float(np.sqrt(np.maximum(own, 0.0).min()))
+        bed_free = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
+        self.least_error = float(np.sqrt(np.maximum(bed_free, 0.0).min()))
         # one decomposition serves every size: both covariances become diagonal
         values, vectors = np.linalg.eigh(whiten @ prior @ whiten.T)
         self._values = np.maximum(values, 0.0)
@@ -1020,9 +1053,9 @@ class _Given:
         squares = (self._y - sizes[:, None] * self._mean) ** 2 / variance
         return np.asarray(-0.5 * (np.log(variance) + squares).sum(axis=-1))
 
-    def expected(self, known: float | None) -> float:
+    def expected(self, fixed_size: float | None) -> float:
         """Size of a medium that departs as the known ones do."""
-        sizes, weights = _weighed([self], np.ones(1), np.zeros((1, 1, 1)), known)
+        sizes, weights = _weighed([self], np.ones(1), np.zeros((1, 1, 1)), fixed_size)
         return float(weights[0, 0] @ sizes)
 
     def solved(self, off: FloatArray, variance: FloatArray) -> FloatArray:
@@ -1079,7 +1112,7 @@ class Push(NamedTuple):
     beta_deg: float
     gamma_deg: float
     component: str
-    found: float
+    measured: float
     expected: float
     error: float
 
@@ -1099,16 +1132,16 @@ def _same_direction(
     beta: float, gamma: float, betas: FloatArray, gammas: FloatArray
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Nodes that are a direction or its mirror image, and the sign of alpha_x there."""
-    found, signs = [], []
+    nodes, signs = [], []
     for image, sign in (((beta, gamma), 1.0), (mirror(beta, gamma), -1.0)):
         off_beta = np.degrees(betas - float(image[0]))
         off_gamma = np.degrees(gammas - float(image[1]))
         near = (np.abs((off_beta + 90) % 180 - 90) <= SAME_DIRECTION_DEG) & (
             np.abs((off_gamma + 180) % 360 - 180) <= SAME_DIRECTION_DEG
         )
-        found.append(np.flatnonzero(near))
-        signs.append(np.full(found[-1].size, sign))
-    places, first = np.unique(np.concatenate(found), return_index=True)
+        nodes.append(np.flatnonzero(near))
+        signs.append(np.full(nodes[-1].size, sign))
+    places, first = np.unique(np.concatenate(nodes), return_index=True)
     return places, np.concatenate(signs)[first]
 
 
@@ -1135,7 +1168,7 @@ class Map:
     dof : int
         Its degrees of freedom; 0: one number tells the size alone.
     pushes : int
-    known : str
+    known_media : str
         The media whose shape it has.
     farthest : Push or None
         The measured number that differs most from what the other pushes make it.
@@ -1170,7 +1203,7 @@ class Map:
     distance: float
     dof: int
     pushes: int
-    known: str
+    known_media: str
     farthest: Push | None = None
     horizontal: float = float("nan")
     horizontal_off: float = float("nan")
@@ -1233,11 +1266,11 @@ class Map:
         """What answers alpha(beta, gamma), with draws for its intervals."""
         of = f" of {self.name}" if self.name else ""
         pushes = "1 push" if self.pushes == 1 else f"{self.pushes} pushes"
-        name = f"map{of} from {pushes} and the shape of {self.known}"
-        found = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
-        found.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
-        found.bed_spread, found.model_error = self.bed_spread, self.model_error
-        return found
+        name = f"map{of} from {pushes} and the shape of {self.known_media}"
+        profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
+        profile.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        profile.bed_spread, profile.model_error = self.bed_spread, self.model_error
+        return profile
 
     @property
     def zeta(self) -> tuple[float, float, float]:

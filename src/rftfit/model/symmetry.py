@@ -41,9 +41,9 @@ class Torus(NamedTuple):
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
         values = np.where(self.cell >= 0, alpha[..., self.cell] * sign, np.nan)
-        known = np.isfinite(values)
-        count = known.sum(axis=-1)
-        total = np.where(known, values, 0.0).sum(axis=-1)
+        is_finite = np.isfinite(values)
+        count = is_finite.sum(axis=-1)
+        total = np.where(is_finite, values, 0.0).sum(axis=-1)
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
@@ -88,15 +88,15 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     slot = cell.argmin(axis=1, keepdims=True)
     first = np.take_along_axis(cell, slot, axis=1)[:, 0]
     # of a direction and its mirror image, which have the same cells, the one that the first cell has itself
-    own = np.flatnonzero(np.take_along_axis(whole.sign, slot, axis=1)[:, 0] > 0)
-    own = own[np.argsort(first[own])]
+    unmirrored = np.flatnonzero(np.take_along_axis(whole.sign, slot, axis=1)[:, 0] > 0)
+    unmirrored = unmirrored[np.argsort(first[unmirrored])]
     listed = Torus(
-        whole.beta[own],
-        whole.gamma[own],
-        np.where(whole.cell[own] < 0, -1, order[whole.cell[own]]),
-        whole.sign[own],
+        whole.beta[unmirrored],
+        whole.gamma[unmirrored],
+        np.where(whole.cell[unmirrored] < 0, -1, order[whole.cell[unmirrored]]),
+        whole.sign[unmirrored],
     )
-    return order[first[own]], listed
+    return order[first[unmirrored]], listed
 
 
 class Rectangle(NamedTuple):
@@ -171,9 +171,9 @@ def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArr
     """Replace angles that are nearly the same by one of them; near an `exact` one by that."""
     values, place = np.unique(angles_deg, return_inverse=True)
     line = np.cumsum(np.diff(values, prepend=values[:1]) > AXIS_TOLERANCE_DEG)
-    for one in np.unique(line):
-        own = values[line == one]
-        middle = float(own[own.size // 2])
-        near = [e for e in exact if abs(own - e).min() <= AXIS_TOLERANCE_DEG / 2]
-        values[line == one] = near[0] if near else middle
+    for line_number in np.unique(line):
+        angles_of_line = values[line == line_number]
+        middle = float(angles_of_line[angles_of_line.size // 2])
+        near = [e for e in exact if abs(angles_of_line - e).min() <= AXIS_TOLERANCE_DEG / 2]
+        values[line == line_number] = near[0] if near else middle
     return values[place]

@@ -192,7 +192,7 @@ def _unit_push(results: Results) -> dict[str, Any]:
             "peaks": {c: _largest(found, names) for c, names in _PEAKS.items()}
         }
     return {
-        "media": len(known.known.split(", ")),
+        "media": len(known.known_media.split(", ")),
         "quantile": float(ndtri(0.5 + level / 2)),
         "model_error": model_error,
         "usual": float(usual_error(np.ones(1))[0]),
@@ -209,7 +209,7 @@ _PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
 def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
     """Place, value and ends of both intervals of the largest of some peaks; of a leg in the air 0."""
     own = [
-        (one.at, one.value, one.lo, one.hi, one.model_lo, one.model_hi)
+        (one.position, one.value, one.lo, one.hi, one.model_lo, one.model_hi)
         for one in peaks
         if one.name in names
     ]

@@ -175,7 +175,9 @@ def _hips_outside(data: Any) -> dict[int, str]:
 
 def _point(value: Any) -> tuple[float, float]:
     x, z = value
-    if not all(isinstance(part, int | float) and math.isfinite(part) for part in (x, z)):
+    if not all(
+        isinstance(coordinate, int | float) and math.isfinite(coordinate) for coordinate in (x, z)
+    ):
         raise ValueError("no numbers")
     return float(x), float(z)
 

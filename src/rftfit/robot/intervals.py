@@ -74,8 +74,8 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
     """Half widths of a quantity by profile, curvature (of speeds) and frequency, from their table."""
     if widths is None:
         return {}
-    own = widths[widths["quantity"] == quantity].set_index(_KEYS[quantity])
-    return own["half_width"].astype(float).to_dict()
+    widths_of_quantity = widths[widths["quantity"] == quantity].set_index(_KEYS[quantity])
+    return widths_of_quantity["half_width"].astype(float).to_dict()
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
@@ -139,23 +139,23 @@ def speeds_of(
 ) -> FloatArray:
     """Speeds (profiles, conditions), cm/s; NaN where a run is not steady."""
     runs = (run_all(robot, profile, conditions, threads) for profile in profiles)
-    rows = [[run.speed_cm_per_s for run in own] for own in runs]
+    rows = [[run.speed_cm_per_s for run in runs_of_profile] for runs_of_profile in runs]
     return np.array(rows, dtype=float).reshape(len(profiles), len(conditions))
 
 
-def half_width(values: FloatArray, own: float, confidence: float) -> Width:
+def half_width(values: FloatArray, best_value: float, confidence: float) -> Width:
     """Half the width of an interval from the values of a few draws, which scatter about `own`.
 
     It is unknown where a draw has no value: without that draw the interval would be too narrow.
     """
     from scipy.special import stdtrit
 
-    if not math.isfinite(own):
+    if not math.isfinite(best_value):
         return Width(math.nan, values.size, (remark("no-speed"),))
     lost = int(np.isnan(values).sum())
     if lost or not values.size:
         return Width(math.nan, values.size, (remark("draws-lost", lost=lost, draws=values.size),))
-    spread = math.sqrt(float(((values - own) ** 2).mean()))
+    spread = math.sqrt(float(((values - best_value) ** 2).mean()))
     return Width(float(stdtrit(values.size, 0.5 + confidence / 2)) * spread, values.size)
 
 
@@ -175,12 +175,12 @@ def speed_widths(
     """
     robot = coarser(robot)
     shifted = with_model_error(profile, profile.model_error) if profile.model_error else []
-    speeds, *others = speeds_of(robot, [profile, *draws, *shifted], conditions, threads)
+    speeds, *speeds_of_draws = speeds_of(robot, [profile, *draws, *shifted], conditions, threads)
     moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
-    of_alpha = widths_of_draws(speeds, others[: len(draws)], moved, confidence)
+    of_alpha = widths_of_draws(speeds, speeds_of_draws[: len(draws)], moved, confidence)
     if not shifted:
         return of_alpha, of_alpha
-    return of_alpha, model_widths(of_alpha, speeds, others[len(draws) :], confidence)
+    return of_alpha, model_widths(of_alpha, speeds, speeds_of_draws[len(draws) :], confidence)
 
 
 def moved_by_arc(
@@ -210,8 +210,8 @@ def widths_of_draws(
     off = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
     arc = (remark("arc-lost"),)
     return [
-        Width(math.hypot(width.half, by), width.draws, width.why or arc * math.isnan(by))
-        for width, by in zip(widths, off, strict=True)
+        Width(math.hypot(width.half, shift), width.draws, width.why or arc * math.isnan(shift))
+        for width, shift in zip(widths, off, strict=True)
     ]
 
 
@@ -255,10 +255,12 @@ def best_width(
     It is unknown where the fastest curvature is the first or the last that was tried.
     """
     longer = coarser(robot)
-    own, *others = (optimum(longer, one, threads)[0] for one in (profile, *draws))
-    if own in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
-        return Width(math.nan, len(others), (remark("best-at-end"),))
-    return half_width(np.array(others), own, confidence)
+    best, *best_of_draws = (
+        optimum(longer, profile_of_draw, threads)[0] for profile_of_draw in (profile, *draws)
+    )
+    if best in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
+        return Width(math.nan, len(best_of_draws), (remark("best-at-end"),))
+    return half_width(np.array(best_of_draws), best, confidence)
 
 
 def widths(
@@ -273,8 +275,8 @@ def widths(
 
     The spread of each profile is a stack of draws. Returns `WIDTH_COLUMNS` without the medium.
     """
-    known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
+    with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
+    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
     conditions = [Condition(*place) for place in dict.fromkeys(places)]
     rows: list[tuple[object, ...]] = []
     for name, profile in profiles.items():
@@ -285,8 +287,8 @@ def widths(
         of_speed = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         for quantity, half in zip((SPEED, SPEED_MODEL), of_speed, strict=True):
             rows += [
-                (name, quantity, at.curvature_times_R, at.frequency_Hz, *width.cells)
-                for at, width in zip(conditions, half, strict=True)
+                (name, quantity, condition.curvature_times_R, condition.frequency_Hz, *width.cells)
+                for condition, width in zip(conditions, half, strict=True)
             ]
         many = each_draw(stack, BEST_DRAWS)
         best = best_width(robot, bare, many, confidence, threads)

@@ -107,12 +107,14 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
     ahead, theta = series.x_cm - series.x_cm[0], np.radians(series.leg_angle_deg) % (2 * np.pi)
     pose = np.stack([ahead, series.z_cm, np.radians(series.pitch_deg), theta], axis=1)
     of_parts = [
-        np.stack([one.at_x_cm, one.at_z_cm, one.force_x_N, one.force_z_N]).reshape(4, FRAMES, -1)
-        for one in parts
+        np.stack([forces.at_x_cm, forces.at_z_cm, forces.force_x_N, forces.force_z_N]).reshape(
+            4, FRAMES, -1
+        )
+        for forces in parts
     ]
     arrows = []
-    for at, x in enumerate(series.x_cm):
-        rows = np.concatenate([one[:, at] for one in of_parts], axis=1).T - [x, 0, 0, 0]
+    for sample, x in enumerate(series.x_cm):
+        rows = np.concatenate([forces[:, sample] for forces in of_parts], axis=1).T - [x, 0, 0, 0]
         loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
         # places to 0.1 mm, forces to 0.1 mN, one list for all; + 0.0 makes no -0.0
         places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
@@ -145,15 +147,18 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
     hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
     shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
     groups = element_series(robot, profile, run.condition, shot, len(shot.x_cm))
-    at, x0, parts = run.condition, shot.x_cm[0], []
-    for name, one in groups.items():
-        (x1, x2), (z1, z2) = (ends[0].reshape(-1, 2).T for ends in (one.ends_x_cm, one.ends_z_cm))
+    condition, x0, parts = run.condition, shot.x_cm[0], []
+    for name, group in groups.items():
+        (x1, x2), (z1, z2) = (
+            ends[0].reshape(-1, 2).T for ends in (group.ends_x_cm, group.ends_z_cm)
+        )
         at_x, at_z, force_z, force_x = (
-            values[0].ravel() for values in (one.at_x_cm, one.at_z_cm, one.force_z_N, one.force_x_N)
+            values[0].ravel()
+            for values in (group.at_x_cm, group.at_z_cm, group.force_z_N, group.force_x_N)
         )
         columns = {
-            "curvature_times_R": at.curvature_times_R,
-            "frequency_Hz": at.frequency_Hz,
+            "curvature_times_R": condition.curvature_times_R,
+            "frequency_Hz": condition.frequency_Hz,
             "group": name,
             "x1_cm": x1 - x0,
             "z1_cm": z1,

@@ -47,7 +47,7 @@ class Series:
 
         def cut(value: Any) -> Any:
             if isinstance(value, dict):
-                return {name: part[-samples:] for name, part in value.items()}
+                return {name: values[-samples:] for name, values in value.items()}
             return value[-samples:]
 
         return Series(**{name: cut(value) for name, value in vars(self).items()})
@@ -220,18 +220,18 @@ def simulate(
     stepper = _Stepper(robot, profile, parts, condition, samples_per_stride)
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
-    found = None
-    while len(stepper.ends) - 1 < most and (strides or found is None):
+    steady_run = None
+    while len(stepper.ends) - 1 < most and (strides or steady_run is None):
         stepper.stride()
         ends = np.array(stepper.ends)
-        found = found or tipped_or_buried(parts, ends, numerics)
+        steady_run = steady_run or tipped_or_buried(parts, ends, numerics)
         whole = (len(ends) - 1) % stretch == 0
-        if found is None and whole and settled(ends, stretch, stepper.stride_s, numerics):
-            found = Assessment("steady", averaged=stretch)
+        if steady_run is None and whole and settled(ends, stretch, stepper.stride_s, numerics):
+            steady_run = Assessment("steady", averaged=stretch)
     speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
-    found = found or irregular(speeds, numerics)
-    mean = speeds[len(speeds) - found.averaged :]
-    why = found.why
+    steady_run = steady_run or irregular(speeds, numerics)
+    mean = speeds[len(speeds) - steady_run.averaged :]
+    why = steady_run.why
     if why and profile.reason and not np.isfinite(stepper.state).all():
         hole = Remark("alpha-missing", words=profile.reason)
         why = (remark("robot-lost", what=why[0], why=hole),)
@@ -239,8 +239,8 @@ def simulate(
     sd = float(mean.std(ddof=1)) if mean.size > 1 else math.nan
     warning = leg_speed_warning(parts, frequency_Hz)
     series = stepper.series() if samples_per_stride else None
-    counts = len(speeds), found.averaged
-    return RobotRun(condition, speed, sd, found.outcome, why, warning, *counts, speeds, series)
+    counts = len(speeds), steady_run.averaged
+    return RobotRun(condition, speed, sd, steady_run.outcome, why, warning, *counts, speeds, series)
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:

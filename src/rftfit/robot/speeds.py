@@ -98,7 +98,7 @@ def trial_row(
         track = tracks.read_track(folder / trial.track)
         rows = track.rows
         counts = {(DROPPED, why): count for why, count in track.dropped.items()}
-        found = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
+        stride_speeds = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
     except tracks.TrackError as error:
         rows = rows or error.rows
         counts[DROPPED, error.reason] = rows - sum(counts.values())
@@ -112,10 +112,10 @@ def trial_row(
             "the file: this is a fault of the program, please report it"
         )
     names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
-    row |= {name: getattr(found, name) for name in names}
+    row |= {name: getattr(stride_speeds, name) for name in names}
     row |= {"rows": rows, "rows_used": used, "status": "used"}
-    flags = about(trial.run_id, found.flags)
-    return row, counts, found.velocity_cm_per_s.tolist(), flags
+    flags = about(trial.run_id, stride_speeds.flags)
+    return row, counts, stride_speeds.velocity_cm_per_s.tolist(), flags
 
 
 def measured_speeds(
@@ -126,17 +126,26 @@ def measured_speeds(
     `calibrated`: Curvature and frequency (Hz) of the conditions that the robot was calibrated on.
     """
     rows = []
-    for name, part in trials.groupby("condition", sort=False):
-        good, refused = part[part["status"] == "used"], part[part["status"] != "used"]
+    for name, trials_of_condition in trials.groupby("condition", sort=False):
+        good, refused = (
+            trials_of_condition[trials_of_condition["status"] == "used"],
+            trials_of_condition[trials_of_condition["status"] != "used"],
+        )
         speed, frequency = good[["speed_cm_per_s", "frequency_Hz"]].to_numpy(float).T
         lost = refused.to_dict("records")
-        reason = [one for row in lost for one in about(row["run_id"], reason_of(row))]
-        curvature = float(part["curvature_times_R"].iloc[0])
+        reason = [
+            remark_of_trial
+            for row in lost
+            for remark_of_trial in about(row["run_id"], reason_of(row))
+        ]
+        curvature = float(trials_of_condition["curvature_times_R"].iloc[0])
         middle = rounded(float(frequency.mean())) if frequency.size else math.nan
         mean = float(speed.mean()) if speed.size else math.nan
-        place = (name, part["medium"].iloc[0], curvature, middle, spread(frequency))
-        known = is_calibrated(curvature, middle, calibrated), "marker tracks"
-        rows.append((*place, mean, spread(speed), len(good), *known, *reason_cells(reason)))
+        place = (name, trials_of_condition["medium"].iloc[0], curvature, middle, spread(frequency))
+        calibration_and_source = is_calibrated(curvature, middle, calibrated), "marker tracks"
+        rows.append(
+            (*place, mean, spread(speed), len(good), *calibration_and_source, *reason_cells(reason))
+        )
     return pd.DataFrame(rows, columns=MEASURED)
 
 
@@ -148,12 +157,29 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
     table = load("fig_4c")
     rows = []
     table = table[table["stride_frequency_Hz"] > 0.01]
-    for here, part in table.groupby(table["curvature_times_Rprime"].astype(float)):
-        pairs = zip(part["stride_frequency_Hz"], part["speed_cm_per_s"], strict=True)
+    for curvature_times_R, rows_of_curvature in table.groupby(
+        table["curvature_times_Rprime"].astype(float)
+    ):
+        pairs = zip(
+            rows_of_curvature["stride_frequency_Hz"],
+            rows_of_curvature["speed_cm_per_s"],
+            strict=True,
+        )
         for number, (frequency, speed) in enumerate(pairs, start=1):
-            place = (f"{here:+.2f}_{number}", medium, here, rounded(frequency), math.nan)
-            known = is_calibrated(here, rounded(frequency), calibrated), "Fig. 4C"
-            rows.append((*place, float(speed), math.nan, 3, *known, *reason_cells([])))
+            place = (
+                f"{curvature_times_R:+.2f}_{number}",
+                medium,
+                curvature_times_R,
+                rounded(frequency),
+                math.nan,
+            )
+            calibration_and_source = (
+                is_calibrated(curvature_times_R, rounded(frequency), calibrated),
+                "Fig. 4C",
+            )
+            rows.append(
+                (*place, float(speed), math.nan, 3, *calibration_and_source, *reason_cells([]))
+            )
     return pd.DataFrame(rows, columns=MEASURED)
 
 
@@ -167,34 +193,36 @@ def speed_errors(
     """
     rows = []
     half, half_of_model = (half_widths(widths, quantity) for quantity in (SPEED, SPEED_MODEL))
-    for profile, part in speed.groupby("profile", sort=False):
-        keys = zip(part["curvature_times_R"], part["frequency_Hz"], strict=True)
-        by_condition: dict[Any, Any] = dict(zip(keys, part.itertuples(), strict=True))
-        one: Any
-        for one in measured.itertuples():
-            run = by_condition.get((one.curvature_times_R, one.frequency_Hz))
+    for profile, rows_of_profile in speed.groupby("profile", sort=False):
+        keys = zip(
+            rows_of_profile["curvature_times_R"], rows_of_profile["frequency_Hz"], strict=True
+        )
+        by_condition: dict[Any, Any] = dict(zip(keys, rows_of_profile.itertuples(), strict=True))
+        row: Any
+        for row in measured.itertuples():
+            run = by_condition.get((row.curvature_times_R, row.frequency_Hz))
             lo = hi = ours = math.nan
             reasons: list[Remark] = []
-            if math.isnan(one.speed_cm_per_s):
-                reasons = [remark("speed-unmeasured", why=next(iter(reason_of(one._asdict())), ""))]
+            if math.isnan(row.speed_cm_per_s):
+                reasons = [remark("speed-unmeasured", why=next(iter(reason_of(row._asdict())), ""))]
             if run is not None:
                 ours, lo, hi = run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s
                 reasons += reason_of(run._asdict()) if math.isnan(ours) else ()
             elif not reasons:
                 reasons.append(remark("not-simulated"))
             error = math.nan
-            if one.speed_cm_per_s > 0 and not math.isnan(ours):
-                error = 100 * (ours / one.speed_cm_per_s - 1)
+            if row.speed_cm_per_s > 0 and not math.isnan(ours):
+                error = 100 * (ours / row.speed_cm_per_s - 1)
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
-            at = (one.curvature_times_R, one.frequency_Hz)
-            wide = half.get((profile, *at), math.nan)
-            place = (one.medium, profile, one.condition, *at)
-            head = (*place, one.speed_cm_per_s, one.speed_sd_cm_per_s, one.trials)
-            wider = half_of_model.get((profile, *at), math.nan)
+            condition = (row.curvature_times_R, row.frequency_Hz)
+            wide = half.get((profile, *condition), math.nan)
+            place = (row.medium, profile, row.condition, *condition)
+            head = (*place, row.speed_cm_per_s, row.speed_sd_cm_per_s, row.trials)
+            wider = half_of_model.get((profile, *condition), math.nan)
             of_model = ours - wider, ours + wider
             simulated = (ours, ours - wide, ours + wide, *of_model, lo, hi, error)
-            rows.append((*head, *simulated, one.calibrated, *reason_cells(reasons)))
+            rows.append((*head, *simulated, row.calibrated, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 
 
@@ -203,9 +231,9 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
 
     One without a simulated speed is not close; one that was not measured is not counted.
     """
-    known = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
-    off = np.abs(known["error_percent"].to_numpy(float))
-    return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(known)
+    compared = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
+    off = np.abs(compared["error_percent"].to_numpy(float))
+    return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(compared)
 
 
 def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:

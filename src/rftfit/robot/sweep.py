@@ -35,8 +35,8 @@ MOTION_NEAR_HZ = 0.1
 def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
     """Whether this is one of the runs whose motion is shown over time."""
     return any(
-        abs(curvature - one) < 1e-6 and abs(frequency_Hz - at) < MOTION_NEAR_HZ
-        for one, at in MOTION
+        abs(curvature - product) < 1e-6 and abs(frequency_Hz - frequency) < MOTION_NEAR_HZ
+        for product, frequency in MOTION
     )
 
 
@@ -93,8 +93,8 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
             c for c in grid if c.frequency_Hz == BEST_AT_HZ and c.curvature_times_R > _FINE_FROM
         ]
         grid = [c for c in [*paper_conditions(EVERY), *fine] if c.phase_turns in phases]
-    known = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    places = zip(known["frequency_Hz"], known["curvature_times_R"], strict=True)
+    with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
+    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
     grid += [Condition(hz, curvature, phase) for hz, curvature in places for phase in phases]
     order = {(c.curvature_times_R, c.frequency_Hz, c.phase_turns): c for c in grid}
     return [order[place] for place in sorted(order)]
@@ -106,11 +106,17 @@ def run_all(
     """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile."""
 
     def run(index: int) -> RobotRun:
-        at = conditions[index]
-        return simulate(robot, profile, at.frequency_Hz, at.curvature_times_R, at.phase_turns)
+        condition = conditions[index]
+        return simulate(
+            robot,
+            profile,
+            condition.frequency_Hz,
+            condition.curvature_times_R,
+            condition.phase_turns,
+        )
 
     # slow frequencies take longest: begin with them, so that no core idles at the end
-    slow = [abs(at.frequency_Hz) or math.inf for at in conditions]
+    slow = [abs(condition.frequency_Hz) or math.inf for condition in conditions]
     order = sorted(range(len(conditions)), key=slow.__getitem__)
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         runs = dict(zip(order, pool.map(run, order), strict=True))
@@ -140,8 +146,8 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Mean, least and greatest speed over the starting phases whose runs are steady; NaN where none is."""
     rows = []
-    for place, part in table.groupby(["curvature_times_R", "frequency_Hz"]):
-        runs = part.to_dict("records")
+    for place, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
+        runs = phases.to_dict("records")
         steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
         lost = [run for run in runs if run["outcome"] != "steady"]
         words = [
@@ -149,9 +155,9 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
             for run in lost
         ]
         reason = [
-            one
+            remark_of_run
             for run, why in zip(lost, words, strict=True)
-            for one in about(f"phase {run['phase_turns']:.3g}", why)
+            for remark_of_run in about(f"phase {run['phase_turns']:.3g}", why)
         ]
         ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
         rows.append((*place, *ends, steady.size, len(runs), *reason_cells(reason)))
@@ -174,10 +180,10 @@ def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, flo
     It is the top of the parabola fitted to the points within 0.2 of the fastest one; the fastest
     point itself where these are fewer than four or have no top among them.
     """
-    known = np.isfinite(speed)
-    if not known.any():
+    is_finite = np.isfinite(speed)
+    if not is_finite.any():
         return math.nan, math.nan
-    curvature, speed = curvature[known], speed[known]
+    curvature, speed = curvature[is_finite], speed[is_finite]
     top = int(np.argmax(speed))
     near = np.abs(curvature - curvature[top]) <= 0.2 + 1e-9
     if near.sum() >= 4:
@@ -200,10 +206,10 @@ def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple
 def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Target:
     """Speed at pairs of (curvature R'/r, stride frequency in Hz), as what pushes are planned for."""
 
-    def numbers(alpha: FloatArray, known: Map) -> FloatArray:
+    def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
         speeds = []
-        for z, x in alpha.reshape(-1, 2, known.beta.size):
-            table = TableProfile(z, x, known.beta, known.gamma)
+        for z, x in alpha.reshape(-1, 2, medium_map.beta.size):
+            table = TableProfile(z, x, medium_map.beta, medium_map.gamma)
             runs = (simulate(robot, table, hz, curvature) for curvature, hz in conditions)
             speeds.append([run.speed_cm_per_s for run in runs])
         return np.array(speeds).reshape(*alpha.shape[:-2], len(conditions))

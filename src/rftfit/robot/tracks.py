@@ -63,7 +63,10 @@ def read_trials(
     `taken`: Names of runs, which a trial may not have too. `tracks`: The raw folder and the sheet's own
     folder in it, to look for the tracks.
     """
-    columns = [replace(one, choices=(medium,)) if one.form == "choice" else one for one in COLUMNS]
+    columns = [
+        replace(column, choices=(medium,)) if column.form == "choice" else column
+        for column in COLUMNS
+    ]
     drafts, problems = read_rows(path, Schema("robot-sheet", tuple(columns), "trials"), file)
     first: dict[tuple[str, str], int] = {}
     conditions: dict[str, DraftRow] = {}
@@ -164,11 +167,11 @@ def read_track(path: Path) -> Track:
     back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
         before, row = good[back[0]], good[back[0] + 1]
-        how = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
-        more = f", and {back.size - 1} times more" if back.size > 1 else ""
-        found = f"time {how} in row {row.row}: {row.text['time']} after {before.text['time']}{more}"
+        fault = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
+        others_words = f", and {back.size - 1} times more" if back.size > 1 else ""
+        description = f"time {fault} in row {row.row}: {row.text['time']} after {before.text['time']}{others_words}"
         allowed = "allowed: time that grows from row to row"
-        raise TrackError("time-backwards", f"{found}; {allowed}", len(rows))
+        raise TrackError("time-backwards", f"{description}; {allowed}", len(rows))
     return Track(time - time[0], x, z, len(rows), dict(dropped))
 
 
@@ -236,13 +239,19 @@ def mean_stride_speed(
     whole = int(strides + 1e-6)
     # the last strides: a run-up comes first
     ends = time[-1] - np.arange(whole, -1, -1) / frequency_Hz
-    each = np.diff(np.interp(ends, time, x)) * frequency_Hz
+    speeds = np.diff(np.interp(ends, time, x)) * frequency_Hz
     half = whole // 2
-    first, last = float(each[:half].mean()), float(each[-half:].mean())
+    first, last = float(speeds[:half].mean()), float(speeds[-half:].mean())
     if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
         flags.append(remark("speed-changes", first=first, last=last))
     return StrideSpeed(
-        speed, float(each.std(ddof=1)), float(frequency_Hz), source, strides, velocity, tuple(flags)
+        speed,
+        float(speeds.std(ddof=1)),
+        float(frequency_Hz),
+        source,
+        strides,
+        velocity,
+        tuple(flags),
     )
 
 
@@ -306,8 +315,8 @@ def _refine(time: FloatArray, values: FloatArray, near: float, step: float) -> f
         rest = values - waves @ np.linalg.lstsq(waves, values, rcond=None)[0]
         return float(rest @ rest)
 
-    found = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
-    return float(found.x)
+    minimum = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
+    return float(minimum.x)
 
 
 def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
@@ -335,8 +344,10 @@ def _gaps(track: Track, frequency: float) -> list[Remark]:
     text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
     flag = remark("track-gaps", gaps=text, seconds=longest)
     if longest * frequency > LONGEST_GAP_STRIDES:
-        found = f"{flag}, {longest * frequency:.2g} of a stride"
-        raise TrackError("track-gaps", f"{found}; allowed: up to {LONGEST_GAP_STRIDES:g} of one")
+        description = f"{flag}, {longest * frequency:.2g} of a stride"
+        raise TrackError(
+            "track-gaps", f"{description}; allowed: up to {LONGEST_GAP_STRIDES:g} of one"
+        )
     return [flag]
 
 
@@ -378,8 +389,8 @@ def check_robot(config_path: Path) -> RobotCheck:
     if sheet.status == "file":
         path, above = root / config.raw / sheet.path, sheet.path.rpartition("/")[0]
         name = f"{config.raw.rstrip('/')}/{sheet.path}"
-        trials, found = read_trials(path, name, section.medium, names, (raw, above))
-        problems = sorted(problems + found, key=lambda one: one.place.file)
+        trials, problems_of_trials = read_trials(path, name, section.medium, names, (raw, above))
+        problems = sorted(problems + problems_of_trials, key=lambda problem: problem.place.file)
     return RobotCheck(section.medium, tuple(trials), tuple(problems))
 
 

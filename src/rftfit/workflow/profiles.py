@@ -64,7 +64,7 @@ def maps(results: Results, medium: str) -> pd.DataFrame:
     except InputError as error:
         row = facts | reason_columns([quoted(error, "no-map")])
         return pd.DataFrame([row], columns=MAP_COLUMNS)
-    facts |= {"known_media": estimated.known, "chance_if_it_belongs": estimated.belongs}
+    facts |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
     facts |= {"horizontal": estimated.horizontal} | reason_columns([])
     return table.assign(**facts)[MAP_COLUMNS]
 
