@@ -234,10 +234,10 @@ def plan(
     target : str, Outline or sequence of Outline, optional
         ``map`` (default): alpha in every direction; ``zeta``; or bodies, whose peak forces in the
         paper's rotation are to be known.
-    known : Map, optional
+    current_map : Map, optional
         What was measured (`estimate_map`); default: nothing yet.
     rig : Rig, optional
-        What pushes cost and how well they are known; its directions are nodes of the map `known`,
+        What pushes cost and how well they are known; its directions are nodes of `current_map`,
         of any angle where there is none yet.
     count : int, optional
         Pushes to plan.
