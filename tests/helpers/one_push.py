@@ -149,11 +149,12 @@ REPORTED_PUSHES = [
         np.nan,
         words="`where: {sensor: ft_other}`",
     ),
-    ReportedPush("m51_bevameter_clean.txt", OF_BEVAMETER, 3.39716),
+    ReportedPush("m51_bevameter_clean.txt", OF_BEVAMETER, 3.39716, code="cut-rows"),
     ReportedPush(
         "m51_bevameter_clean.txt",
         OF_BEVAMETER | {"arm": {"speed_cm_per_s": 0.5, "drive": "uneven"}},
         3.39716,
+        code="cut-rows",
     ),
     ReportedPush(
         "m03_sec_nanosec.csv",
