@@ -113,8 +113,8 @@ NO_BED = (0.0, REPEATS)
         (lambda: plan_with_exact_pushes("map"), (4, True)),
         (lambda: plan_with_exact_pushes("zeta"), (4, True)),
         # identical values, or none
-        (lambda: (spread(0.0).part(0.2).sd, spread(0.0).source), NO_BED),
-        (lambda: (spread(0.3).part(0.2).sd, spread(0.3).source), NO_BED),
+        (lambda: (spread(0.0).error_at(0.2).sd, spread(0.0).source), NO_BED),
+        (lambda: (spread(0.3).error_at(0.2).sd, spread(0.3).source), NO_BED),
         (lambda: steadiness(5.0, -1.0), "not checked"),
         (lambda: steadiness(np.tile(np.linspace(2, 8, 40), 3), 0.0), "not checked"),
         (gain_without_force, None),
