@@ -30,7 +30,7 @@ def outputs() -> str:
     """Every file that a run writes, with every column."""
     from rftfit.measure.ledger import RowStatus
     from rftfit.measure.sentences import SENTENCES
-    from rftfit.outputs.dictionary import PARTS
+    from rftfit.outputs.dictionary import SECTIONS
     from rftfit.outputs.dictionary import outputs as described
 
     titles = {
@@ -42,11 +42,11 @@ def outputs() -> str:
         "commands": "Files of other commands",
     }
     text = ""
-    for part in PARTS:
+    for part in SECTIONS:
         text += f"## {titles[part]}\n\n"
         others = []
         for one in described():
-            if one.part != part:
+            if one.section != part:
                 continue
             if not one.columns:
                 others.append((f"`{one.file}`", one.about + _when(one.when)))

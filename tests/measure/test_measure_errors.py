@@ -186,7 +186,7 @@ def test_the_surface_is_judged_by_the_offsets():
     told = surface_error(np.full(60, 3.0), noise, Errors(surface_run_mm=1, surface_session_mm=2))
     assert (told.run, told.session) == (0.1, 0.2)
     assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM
-    assert surface_error(np.full(60, 0.3), noise, UNKNOWN, given=False).run == 0
+    assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
 
 
 def test_what_runs_share_does_not_average_out():

@@ -62,7 +62,7 @@ def test_exponents_far_from_1_are_found_too(exponent):
     (power,) = found["power"]
     assert power.exponent == pytest.approx(exponent, abs=1e-4)
     assert power.alpha == pytest.approx(0.3, rel=1e-4)
-    np.testing.assert_allclose(power.rest, 0, atol=1e-4)
+    np.testing.assert_allclose(power.residual, 0, atol=1e-4)
     # stress changes with the size by its shape, with the exponent by its logarithm times the stress
     log = np.log(DEPTH / 5)
     np.testing.assert_allclose(power.design[0], np.exp(exponent * log), rtol=1e-3)

@@ -25,9 +25,9 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
     abscissa = depth if span is None else span
     low, high = float(abscissa.min()), float(abscissa.max())
     width = (high - low) / (knots - 1) or 1.0
-    place = np.clip((depth - low) / width, 0, (knots - 1) * (1 - 1e-12))
-    cell = place.astype(int)
-    u = place - cell
+    position = np.clip((depth - low) / width, 0, (knots - 1) * (1 - 1e-12))
+    cell = position.astype(int)
+    u = position - cell
     # the four cubic B-splines that reach into a cell
     parts = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
     basis = np.zeros((depth.size, knots + 2))
@@ -39,9 +39,9 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
 
 def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int) -> FloatArray:
     """Basis of a force that is constant above the surface and smooth below: shape (n, knots + 3)."""
-    under = np.maximum(depth - surface, 0.0)
-    inner = smooth_basis(under, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
-    return np.column_stack([np.ones(depth.size), under[:, None] * inner])
+    depth_below = np.maximum(depth - surface, 0.0)
+    inner = smooth_basis(depth_below, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
+    return np.column_stack([np.ones(depth.size), depth_below[:, None] * inner])
 
 
 _FIRST_SHARE = 0.02
@@ -54,8 +54,8 @@ def contact_depth(depth: FloatArray, force: FloatArray) -> float:
     """
     start = float(np.median(force[: max(8, force.size // 50)]))
     below = np.flatnonzero(force < start + _FIRST_SHARE * (force[-1] - start))
-    first = int(below[-1]) if below.size else 0
-    return float(depth[first])
+    last_row = int(below[-1]) if below.size else 0
+    return float(depth[last_row])
 
 
 _KNOTS = 8
@@ -101,12 +101,12 @@ class LagProfile:
             misfits[self._valley(second)] = np.inf
         return rival_lags
 
-    def _valley(self, place: int) -> slice:
+    def _valley(self, index: int) -> slice:
         """Lags around a place up to the nearest clearly worse ones."""
-        high = self.unexplained > _BARRIER * self.unexplained[place] + 1e-4
-        left, right = np.flatnonzero(high[:place]), np.flatnonzero(high[place:])
+        high = self.unexplained > _BARRIER * self.unexplained[index] + 1e-4
+        left, right = np.flatnonzero(high[:index]), np.flatnonzero(high[index:])
         return slice(
-            int(left[-1]) if left.size else 0, place + int(right[0]) if right.size else high.size
+            int(left[-1]) if left.size else 0, index + int(right[0]) if right.size else high.size
         )
 
 
@@ -119,16 +119,16 @@ def search_lags(
 ) -> LagProfile:
     """Try every lag at which the logs overlap by half of the shorter, counted from some `starts`, s."""
     lag = _lags(time, motion_time, starts)
-    every = -(-time.size // _READINGS)
-    count = time.size // every
+    block_size = -(-time.size // _READINGS)
+    count = time.size // block_size
     # means of neighbours: the search needs no more readings than the function has bends
-    time = time[: count * every].reshape(count, every).mean(axis=1)
-    force = force[: count * every].reshape(count, every).mean(axis=1)
+    time = time[: count * block_size].reshape(count, block_size).mean(axis=1)
+    force = force[: count * block_size].reshape(count, block_size).mean(axis=1)
     total = float(((force - force.mean()) ** 2).sum())
     share = np.ones(lag.size)
     if not total > 0:
         return LagProfile(lag, share)
-    for place, offset in enumerate(lag):
+    for index, offset in enumerate(lag):
         depth_now = np.interp(time + offset, motion_time, depth)
         contact = contact_depth(depth_now, force)
         # in air the force has no information, and knots of the function would be wasted there
@@ -140,21 +140,24 @@ def search_lags(
         normal = basis.T @ basis + 1e-9 * np.eye(basis.shape[1])
         moment = basis.T @ force
         explained = float(moment @ np.linalg.solve(normal, moment))
-        share[place] = min(max((float(force @ force) - explained) / total, 0.0), 1.0)
+        share[index] = min(max((float(force @ force) - explained) / total, 0.0), 1.0)
     return LagProfile(lag, share)
 
 
 def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
-    half = min(np.ptp(time), np.ptp(motion_time)) / 2
-    first = motion_time[0] - time[-1] + half
-    last = motion_time[-1] - time[0] - half
-    step = max(_FINEST_S, (last - first) / _LAGS)
+    half_length = min(np.ptp(time), np.ptp(motion_time)) / 2
+    first_lag = motion_time[0] - time[-1] + half_length
+    last_lag = motion_time[-1] - time[0] - half_length
+    step = max(_FINEST_S, (last_lag - first_lag) / _LAGS)
     # counted from the given offsets, so that an offset of exactly some hours is among them
-    near = min(starts, key=lambda start: abs(start - (first + last) / 2))
-    low, high = int(np.ceil((first - near) / step)), int(np.floor((last - near) / step))
+    nearest_start = min(starts, key=lambda start: abs(start - (first_lag + last_lag) / 2))
+    low, high = (
+        int(np.ceil((first_lag - nearest_start) / step)),
+        int(np.floor((last_lag - nearest_start) / step)),
+    )
     if high < low:
         raise Refused("no-overlap")
-    return np.asarray(near + step * np.arange(low, high + 1))
+    return np.asarray(nearest_start + step * np.arange(low, high + 1))
 
 
 KNOTS = (7, 10, 14)
@@ -250,13 +253,13 @@ def estimate_clocks(
     )
 
 
-def _decide(tried: list[_Refined], force: FloatArray) -> _Refined:
+def _decide(candidates: list[_Refined], force: FloatArray) -> _Refined:
     """Take the best of several fits, unless another one elsewhere is about as good."""
-    misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in tried]
-    best = tried[int(np.argmin(misfit))]
-    for fit, size in zip(tried, misfit, strict=True):
-        apart = abs(fit.offset - best.offset) > max(0.2, 4 * math.sqrt(best.offset_variance))
-        if apart and size < _AS_GOOD * min(misfit):
+    misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
+    best = candidates[int(np.argmin(misfit))]
+    for fit, size in zip(candidates, misfit, strict=True):
+        is_apart = abs(fit.offset - best.offset) > max(0.2, 4 * math.sqrt(best.offset_variance))
+        if is_apart and size < _AS_GOOD * min(misfit):
             first, second = sorted((fit.offset, best.offset))
             raise Refused("two-offsets", first=first, second=second)
     return best
@@ -275,10 +278,12 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
         raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
     if peak + 1 < _MIN_READINGS:
         raise Refused("begins-in-push", found=peak + 1, wanted=_MIN_READINGS)
-    every = -(-(peak + 1) // _MOST_READINGS)
+    block_size = -(-(peak + 1) // _MOST_READINGS)
     # of a fast transducer means of neighbours: the motion log is no faster than that
-    push = slice((peak + 1) % every, peak + 1)
-    time, force = (readings[push].reshape(-1, every).mean(axis=1) for readings in (time, force))
+    push = slice((peak + 1) % block_size, peak + 1)
+    time, force = (
+        readings[push].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
+    )
     return time, force
 
 
@@ -287,9 +292,13 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], boo
     length, motion_length = float(np.ptp(time)), float(np.ptp(motion_time))
     shortest = min(length, motion_length)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
-    near, most = round(between / HOUR_S), (length + motion_length) / 2 - shortest / 2
-    hours = [hour * HOUR_S for hour in (near - 1, near, near + 1) if abs(hour) <= 26]
-    overlap = [offset for offset in hours if abs(between - offset) < most]
+    nearest_hour, most_apart = round(between / HOUR_S), (length + motion_length) / 2 - shortest / 2
+    hours = [
+        hour * HOUR_S
+        for hour in (nearest_hour - 1, nearest_hour, nearest_hour + 1)
+        if abs(hour) <= 26
+    ]
+    overlap = [offset for offset in hours if abs(between - offset) < most_apart]
     return overlap or [float(motion_time[0] - time[0])], bool(overlap)
 
 
@@ -314,9 +323,9 @@ def _refine(
         surface = min(surface, deepest - 0.05)
 
         def smooth(
-            depth_cm: FloatArray, under: float = surface, deepest: float = deepest
+            depth_cm: FloatArray, surface_cm: float = surface, deepest: float = deepest
         ) -> FloatArray:
-            return contact_basis(depth_cm, under, deepest, knots)
+            return contact_basis(depth_cm, surface_cm, deepest, knots)
 
         basis = smooth(depth_now)
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
@@ -344,17 +353,17 @@ def _refine(
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
         stiff = variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
         normal = jacobian @ jacobian.T + np.diag(stiff + 1e-12 * power)
-        back = np.linalg.solve(normal, jacobian)
+        pseudo_inverse = np.linalg.solve(normal, jacobian)
         pull = np.array([0.0, stiff[1] * drift, 0.0])
-        step = back @ residual - np.linalg.solve(normal, pull)
+        step = pseudo_inverse @ residual - np.linalg.solve(normal, pull)
         step[[0, 2]] = np.clip(step[[0, 2]], -0.1, 0.1)
         offset, drift = offset + float(step[0]), drift + float(step[1])
         surface += float(step[2])
         if abs(step[0]) < 1e-4 and abs(step[2]) < 1e-3:
             break
-    scatter = float(weighted_sum_variance(residual[None], back[0])[0][0])
-    scatter *= _loss(residual, back[0], scatter, basis.shape[1] + 3)
-    of_drift = float(weighted_sum_variance(residual[None], back[1])[0][0])
+    scatter = float(weighted_sum_variance(residual[None], pseudo_inverse[0])[0][0])
+    scatter *= _loss(residual, pseudo_inverse[0], scatter, basis.shape[1] + 3)
+    of_drift = float(weighted_sum_variance(residual[None], pseudo_inverse[1])[0][0])
     # what the prior of the drift holds fixed is uncertain all the same
     shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
     return _Refined(

@@ -101,20 +101,24 @@ def alpha_table(
         for cell in directions
     ]
     outliers = outliers or {}
-    alike = [[run for run in runs if run["run_id"] not in outliers] for runs in runs_of_cells]
-    spreads = spread_of_beds([_repeats(alike, component) for component in COMPONENTS], errors.bed)
+    runs_without_outliers = [
+        [run for run in runs if run["run_id"] not in outliers] for runs in runs_of_cells
+    ]
+    spreads = spread_of_beds(
+        [_repeats(runs_without_outliers, component) for component in COMPONENTS], errors.bed
+    )
     spread = dict(zip(COMPONENTS, spreads, strict=True))
     cells = [
         _cell(runs_of_cell, gamma == 0, depths, at_cm)
         for runs_of_cell, (_, gamma) in zip(runs_of_cells, directions, strict=True)
     ]
-    parts = _errors(
+    numbers_of_cells = _errors(
         cells, directions, errors, surface or SurfaceError(), spread, confidence, outliers, shape
     )
     rows = []
-    for (beta, gamma), cell, numbers in zip(directions, cells, parts, strict=True):
-        place = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
-        rows.append(place | numbers | cell.columns)
+    for (beta, gamma), cell, numbers in zip(directions, cells, numbers_of_cells, strict=True):
+        cell_keys = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
+        rows.append(cell_keys | numbers | cell.columns)
     # no plate run at all: the columns of a table all the same
     columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_WORDS]
     return pd.DataFrame(rows, columns=columns)
@@ -125,14 +129,16 @@ def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[fl
 
     Each is called by the angles that most of its runs have.
     """
-    left = Counter(angles)
+    ungrouped = Counter(angles)
     cells = []
-    while left:
+    while ungrouped:
         # the most frequent first: the arm's 44.98 belongs to the planned 45
-        name = max(left, key=lambda angle: (left[angle], angle))
+        name = max(ungrouped, key=lambda angle: (ungrouped[angle], angle))
         # plates at -90 and 90 degrees are one: it is called 90
         cells.append((90.0, name[1]) if name[0] == -90 else name)
-        left = Counter({angle: n for angle, n in left.items() if not grid.same(name, angle)})
+        ungrouped = Counter(
+            {angle: n for angle, n in ungrouped.items() if not grid.same(name, angle)}
+        )
     return sorted(cells)
 
 
@@ -141,30 +147,36 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
 
     Runs of a cell that is planned twice, at beta = -90 and 90 degrees, count once.
     """
-    seen: set[str] = set()
+    counted_run_ids: set[str] = set()
     groups = []
     for runs in cells:
-        new = [
+        new_runs = [
             run
             for run in runs
-            if math.isfinite(run[column(component)]) and run["run_id"] not in seen
+            if math.isfinite(run[column(component)]) and run["run_id"] not in counted_run_ids
         ]
-        seen.update(str(run["run_id"]) for run in new)
-        level = new and new[0]["gamma_deg"] == 0
-        parts = _by_depth(new) if level and math.isfinite(new[0]["depth_from_cm"]) else [new]
-        for runs_at_depth in filter(None, parts):
+        counted_run_ids.update(str(run["run_id"]) for run in new_runs)
+        level = new_runs and new_runs[0]["gamma_deg"] == 0
+        runs_of_depths = (
+            _by_depth(new_runs)
+            if level and math.isfinite(new_runs[0]["depth_from_cm"])
+            else [new_runs]
+        )
+        for runs_at_depth in filter(None, runs_of_depths):
             alpha, se = (
                 np.array([run[column(component, q)] for run in runs_at_depth], dtype=float)
                 for q in ("", "_se")
             )
-            same = len({run.get("tare_run", "") for run in runs_at_depth}) < len(runs_at_depth)
+            shares_tare = len({run.get("tare_run", "") for run in runs_at_depth}) < len(
+                runs_at_depth
+            )
             tare, curvature = (
                 np.array([run.get(column(component, q), 0.0) for run in runs_at_depth])
                 for q in ("_tare", "_curvature")
             )
             clock = np.array([_moved_by_clock(run, component) for run in runs_at_depth])
             # a tare and a clock that they share and a curvature that they have alike do not make them differ
-            bed_variance = se**2 - same * tare**2 - curvature**2 - clock**2
+            bed_variance = se**2 - shares_tare * tare**2 - curvature**2 - clock**2
             groups.append((alpha, np.sqrt(np.maximum(bed_variance, 0.0))))
     return groups
 
@@ -177,12 +189,15 @@ def _moved_by_clock(run: Row, component: str) -> float:
 
 def _by_depth(runs: list[Row]) -> list[list[Row]]:
     """Part horizontal runs by the depth they were made at; none is reached exactly."""
-    parts: list[list[Row]] = []
+    runs_of_depths: list[list[Row]] = []
     for run in sorted(runs, key=lambda row: float(row["depth_from_cm"])):
-        if not parts or run["depth_from_cm"] - parts[-1][-1]["depth_from_cm"] > SAME_DEPTH_CM:
-            parts.append([])
-        parts[-1].append(run)
-    return parts
+        if (
+            not runs_of_depths
+            or run["depth_from_cm"] - runs_of_depths[-1][-1]["depth_from_cm"] > SAME_DEPTH_CM
+        ):
+            runs_of_depths.append([])
+        runs_of_depths[-1].append(run)
+    return runs_of_depths
 
 
 @dataclass(frozen=True)
@@ -230,32 +245,34 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
     reasons = [why for run in runs for why in about(run["run_id"], reason_of(run))]
     n_depths = len(_by_depth(good)) if horizontal else depths
-    used = good
+    used_runs = good
     if not runs:
         reasons.append(remark("no-run"))
     elif good and n_depths < 2 <= depths:
         # one depth cannot show that stress is proportional to depth
         reasons.append(remark("too-few-depths", found=n_depths, wanted=depths))
-        used = []
+        used_runs = []
     elif good and horizontal and not any(run["depth_to_cm"] for run in good):
         reasons.append(remark("zero-depths"))
-        used = []
-    from_to = [[run.get(f"depth_{end}_cm", math.nan) for run in used] for end in ("from", "to")]
+        used_runs = []
+    from_to = [
+        [run.get(f"depth_{end}_cm", math.nan) for run in used_runs] for end in ("from", "to")
+    ]
     top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
-    if used and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
+    if used_runs and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
         reasons.append(remark("outside-window", at=at_cm, top=top, deep=deep))
-        used = []
-    share = np.full(len(used), 1 / max(len(used), 1))
+        used_runs = []
+    share = np.full(len(used_runs), 1 / max(len(used_runs), 1))
     if horizontal:
-        depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used])
+        depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used_runs])
         if not at_cm:
             share = depth**2 / max(float(depth @ depth), 1e-9)
         # one depth tells no power, but the mean that is looked for
-        elif n_depths > 1 and used:
-            alpha = np.array([[run[column(c)] for run in used] for c in COMPONENTS])
+        elif n_depths > 1 and used_runs:
+            alpha = np.array([[run[column(c)] for run in used_runs] for c in COMPONENTS])
             larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
             share = depth * power_fit(depth, larger * depth, at_cm).gain
-    tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used)
+    tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used_runs)
     columns = {
         "depth_from_cm": top,
         "depth_to_cm": deep,
@@ -268,7 +285,7 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
         "tare_runs": " ".join(filter(None, tares)),
     }
     columns |= mark_columns() | reason_columns(reasons)
-    return _Cell(used, share, horizontal, at_cm is None, columns)
+    return _Cell(used_runs, share, horizontal, at_cm is None, columns)
 
 
 def _errors(
@@ -305,9 +322,9 @@ def _errors(
         for c in COMPONENTS:
             of_mean = _of_runs(cell, c, surface, spread[c])
             # the mean of independent errors is smaller than each of them
-            apart = math.sqrt(float(cell.share @ cell.share))
+            mean_factor = math.sqrt(float(cell.share @ cell.share))
             angle = float(rise[c][i]) * errors.angle_deg
-            of_mean["angle"] = Part(angle * apart)
+            of_mean["angle"] = Part(angle * mean_factor)
             lever = math.sqrt(float(np.mean(cell.of("lever_per_cm") ** 2)))
             of_next: dict[Source, Part] = {
                 "surface": Part(surface.run * abs(alpha[c][i]) * lever, surface.dof),
@@ -316,16 +333,21 @@ def _errors(
             of_mean["turn"] = Part(turned[c] * math.radians(errors.turn_deg))
             of_mean["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
             source = _add_bed(of_mean, of_next, cell, c, spread[c], confidence)
-            off = [outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs]
-            of_outliers = _outlier_errors(cell, c, np.array(off))
+            outlier_offsets = [
+                outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
+            ]
+            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets))
             for parts, of_outlier in zip((of_mean, of_next), of_outliers, strict=True):
-                pair = parts["bed"], of_outlier
-                parts["bed"] = max(pair, key=lambda error: half_width([error], confidence))
-            half = half_width(of_mean.values(), confidence)
+                bed_errors = parts["bed"], of_outlier
+                parts["bed"] = max(bed_errors, key=lambda error: half_width([error], confidence))
+            half_of_mean = half_width(of_mean.values(), confidence)
             # what all runs share is in the errors of the mean, and counts once
-            wide = half_width([*of_mean.values(), *of_next.values()], confidence)
+            half_of_next = half_width([*of_mean.values(), *of_next.values()], confidence)
             se = math.sqrt(sum(error.sd**2 for error in of_mean.values()))
-            ends = (alpha[c][i] + width for width in (-half, half, -wide, wide))
+            ends = (
+                alpha[c][i] + width
+                for width in (-half_of_mean, half_of_mean, -half_of_next, half_of_next)
+            )
             values = (alpha[c][i], se, *ends)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
             row |= {column(c, f"_{name}"): error.sd for name, error in of_mean.items()}
@@ -336,16 +358,16 @@ def _errors(
     return rows
 
 
-def _outlier_errors(cell: _Cell, c: str, off: FloatArray) -> tuple[Part, Part]:
+def _outlier_errors(cell: _Cell, c: str, outlier_offsets: FloatArray) -> tuple[Part, Part]:
     """Errors of a cell with outlying runs, of its mean and of the next push beside that.
 
-    The scatter of its repeats, or the differences `off` of these runs, which the error of the mean holds.
+    The scatter of its repeats, or the `outlier_offsets` of these runs, which the error of the mean holds.
     """
     n = len(cell.runs)
-    if off.any() and n > 2 and not cell.level:
+    if outlier_offsets.any() and n > 2 and not cell.level:
         scatter = float(cell.of(column(c)).std(ddof=1))
         return Part(scatter / math.sqrt(n), n - 1.0), Part(scatter, n - 1.0)
-    return Part(float(np.abs(cell.share @ off)) / _REACH), Part(0.0)
+    return Part(float(np.abs(cell.share @ outlier_offsets)) / _REACH), Part(0.0)
 
 
 _REACH = 1.96
@@ -396,8 +418,8 @@ def _noise_variance(cell: _Cell, c: str) -> FloatArray:
         cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
     )
     clock = np.array([_moved_by_clock(run, c) for run in cell.runs])
-    left = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
-    return np.asarray(np.maximum(left, 0))
+    noise_variance = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
+    return np.asarray(np.maximum(noise_variance, 0))
 
 
 def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> Part:
@@ -421,11 +443,11 @@ def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread)
     if not (cell.level and cell.line) or alpha.size < 3:
         return 0.0
     mean = float(cell.share @ alpha)
-    off, noise = alpha - mean, np.hypot(se, spread.error_at(mean).sd)
-    if (np.abs(off) <= _SIGMAS * noise).all():
+    deviation, noise = alpha - mean, np.hypot(se, spread.error_at(mean).sd)
+    if (np.abs(deviation) <= _SIGMAS * noise).all():
         return 0.0
     # the share grows with the square of the depth
-    return float(np.abs(off[cell.share.argmax()])) / math.sqrt(3)
+    return float(np.abs(deviation[cell.share.argmax()])) / math.sqrt(3)
 
 
 _SIGMAS = 3.0
@@ -457,10 +479,10 @@ def _add_bed(
         of_next["bed"] = Part(0.0)
     if source in (REPEATS, OF_CELL):
         for parts in (of_mean, of_next):
-            rest = half_width([parts["bed"]], confidence) ** 2
-            rest -= half_width([parts["surface"], parts["angle"]], confidence) ** 2
+            half_square = half_width([parts["bed"]], confidence) ** 2
+            half_square -= half_width([parts["surface"], parts["angle"]], confidence) ** 2
             unit = half_width([Part(1.0, parts["bed"].dof)], confidence)
-            parts["bed"] = Part(math.sqrt(max(rest, 0.0)) / unit, parts["bed"].dof)
+            parts["bed"] = Part(math.sqrt(max(half_square, 0.0)) / unit, parts["bed"].dof)
     return source
 
 
@@ -491,13 +513,13 @@ def flags_of_cells(alpha: pd.DataFrame, flags: Flags, depths: int) -> list[Remar
     of_cells = []
     plates = flags.runs_with("several-plates")
     for cell in alpha.to_dict("records"):
-        place = float(cell["beta_deg"]), float(cell["gamma_deg"])
+        direction = float(cell["beta_deg"]), float(cell["gamma_deg"])
         runs = cell["run_ids"].split()
         pooled = dict.fromkeys(flag.values["plate"] for run, flag in plates.items() if run in runs)
         if len(pooled) > 1:
-            of_cells.append(remark("pooled-plates", place, plates=", ".join(pooled)))
+            of_cells.append(remark("pooled-plates", direction, plates=", ".join(pooled)))
         if 2 <= cell["n_depths"] < depths:
-            of_cells.append(remark("few-depths", place, found=cell["n_depths"], wanted=depths))
+            of_cells.append(remark("few-depths", direction, found=cell["n_depths"], wanted=depths))
     return of_cells
 
 
@@ -526,11 +548,11 @@ def rows_at(
     beta, gamma = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     if not beta.size:
         return np.full(directions[0].shape, -1)
-    off = np.maximum(
+    distance_deg = np.maximum(
         np.abs((beta - directions[0][:, None] + 90) % 180 - 90),
         np.abs(gamma - directions[1][:, None]),
     )
-    return np.where(off.min(axis=1) <= SAME_DIRECTION_DEG, off.argmin(axis=1), -1)
+    return np.where(distance_deg.min(axis=1) <= SAME_DIRECTION_DEG, distance_deg.argmin(axis=1), -1)
 
 
 def cell_at(table: pd.DataFrame, beta_deg: float, gamma_deg: float) -> pd.Series[Any] | None:

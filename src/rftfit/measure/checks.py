@@ -44,13 +44,17 @@ def check_medium(
     settings = campaign.config.media[medium]
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
     measured = Measured(campaign.config, settings, sheet, tables, copies, flags)
-    done: dict[CheckName, Check] = {}
+    outcomes: dict[CheckName, Check] = {}
     for name, check in IN_ORDER.items():
-        outcome = done[name] = check(measured)
-        first = [prior_check for prior_check in CHECKS[name].after if done[prior_check].effect]
-        if first and outcome.verdict != NOT_CHECKED:
+        outcome = outcomes[name] = check(measured)
+        failed_before = [
+            prior_check for prior_check in CHECKS[name].after if outcomes[prior_check].effect
+        ]
+        if failed_before and outcome.verdict != NOT_CHECKED:
             # the flags of single runs stay
-            done[name] = replace(Check.skip(name, "waits", first=first[0]), flags=outcome.flags)
+            outcomes[name] = replace(
+                Check.skip(name, "waits", first=failed_before[0]), flags=outcome.flags
+            )
         elif outcome.verdict == FAILED and (why := settings.accept.get(name)):
-            done[name] = replace(outcome, verdict=ACCEPTED, why_accepted=why)
-    return [done[name] for name in get_args(CheckName)]
+            outcomes[name] = replace(outcome, verdict=ACCEPTED, why_accepted=why)
+    return [outcomes[name] for name in get_args(CheckName)]

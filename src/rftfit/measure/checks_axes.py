@@ -35,20 +35,20 @@ def check_work(measured: Measured) -> Check:
     cells = Cells.of(alpha)
     if not (count := cells.gamma.size):
         return Check.skip("work", "work-no-cell")
-    done, least = cells.work
-    back = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][done < -least]
-    runs = " ".join(back["run_ids"]).split()
-    worst = int((done / least).argmin())
-    limit = "few-cells" if cells.few > 1 else "no-cell"
-    if cells.most_clear < cells.few - 1:
+    work, work_noise = cells.work
+    negative_cells = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][work < -work_noise]
+    runs = " ".join(negative_cells["run_ids"]).split()
+    worst = int((work / work_noise).argmin())
+    limit = "few-cells" if cells.fewest_negative > 1 else "no-cell"
+    if cells.most_clear < cells.fewest_negative - 1:
         limit = "few-clear"
     values: dict[str, Any] = {
         "negative": remark("negative-work", count=cells.n_negative_work, size=count),
-        "worst": done[worst],
-        "noise": -least[worst],
+        "worst": work[worst],
+        "noise": -work_noise[worst],
         "allowed": remark(
             f"{limit}-no-push" if cells.push is not None else limit,
-            count=cells.few - 1,
+            count=cells.fewest_negative - 1,
             clear=cells.most_clear,
         ),
         "where": "the columns of the table" if measured.config.table else "transducer.axes",
@@ -82,8 +82,8 @@ def check_symmetry(measured: Measured) -> Check:
     if misfit <= _UNLIKE:
         return Check.judge("symmetry", cells.mirror_images_agree, **values)
     alpha = measured.tables["alpha"]
-    place = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
-    beta, gamma = (alpha[f"{name}_deg"].iloc[place] for name in ("beta", "gamma"))
+    row = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
+    beta, gamma = (alpha[f"{name}_deg"].iloc[row] for name in ("beta", "gamma"))
     values |= {"beta_deg": beta, "image_deg": -beta, "size_deg": abs(beta), "gamma_deg": gamma}
     return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
 
@@ -129,8 +129,8 @@ class Cells:
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
         push, pull = (int(row) if row >= 0 else None for row in rows_at(table, 0, [90, -90]))
         image = rows_at(table, -beta_deg, gamma_deg)
-        first = np.flatnonzero((image >= np.arange(image.size)) & (np.abs(gamma_deg) == 90))
-        pairs = np.stack([first, image[first]])
+        first_cells = np.flatnonzero((image >= np.arange(image.size)) & (np.abs(gamma_deg) == 90))
+        pairs = np.stack([first_cells, image[first_cells]])
         side = np.where(gamma < 0, -1.0, 1.0)
         return cls(gamma, side, force, se, turn, push, pull, pairs)
 
@@ -147,19 +147,23 @@ class Cells:
     @property
     def n_negative_work(self) -> int:
         """Number of cells in which the medium gives energy back."""
-        done, least = self.work
-        return int(np.count_nonzero(done < -least))
+        work, work_noise = self.work
+        return int(np.count_nonzero(work < -work_noise))
 
     @property
     def takes_energy(self) -> bool:
         """Whether the medium takes energy, as it must."""
-        done, least = self.work
-        pulled = self.push is not None and done[self.push] < -least[self.push]
-        n_clear = int(np.count_nonzero(done < -_CLEAR * least))
-        return self.n_negative_work < self.few and n_clear <= self.most_clear and not pulled
+        work, work_noise = self.work
+        pulled = self.push is not None and work[self.push] < -work_noise[self.push]
+        n_clear = int(np.count_nonzero(work < -_CLEAR * work_noise))
+        return (
+            self.n_negative_work < self.fewest_negative
+            and n_clear <= self.most_clear
+            and not pulled
+        )
 
     @property
-    def few(self) -> int:
+    def fewest_negative(self) -> int:
         """So many cells that give energy back are no accident."""
         return min(_CELLS, self.gamma.size)
 
@@ -208,6 +212,6 @@ class Cells:
         cell, z, x, error = self._mirror_sums
         if not cell.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0
-        alike = _ALIKE * np.abs(z).max()
-        off = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + alike**2, 1e-12))
-        return float(off.max()), int(cell[off.argmax()])
+        tolerance = _ALIKE * np.abs(z).max()
+        misfit = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + tolerance**2, 1e-12))
+        return float(misfit.max()), int(cell[misfit.argmax()])

@@ -152,24 +152,26 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
     turn = math.radians(config.transducer.turn_deg)
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
     strong = np.abs(expected) >= _CLEAR
-    told = strong & np.isfinite(mount)
+    is_comparable = strong & np.isfinite(mount)
     size = max(
-        float(np.median(np.abs(mount[c, told[c]] / expected[c, told[c]]))) if told[c].any() else 0.0
+        float(np.median(np.abs(mount[c, is_comparable[c]] / expected[c, is_comparable[c]])))
+        if is_comparable[c].any()
+        else 0.0
         for c in (0, 1)
     )
     direction = _directions(table)
     causes = []
-    for place, axis in enumerate("zx"):
+    for component, axis in enumerate("zx"):
         name = measured_channel(config, axis)
         if not size > 0 or name is None:
             continue
-        faint = np.abs(mount[place]) < _SILENT * size
-        must = np.abs(expected[place]) >= _MUST_FEEL
-        silent = faint & must
-        opposite = (np.sign(force[place]) != np.sign(expected[place])) & ~faint & must
-        n_must, n_silent = _count(direction, must), _count(direction, silent)
-        n_strong = _count(direction, strong[place])
-        reversed_ = opposite & strong[place]
+        faint = np.abs(mount[component]) < _SILENT * size
+        must_feel = np.abs(expected[component]) >= _MUST_FEEL
+        silent = faint & must_feel
+        opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_feel
+        n_must, n_silent = _count(direction, must_feel), _count(direction, silent)
+        n_strong = _count(direction, strong[component])
+        reversed_ = opposite & strong[component]
         n_reversed = _count(direction, reversed_)
         several = reversed_.sum() >= _LOGS
         fewest = min(max(_SILENT_IN, math.ceil(_FAINT * n_must)), n_must)
@@ -179,7 +181,7 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
             code, bad, count, size_of = "silent", faint, n_silent, n_must
         elif not explained and several and _REVERSED <= n_reversed <= _MOST * n_strong:
             code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
-        elif gain := _other_gain(noise, mount[place], expected[place], strong[place]):
+        elif gain := _other_gain(noise, mount[component], expected[component], strong[component]):
             values["times"], bad = gain
             code, count, size_of = "gain", bad.sum(), bad.size
         else:
@@ -201,13 +203,13 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
 def _directions(table: pd.DataFrame) -> npt.NDArray[np.intp]:
     """Number of the direction of each run, shape (n,): repeats, and depths of level runs, are of one."""
     beta, gamma = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-    off = np.abs((beta - beta[:, None] + 90) % 180 - 90), np.abs(gamma - gamma[:, None])
-    return np.asarray((np.maximum(*off) <= SAME_DIRECTION_DEG).argmax(axis=1))
+    differences = np.abs((beta - beta[:, None] + 90) % 180 - 90), np.abs(gamma - gamma[:, None])
+    return np.asarray((np.maximum(*differences) <= SAME_DIRECTION_DEG).argmax(axis=1))
 
 
-def _count(direction: npt.NDArray[np.intp], shown: Mask) -> int:
+def _count(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:
     """Number of directions in which most runs show something: each is one witness of what alpha is there."""
-    return int((np.bincount(direction, shown) > 0.5 * np.bincount(direction)).sum())
+    return int((np.bincount(direction, is_shown) > 0.5 * np.bincount(direction)).sum())
 
 
 def _other_gain(
@@ -221,8 +223,10 @@ def _other_gain(
     if not strong_second.any() or not strong_first.any():
         return None
     share = np.abs(force / np.where(strong, expected, 1.0))
-    force_there = float(np.median(share[strong_first]))
+    share_first = float(np.median(share[strong_first]))
     times = float(np.median(noise[strong_second]) / np.median(noise[strong_first]))
-    force_ratio = float(np.median(share[strong_second])) / force_there if force_there > 0 else 0.0
-    alike = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * abs(math.log(times))
-    return (times, in_second) if alike and abs(math.log(times)) > math.log(_GAIN) else None
+    force_ratio = float(np.median(share[strong_second])) / share_first if share_first > 0 else 0.0
+    ratios_agree = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * abs(
+        math.log(times)
+    )
+    return (times, in_second) if ratios_agree and abs(math.log(times)) > math.log(_GAIN) else None

@@ -52,23 +52,23 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     start = combine(pushes, "offset_cm", of_start, session_cm)
     intercepts = pushes.groupby(["beta_deg", "gamma_deg"])["intercept_z_N_per_cm2"].mean()
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
-    most = TOLERATED + SURE * power.se
+    most_departure = TOLERATED + SURE * power.se
     most_start_cm = TOLERATED_START_CM + SURE * start.se
     values: dict[str, Any] = {
         "power": power.value,
-        "least": 1 - most,
-        "most": 1 + most,
+        "least": 1 - most_departure,
+        "most": 1 + most_departure,
         "off": largest_departure(pushes),
         "start_mm": 10 * abs(start.value),
         "side": "above" if start.value < 0 else "below",
         "start_most_mm": 10 * most_start_cm,
         "intercept": float(intercepts.median()),
     }
-    if is_power and abs(power.value - 1) > most:
+    if is_power and abs(power.value - 1) > most_departure:
         return Check.judge("linearity", False, code="law-power", **values)
     if not is_power and abs(start.value) > most_start_cm:
         return Check.judge("linearity", False, code="law-intercept", **values)
-    if most > MOST_EXPONENT:
+    if most_departure > MOST_EXPONENT:
         return Check.skip("linearity", "law-open", **values)
     return Check.judge("linearity", True, code="law-line", **values)
 
@@ -111,8 +111,8 @@ def combine(pushes: pd.DataFrame, column: str, scatter: FloatArray, session: flo
     values = directions["value"].mean().to_numpy(float)
     weights = 1 / (directions["variance"].mean() / directions.size()).to_numpy(float)
     middle = median_over_directions(pushes, column)
-    shown = float(weights @ (values - middle) ** 2)
-    factor = (BEFOREHAND_DOF + shown) / (BEFOREHAND_DOF + values.size - 1)
+    chi_square = float(weights @ (values - middle) ** 2)
+    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + values.size - 1)
     # the median of three numbers or more has a larger error than their mean
     factor *= math.pi / 2 if values.size > 2 else 1.0
     return Estimate(middle, math.sqrt(factor / float(weights.sum()) + session**2))
@@ -134,7 +134,7 @@ def largest_departure(pushes: pd.DataFrame) -> float:
 
     From a tenth of the window's end on, where stress is not yet noise.
     """
-    off = []
+    departures = []
     for row in pushes.to_dict("records"):
         depth = np.linspace(max(row["depth_from_cm"], 0.1 * row["depth_to_cm"]), row["depth_to_cm"])
         if row["power_misfit_z_ratio"] < 1:
@@ -142,5 +142,5 @@ def largest_departure(pushes: pd.DataFrame) -> float:
         else:
             stress = row["intercept_z_N_per_cm2"] + row["free_slope_z_N_per_cm3"] * depth
         line = float(stress @ depth / (depth @ depth)) * depth
-        off.append(float(np.abs(stress / line - 1).max()))
-    return float(np.median(off))
+        departures.append(float(np.abs(stress / line - 1).max()))
+    return float(np.median(departures))

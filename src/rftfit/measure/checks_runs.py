@@ -74,11 +74,13 @@ def check_drift(measured: Measured) -> Check:
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
     # few runs hardly tell their own scatter: Student's t at the same level
     limit = stdtrit(has_trend.sum() - 1, ndtr(SURE)) * se
-    off = np.abs(trend - middle[:, None])
+    deviation = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
     common = (np.abs(middle) > limit) & (np.abs(middle) > _DRIFT * typical)
-    spread = 1.4826 * np.median(off, axis=1)[:, None]
-    alone = (off > MODES * spread) & (off > _DRIFT_ALONE * np.maximum(force[has_trend], typical))
+    spread = 1.4826 * np.median(deviation, axis=1)[:, None]
+    alone = (deviation > MODES * spread) & (
+        deviation > _DRIFT_ALONE * np.maximum(force[has_trend], typical)
+    )
     alone = alone.any(axis=0)
     worst = int(np.abs(middle).argmax())
     drifting = table["run_id"] if common.any() else table.loc[alone, "run_id"]
@@ -88,8 +90,8 @@ def check_drift(measured: Measured) -> Check:
         values |= {"count": alone.sum(), "share": 100 * _DRIFT_ALONE}
         return Check.judge("drift", False, flags, code="drift-alone", **values)
     values |= {"axis": "zx"[worst], "newtons": middle[worst]}
-    most = max(_DRIFT * typical, float(limit[worst]))
-    return Check.judge("drift", drifting.empty, flags, most=most, **values)
+    most_N = max(_DRIFT * typical, float(limit[worst]))
+    return Check.judge("drift", drifting.empty, flags, most=most_N, **values)
 
 
 _TREND, _SIGMAS = 0.10, 3.0
@@ -100,26 +102,28 @@ def check_steadiness(measured: Measured) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
-    where = split_runs(tared)
+    rows_by_run = split_runs(tared)
     level = fits.loc[(fits["direction"] == "horizontal") & (fits["n_points"] > 0), "run_id"]
     changes = []
-    for rows in (where[name] for name in level if name in where):
+    for rows in (rows_by_run[name] for name in level if name in rows_by_run):
         curve = tared.iloc[rows][good[rows]]
         force = curve[["force_z_N", "force_x_N"]].to_numpy(float).T
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)
-        off = path - path.mean() if path.size else path
-        if path.size >= _FEWEST_SAMPLES and off.any() and force.mean():
-            changes.append(off @ force / (off @ off) * np.ptp(path) / force.mean())
+        centred_path = path - path.mean() if path.size else path
+        if path.size >= _FEWEST_SAMPLES and centred_path.any() and force.mean():
+            changes.append(
+                centred_path @ force / (centred_path @ centred_path) * np.ptp(path) / force.mean()
+            )
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
-    most = max(_TREND, _SIGMAS * se)
+    most_change = max(_TREND, _SIGMAS * se)
     return Check.judge(
         "steadiness",
-        abs(change) <= most,
+        abs(change) <= most_change,
         change=_percent(change),
-        most=_percent(most),
+        most=_percent(most_change),
         size=len(changes),
     )
 
@@ -140,7 +144,9 @@ def check_repeats(measured: Measured) -> Check:
     if repeated_runs.empty:
         return Check.skip("repeats", "repeats-few")
     apart = repeated_runs[repeated_runs["apart"].to_numpy(bool)]
-    first = apart.sort_values("times_spread", ascending=False).to_dict("records")[:MOST_NAMED]
+    largest_rows = apart.sort_values("times_spread", ascending=False).to_dict("records")[
+        :MOST_NAMED
+    ]
     seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
@@ -158,7 +164,7 @@ def check_repeats(measured: Measured) -> Check:
         most_spreads=repeated_runs["times_spread"].max(),
         median=seen_from.median(),
         most=seen_from.max(),
-        values=say(map(_beside_others, first)),
+        values=say(map(_beside_others, largest_rows)),
         rows=rows_of(apart["run_id"], measured.sheet),
     )
 
@@ -176,8 +182,8 @@ def check_logs(measured: Measured) -> Check:
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
     if not copies:
         return Check.skip("same_logs", "same_logs-table" if of_table else "same_logs-few")
-    what = "run" if of_table else "log"
-    where = "at these runs in the table" if of_table else "at force_log of these runs"
+    record_kind = "run" if of_table else "log"
+    where_to_look = "at these runs in the table" if of_table else "at force_log of these runs"
     # a table may state the plate at 90 degrees, which is the one at -90, under both angles
     copied = []
     for name, run in sheet.items():
@@ -186,7 +192,7 @@ def check_logs(measured: Measured) -> Check:
             abs(run.beta_deg - copied_run.beta_deg) != 180 for copied_run in copies_of_run
         )
     if not copied:
-        return Check.judge("same_logs", True, what=what)
+        return Check.judge("same_logs", True, what=record_kind)
     return Check.judge(
         "same_logs",
         False,
@@ -194,8 +200,8 @@ def check_logs(measured: Measured) -> Check:
         code="same_logs-copied",
         count=len(copied),
         first=f"{copied[0]} and {', '.join(copies[copied[0]])}",
-        what=what,
-        where=where,
+        what=record_kind,
+        where=where_to_look,
     )
 
 

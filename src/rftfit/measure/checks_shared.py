@@ -34,9 +34,9 @@ def check_axes(measured: Measured) -> Check:
     best = max(other_axes, key=lambda name: other_axes[name])
     if likelier_axes := told_axes(measured):
         power = other_axes[best] / math.log(10)
-        where = "the columns of the table" if measured.config.table else "transducer.axes"
+        where_to_look = "the columns of the table" if measured.config.table else "transducer.axes"
         return Check.judge(
-            "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where
+            "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where_to_look
         )
     open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -_CLEAR]
     if open_axes:
@@ -51,17 +51,17 @@ def check_shared(measured: Measured) -> Check:
     if "symmetry" in measured.medium.accept:
         # a turned mount is what the config accepts
         is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
-    told = causes[is_told].to_dict("records")
-    if told:
-        words = [_describe_told(row, measured) for row in told]
+    told_causes = causes[is_told].to_dict("records")
+    if told_causes:
+        words = [_describe_told(row, measured) for row in told_causes]
         flags: list[Remark] = []
-        for row, text in zip(told, words, strict=True):
+        for row, text in zip(told_causes, words, strict=True):
             if row["group"] != "all":
                 flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(text))
-        cures = [remark(f"cure-{row['kind']}") for row in told]
+        cures = [remark(f"cure-{row['kind']}") for row in told_causes]
         values = {"causes": say(words), "cures": say(dict.fromkeys(cures))}
         return Check.judge("shared", False, flags, code="shared-told", **values)
-    least = [
+    least_remarks = [
         _describe_least(kind, group, causes)
         for kind, group in (("gain", "from-run"), ("turn", "all"))
     ]
@@ -69,11 +69,11 @@ def check_shared(measured: Measured) -> Check:
         str(remark(f"kind-{kind}"))
         for kind in dict.fromkeys(causes.loc[causes["verdict"] == "not checked", "kind"])
     )
-    if None in least:
+    if None in least_remarks:
         code = "shared-few" if (causes["reason"] == "no-runs").all() else "shared-open"
         return Check.skip("shared", code, missing=", ".join(missing))
-    seen = " and ".join(map(str, least))
-    return Check.judge("shared", True, seen=seen)
+    least_text = " and ".join(map(str, least_remarks))
+    return Check.judge("shared", True, seen=least_text)
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
@@ -90,18 +90,22 @@ def _describe_told(row: Mapping[Any, Any], measured: Measured) -> Remark:
         for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
     }
     if row["group"] == "from-run":
-        first = measured.sheet[row["run_ids"].split()[0]]
-        place = remark("where-from-run", row=first.row, run=first.run_id, count=row["n_runs"])
+        first_run = measured.sheet[row["run_ids"].split()[0]]
+        location = remark(
+            "where-from-run", row=first_run.row, run=first_run.run_id, count=row["n_runs"]
+        )
     elif row["group"] in ("trend", "all", "holder"):
-        place = remark(f"where-{row['group']}", angle=row["place"])
+        location = remark(f"where-{row['group']}", angle=row["place"])
     else:
-        place = remark("where-label", column=row["group"], label=row["place"], count=row["n_runs"])
-    told = remark(f"told-{row['kind']}", where=str(place), **size)
+        location = remark(
+            "where-label", column=row["group"], label=row["place"], count=row["n_runs"]
+        )
+    told_cause = remark(f"told-{row['kind']}", where=str(location), **size)
     rival_causes = [words.split() for words in str(row["inseparable"]).split("; ") if words]
     if not rival_causes:
-        return told
+        return told_cause
     texts = dict.fromkeys(_describe_other(kind, group) for kind, group, *_ in rival_causes)
-    return remark("told-or", told=str(told), others=", ".join(texts))
+    return remark("told-or", told=str(told_cause), others=", ".join(texts))
 
 
 def _describe_other(kind: str, group: str) -> str:

@@ -84,22 +84,22 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         pushes,
     )
     shared = np.where(pushes, 1, shared)
-    (off, late), covariance, _ = starts.fit(shared=shared)
+    (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
     # few runs hardly tell their own scatter: Student's t at the same level
     wider = stdtrit(max((1 / shared).sum() - 2, 1), ndtr(SURE)) / SURE
     covariance = wider**2 * covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
     mean = np.array([1.0, float(sine[pushes].mean())])
-    down, down_se = off + mean[1] * late, math.sqrt(mean @ covariance @ mean)
-    off_se, late_se = np.sqrt(np.diag(covariance))
-    is_off, is_late = abs(off) > SURE * off_se, abs(late) > SURE * late_se
-    is_off |= abs(down) > SURE * down_se and not is_late
-    most_mm, most_late_s = 10 * SURE * off_se, SURE * late_se / speed
+    push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
+    offset_se, lag_se = np.sqrt(np.diag(covariance))
+    is_off, is_late = abs(offset_cm) > SURE * offset_se, abs(lag_cm) > SURE * lag_se
+    is_off |= abs(push_start) > SURE * push_start_se and not is_late
+    most_mm, most_late_s = 10 * SURE * offset_se, SURE * lag_se / speed
     has_pulls = np.ptp(sine) > 1
     confidence = measured.config.fit.confidence
     values: dict[str, Any] = {
-        "push": _begin(down),
+        "push": _begin(push_start),
         "pull": _begin_of_pulls(starts.start[~pushes], confidence) if has_pulls else "",
-        "most_mm": 10 * SURE * down_se,
+        "most_mm": 10 * SURE * push_start_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
     line = crust or linearity(steep_fits[pushes], run_cm, session_cm)
@@ -116,13 +116,13 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         code, flags, values_apart = apart
         return Check.judge("surface", False, flags, code, **values, **values_apart), line
     code = _CODES[bool(is_late), bool(is_off)]
-    values |= {"side": "late" if late > 0 else "early", "late_s": abs(late) / speed}
+    values |= {"side": "late" if lag_cm > 0 else "early", "late_s": abs(lag_cm) / speed}
     surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
     if is_off and _looks_curved(steep_fits[pushes]):
         # a line through curved stress has a start that is no surface
         if line.verdict != FAILED:
-            either = {**line.values, "surface": surface.found}
-            line = Check.judge("linearity", False, code="linearity-or-surface", **either)
+            values_of_both = {**line.values, "surface": surface.found}
+            line = Check.judge("linearity", False, code="linearity-or-surface", **values_of_both)
         surface = Check.skip("surface", "surface-curved")
     return surface, line
 
@@ -148,21 +148,21 @@ class Starts:
         """Least squares in which a run that lies far off counts less: what is found, covariance, standard deviations.
 
         Errors are known but for a factor, which the scatter tells, of pushes and of pulls each its own;
-        `shared` runs have one error in common. `more` (n,) is fitted beside `paths`.
+        `shared` runs have one error in common. `extra_terms` (n,) is fitted beside `paths`.
         """
         design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
-        whole = np.ones(self.start.size, dtype=bool)
+        all_runs = np.ones(self.start.size, dtype=bool)
         weight, spread = np.ones_like(self.start), np.ones_like(self.start)
         for _ in range(10):
             sigma = self.error * spread * np.sqrt(shared / weight)
             scaled = design / sigma[:, None]
             inverse = np.linalg.pinv(scaled.T @ scaled)
             coefficients = inverse @ scaled.T @ (self.start / sigma)
-            rest = np.abs(self.start - design @ coefficients) / self.error
-            for side in (whole, self.pushes, ~self.pushes):
-                if rest[side].size >= FEW_RUNS:
-                    spread[side] = max(1.4826 * float(np.median(rest[side])), 0.3)
-            weight = np.minimum(1.0, 1.5 * spread / np.maximum(rest, 1e-9))
+            residual = np.abs(self.start - design @ coefficients) / self.error
+            for side in (all_runs, self.pushes, ~self.pushes):
+                if residual[side].size >= FEW_RUNS:
+                    spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+            weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
 
 
@@ -189,8 +189,10 @@ def _begin_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
     middle, se = median_of_runs(start_cm)
     if math.isnan(middle):
         return remark("in-pulls", pull=_begin(float(np.median(start_cm))), interval="")
-    half = float(student_quantile(confidence, start_cm.size - 1.0)) * se
-    ends = remark("interval-starts", low=_begin(middle - half), high=_begin(middle + half))
+    half_interval = float(student_quantile(confidence, start_cm.size - 1.0)) * se
+    ends = remark(
+        "interval-starts", low=_begin(middle - half_interval), high=_begin(middle + half_interval)
+    )
     return remark("in-pulls", pull=_begin(middle), interval=ends)
 
 
@@ -204,16 +206,16 @@ def _two_levels(
     order = np.argsort([run.row for run in runs], kind="stable")
     starts = starts[order]
     # pulls are too weak to find it by
-    down = starts[starts.pushes]
-    coefficients, _, sigma = down.fit()
-    clusters = two_clusters(down.start - down.paths @ coefficients)
+    push_starts = starts[starts.pushes]
+    coefficients, _, sigma = push_starts.fit()
+    clusters = two_clusters(push_starts.start - push_starts.paths @ coefficients)
     on_second_level = np.zeros(starts.start.size, dtype=bool)
     clear = 1.0
     if clusters is not None:
         clear, on_second_level[starts.pushes] = clusters
     for _ in range(2):
-        stretch = shifted_runs(down.paths, down.start, sigma)
-        coefficients, covariance, sigma = down.fit(stretch)
+        stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
+        coefficients, covariance, sigma = push_starts.fit(stretch)
     if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
@@ -222,9 +224,9 @@ def _two_levels(
     elif clusters is None:
         return None
     gaps = {}
-    for kind, moves in zip(("surface", "lag"), starts.paths.T, strict=False):
-        if moves.any():
-            coefficients, covariance, _ = starts.fit(moves * on_second_level)
+    for kind, path in zip(("surface", "lag"), starts.paths.T, strict=False):
+        if path.any():
+            coefficients, covariance, _ = starts.fit(path * on_second_level)
             gaps[kind] = (
                 abs(coefficients[-1]) / math.sqrt(covariance[-1, -1]),
                 float(coefficients[-1]),
@@ -235,8 +237,8 @@ def _two_levels(
         return None
     names = [
         run.run_id
-        for run, its in zip([runs[n] for n in order], on_second_level, strict=True)
-        if its
+        for run, is_second in zip([runs[n] for n in order], on_second_level, strict=True)
+        if is_second
     ]
     values: dict[str, Any] = {
         "count": on_second_level.sum(),
@@ -272,16 +274,16 @@ def linearity(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
         return Check.skip("linearity", "linearity-few")
     power, se = exponent_of(pushes, run_cm, session_cm)
     share = float(np.mean(misfit < 1))
-    most, clear = max(_CURVED, SURE * se), _clear_share(misfit.size)
+    most_departure, clear_share = max(_CURVED, SURE * se), _clear_share(misfit.size)
     values: dict[str, Any] = {
         "power": power,
         "share": share,
-        "least": 1 - most,
-        "most": 1 + most,
-        "clear": clear,
+        "least": 1 - most_departure,
+        "most": 1 + most_departure,
+        "clear": clear_share,
     }
-    is_line = abs(power - 1) <= most or share < clear
-    if is_line and most > MOST_EXPONENT:
+    is_line = abs(power - 1) <= most_departure or share < clear_share
+    if is_line and most_departure > MOST_EXPONENT:
         return Check.skip("linearity", "linearity-open", **values)
     return Check.judge("linearity", is_line, **values)
 

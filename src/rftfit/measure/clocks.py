@@ -134,8 +134,8 @@ def _fit(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
         drift = float(lever @ difference / (lever @ lever))
     residual = difference - offset - drift * lever
     # both ends of a ramp are seen half a ramp apart, one early and one late: that is no disagreement
-    pairs = residual.reshape(-1, 2)
-    ramp = float((pairs[:, 0] - pairs[:, 1]).mean()) / 2
-    residual = (pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual
+    edge_pairs = residual.reshape(-1, 2)
+    ramp = float((edge_pairs[:, 0] - edge_pairs[:, 1]).mean()) / 2
+    residual = (edge_pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual
     spread = float(np.sqrt(np.mean(residual**2)))
     return ClockFit(offset, drift, reference, spread, force_edges.size)

@@ -28,9 +28,10 @@ def copies_of(
     """Runs of a medium that can be compared, each with those that have its readings, or its noise."""
     exact = same_readings(sheet, runs)
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
-    near = {} if of_table else near_copies(_groups(fits), tared)
+    noise_copies = {} if of_table else near_copies(_groups(fits), tared)
     return {
-        name: tuple(dict.fromkeys([*names, *near.get(name, ())])) for name, names in exact.items()
+        name: tuple(dict.fromkeys([*names, *noise_copies.get(name, ())]))
+        for name, names in exact.items()
     }
 
 
@@ -68,16 +69,16 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     `groups`: run_ids by direction. What is smooth in a stroke is alike in all repeats; the second difference
     from sample to sample leaves what is noise.
     """
-    where = split_runs(tared)
+    rows_by_run = split_runs(tared)
     force = tared[["force_z_N", "force_x_N"]].to_numpy(float)
     force = force + np.nan_to_num(tared[["tare_z_N", "tare_x_N"]].to_numpy(float))
     copies: dict[str, list[str]] = {}
     for group in groups:
-        noise = {name: _noise(force[where[name]]) for name in group if name in where}
+        noise = {name: _noise(force[rows_by_run[name]]) for name in group if name in rows_by_run}
         names = [name for name in noise if noise[name].size >= _SHORTEST]
         shapes = [noise[name] / noise[name].std() for name in names]
         for pair in _pairs_with_same_noise(shapes):
-            first, second = (names[place] for place in pair)
+            first, second = (names[index] for index in pair)
             # noise of another size is no copy of the readings
             if abs(math.log(noise[first].std() / noise[second].std())) < _SAME_SIZE:
                 copies.setdefault(first, []).append(second)
@@ -91,8 +92,8 @@ def _noise(force: FloatArray) -> FloatArray:
     if not steps.size:
         return np.zeros(0)
     # a jump, as where the motion begins, is alike in all repeats and would outweigh the noise
-    most = _JUMP * np.median(np.abs(steps), axis=0)
-    steps = np.clip(steps, -most, most)
+    step_limit = _JUMP * np.median(np.abs(steps), axis=0)
+    steps = np.clip(steps, -step_limit, step_limit)
     channel = steps[:, steps.std(axis=0).argmax()]
     return channel if channel.std() > 0 else np.zeros(0)
 
@@ -105,19 +106,19 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
     for row, series in zip(padded, noise, strict=True):
         row[: series.size] = series
     spectra = np.fft.rfft(padded)
-    for place, conjugate in enumerate(np.conj(spectra)):
-        for start in range(place + 1, len(noise), _BLOCK):
+    for first_index, conjugate in enumerate(np.conj(spectra)):
+        for start in range(first_index + 1, len(noise), _BLOCK):
             block = slice(start, start + _BLOCK)
-            shorter = np.minimum(sizes[block], sizes[place])
+            shorter = np.minimum(sizes[block], sizes[first_index])
             match = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
             best = match.max(axis=1)
             high = np.flatnonzero(best > shorter * np.maximum(_LEAST, 8 / np.sqrt(shorter)))
-            rest = match[high]
+            remaining_match = match[high]
             for _ in range(_SHIFTS):
-                near = rest.argmax(axis=1)[:, None] + np.arange(-_NEAR, _NEAR + 1)
-                np.put_along_axis(rest, near % size, 0, axis=1)
-            alone = best[high] > _ALONE * rest.max(axis=1)
-            yield from ((place, start + int(index)) for index in high[alone])
+                peak_shifts = remaining_match.argmax(axis=1)[:, None] + np.arange(-_NEAR, _NEAR + 1)
+                np.put_along_axis(remaining_match, peak_shifts % size, 0, axis=1)
+            alone = best[high] > _ALONE * remaining_match.max(axis=1)
+            yield from ((first_index, start + int(index)) for index in high[alone])
 
 
 _BLOCK = 32
@@ -131,24 +132,24 @@ def counted_once(
 
     Returns the fits, and why each run without its number is left out.
     """
-    kept: set[str] = set()
+    kept_run_ids: set[str] = set()
     left_out: dict[str, Remark] = {}
     groups = {name: set(group) for group in _groups(fits) for name in group}
     measured = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().any(axis=1)
     for name in fits["run_id"][measured]:
-        kept_copies = sorted(kept & set(copies.get(name, ())) & groups.get(name, set()))
+        kept_copies = sorted(kept_run_ids & set(copies.get(name, ())) & groups.get(name, set()))
         if kept_copies:
             left_out[name] = remark("same-readings", runs=", ".join(kept_copies))
         else:
-            kept.add(name)
-    later = fits["run_id"].isin([*left_out])
+            kept_run_ids.add(name)
+    is_left_out = fits["run_id"].isin([*left_out])
     numbers = [
         name
         for name in map(str, fits.select_dtypes("float"))
         if not name.startswith(("beta_", "gamma_", "depth_"))
     ]
     fits = fits.copy()
-    fits.loc[later, numbers] = np.nan
+    fits.loc[is_left_out, numbers] = np.nan
     if left_out:
-        fits.loc[later, [*REASON]] = [reason_cells([copy]) for copy in left_out.values()]
+        fits.loc[is_left_out, [*REASON]] = [reason_cells([copy]) for copy in left_out.values()]
     return fits, left_out

@@ -52,8 +52,10 @@ def median_over_directions(runs: pd.DataFrame, column: str) -> float:
 
 def curved_law(fits: pd.DataFrame, checks: pd.DataFrame) -> CurvedLaw | None:
     """Law of a medium that fails the check `linearity`; None of others."""
-    told = checks[(checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))]
-    law = LAW_OF_CODE.get(str(next(iter(told["code"]), "")))
+    linearity_rows = checks[
+        (checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))
+    ]
+    law = LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
     if law is None:
         return None
     power = median_over_directions(steep_pushes(fits), "exponent_z") if law == "power" else math.nan

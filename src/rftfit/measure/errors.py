@@ -134,10 +134,10 @@ def spread_of_beds(
         return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)
     size, covariance = _of_variances(repeated)
     spreads = []
-    for place, dof_of_component in enumerate(dof):
-        kept = [place, -1]
+    for component, dof_of_component in enumerate(dof):
+        terms = [component, -1]
         spreads.append(
-            Spread(size[kept], covariance[np.ix_(kept, kept)], REPEATS, dof_of_component)
+            Spread(size[terms], covariance[np.ix_(terms, terms)], REPEATS, dof_of_component)
         )
     return spreads
 
@@ -170,20 +170,21 @@ def _moderated(size: FloatArray, repeated: Sequence[Groups], beds: float) -> Spr
 
 def _of_variances(repeated: Sequence[Groups]) -> tuple[FloatArray, FloatArray]:
     """Squares of a of each component, and of b, with their covariance."""
-    which = np.repeat(np.arange(len(repeated)), [len(cells) for cells in repeated])
-    every = [cell for cells in repeated for cell in cells]
-    dof = np.array([alpha.size - 1.0 for alpha, _ in every])
-    variances = np.array([alpha.var(ddof=1) for alpha, _ in every])
-    noise_variances = np.array([np.mean(se**2) for _, se in every])
+    component_of_cell = np.repeat(np.arange(len(repeated)), [len(cells) for cells in repeated])
+    all_cells = [cell for cells in repeated for cell in cells]
+    dof = np.array([alpha.size - 1.0 for alpha, _ in all_cells])
+    variances = np.array([alpha.var(ddof=1) for alpha, _ in all_cells])
+    noise_variances = np.array([np.mean(se**2) for _, se in all_cells])
     # the mean of noisy runs has too large a square
-    level = np.array([alpha.mean() ** 2 for alpha, _ in every]) - variances / (dof + 1)
+    level = np.array([alpha.mean() ** 2 for alpha, _ in all_cells]) - variances / (dof + 1)
     terms = np.vstack(
-        [which == component for component in range(len(repeated))] + [np.maximum(level, 0)]
+        [component_of_cell == component for component in range(len(repeated))]
+        + [np.maximum(level, 0)]
     )
     size = np.zeros(len(terms))
-    for place in range(len(repeated)):
-        in_component = which == place
-        size[place] = max(
+    for index in range(len(repeated)):
+        in_component = component_of_cell == index
+        size[index] = max(
             float(
                 dof[in_component]
                 @ (variances - noise_variances)[in_component]
@@ -209,10 +210,12 @@ def _not_negative(
     """Weighted least squares with factors that are not below 0, and their covariance."""
     count = len(terms)
     best = np.zeros(count), np.zeros((count, count))
-    least = float(weight @ target**2)
+    least_misfit = float(weight @ target**2)
     # b last: where the repeats cannot tell the two apart, beds differ by the same everywhere
-    for kept in sorted(itertools.product((True, False), repeat=count), key=lambda mask: mask[-1]):
-        active = np.flatnonzero(kept)
+    for is_active in sorted(
+        itertools.product((True, False), repeat=count), key=lambda mask: mask[-1]
+    ):
+        active = np.flatnonzero(is_active)
         active_terms = terms[active]
         square = active_terms * weight @ active_terms.T
         if not square.max(initial=0.0) > 0 or np.linalg.cond(square / square.max()) > _SINGULAR:
@@ -222,8 +225,8 @@ def _not_negative(
         size[active] = inverse @ (active_terms * weight @ target)
         covariance[np.ix_(active, active)] = inverse
         misfit = float(weight @ (target - size @ terms) ** 2)
-        if (size >= 0).all() and misfit < (1 - _BETTER) * least:
-            best, least = (size, covariance), misfit
+        if (size >= 0).all() and misfit < (1 - _BETTER) * least_misfit:
+            best, least_misfit = (size, covariance), misfit
     return best
 
 
@@ -235,7 +238,7 @@ def bed_of_mean(
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
-    Where the spread is not known, the scatter of these runs (`own`: where they are repeats of one another)
+    Where the spread is not known, the scatter of these runs (`shown_by_runs`: where they are repeats of one another)
     counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
     `share` (n,): of the runs, N/cm^3, and their shares in the mean.
     """
@@ -268,8 +271,8 @@ def bed_of_next(
     expected = (USUAL_BEDS if spread.source == AS_PREPARED else spread).error_at(level)
     if not scatter:
         return expected
-    shown = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
-    return max(shown, expected, key=lambda error: half_width([error], confidence))
+    scatter_error = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
+    return max(scatter_error, expected, key=lambda error: half_width([error], confidence))
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5
@@ -289,21 +292,21 @@ class SurfaceError:
 
 
 def surface_error(
-    offset: FloatArray, se: FloatArray, errors: Errors, *, given: bool = True
+    offset: FloatArray, se: FloatArray, errors: Errors, *, is_given: bool = True
 ) -> SurfaceError:
     """Tell how far the free surface may be off, as stated, or else from lines with a free intercept.
 
     Such a line meets zero stress at an `offset` (cm, by run) from the surface that was used. The scatter
     of the offsets is the surface's error from run to run, their median the error that all runs share; a
     stress that is not linear moves them too, and then the intervals hold what that does to the line
-    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior. A surface that is not `given`
+    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior. Without `is_given` the surface
     was found in each run, whose error has it already.
     """
     clear = np.isfinite(offset) & (se <= _CLEAR_CM)
     offset, noise = offset[clear], se[clear] ** 2
     n = int(offset.size)
     run, session, dof = 0.0, 0.0, GIVEN_DOF
-    if given and n >= PRIOR_RUNS:
+    if is_given and n >= PRIOR_RUNS:
         median = float(np.median(offset))
         # as a robust standard deviation: some directions are curved for reasons of their own
         scatter = 1.4826 * float(np.median(np.abs(offset - median)))
@@ -311,9 +314,9 @@ def surface_error(
         common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
         session = math.sqrt(max(median**2 - common, 0.0))
         dof = max(0.37 * (n - 1), 3.0)
-    elif given:
-        shown = float(np.maximum(offset**2 - noise, 0.0).sum())
-        run = math.sqrt((shown + (PRIOR_RUNS - n) * PRIOR_CM**2) / PRIOR_RUNS)
+    elif is_given:
+        excess_square = float(np.maximum(offset**2 - noise, 0.0).sum())
+        run = math.sqrt((excess_square + (PRIOR_RUNS - n) * PRIOR_CM**2) / PRIOR_RUNS)
         dof = PRIOR_RUNS
     if errors.surface_run_mm is not None:
         run, dof = errors.surface_run_mm / 10, GIVEN_DOF
@@ -326,13 +329,13 @@ def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]
     """Errors that no log shows, for the runs of one medium (`fit_medium`)."""
     if config.table is not None:
         # its depths and angles are what it says, and so are its errors
-        none = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
+        no_errors = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
         if config.errors.bed is None:
-            none["bed_percent"] = 0
-        return config.errors.model_copy(update=none), SurfaceError()
+            no_errors["bed_percent"] = 0
+        return config.errors.model_copy(update=no_errors), SurfaceError()
     offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
-    given = config.surface.method == "given"
-    return config.errors, surface_error(offset, se, config.errors, given=given)
+    is_given = config.surface.method == "given"
+    return config.errors, surface_error(offset, se, config.errors, is_given=is_given)
 
 
 NEAR_DEG = 45.0
@@ -372,15 +375,15 @@ def gradient(
         [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
     )
     distance = np.hypot(*step)
-    near = (distance > 0) & (distance <= NEAR_DEG) & np.isfinite(values)
-    weight = np.where(near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
-    rise = np.where(near, values - values[:, None], 0.0)
+    is_near = (distance > 0) & (distance <= NEAR_DEG) & np.isfinite(values)
+    weight = np.where(is_near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
+    rise = np.where(is_near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     target = np.einsum("nm,inm,nm->ni", weight, step, rise)
     inverse = np.linalg.pinv(square, rcond=_ACROSS, hermitian=True)
     elsewhere = np.broadcast_to(elsewhere, target.shape)
-    rest = target - np.einsum("nij,nj->ni", square, elsewhere)
-    return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, rest))
+    residual = target - np.einsum("nij,nj->ni", square, elsewhere)
+    return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, residual))
 
 
 def shares(parts: Mapping[str, float | FloatArray]) -> str:

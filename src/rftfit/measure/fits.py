@@ -230,8 +230,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     if stroke.tare is not None:
         tare_stress = stroke.tare[:, usable] / plate.area_cm2 * np.array([[1.0], [sign_x]])
     flags: tuple[Remark, ...] = ()
-    few = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
-    if few:
+    has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
+    if has_few_points:
         slope = slopes.fit_few(depth, fitted)
     else:
         startup = None
@@ -253,7 +253,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
         flags += _flag_negative_work(slope, gamma_deg)
     ends = float(depth.min()), float(depth.max())
     run_fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
-    if few:
+    if has_few_points:
         return run_fit
     laws = other_laws(depth, fitted, fit.law_depth_cm)
     rod = run_fit.rod
@@ -267,8 +267,8 @@ def _of_table(
     slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
     """Take the error off a slope whose stress was calculated: no scatter is known."""
-    off = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
-    exact = (off <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    residual = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
+    exact = (residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
     # a plate that is level or upright has no horizontal stress on a vertical path
     exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
     if not exact.any():
@@ -280,20 +280,20 @@ def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, 
     """Flag a force that pulls the plate along its way, as a turned sign makes it."""
     share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
     noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
-    back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
-    return (remark("gives-back"),) if back else ()
+    gives_back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
+    return (remark("gives-back"),) if gives_back else ()
 
 
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
     """Whether a window covers too little depth to give a slope; None where it covers enough."""
     stated = fit.min_depth_cm
-    least = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
+    least_cm = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
     covered = float(np.ptp(depth))
     # a sample's way may lack at either end
-    if covered >= 0.999 * least:
+    if covered >= 0.999 * least_cm:
         return None
-    of = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
-    return remark("short-window", found=covered, wanted=least, least=of)
+    least_source = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
+    return remark("short-window", found=covered, wanted=least_cm, least=least_source)
 
 
 def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
@@ -347,7 +347,7 @@ def fit_medium(
     fitted or not; the rows of the strokes handed on, and flags of the runs.
     """
     ledger = Ledger()
-    where = split_runs(tared)
+    rows_by_run = split_runs(tared)
     columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
     force = tared[["force_z_N", "force_x_N"]].to_numpy().T
     rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
@@ -361,16 +361,20 @@ def fit_medium(
     rows = []
     why = columns["why"].copy()
     for run in runs:
-        fact, stroke_rows = facts[run.run_id], where.get(run.run_id)
+        fact, stroke_rows = facts[run.run_id], rows_by_run.get(run.run_id)
         if n_plates > 1:
             ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
         if stroke_rows is None:
             reason = reason_of(fact) or no_tare.get(run.run_id, ())
             fit = RunFit(*filed_under(run)[:2], reason=reason)
         else:
-            pair = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
+            run_and_tare_facts = [
+                facts[name] for name in (run.run_id, run.tare_run) if name in facts
+            ]
             samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _stroke(samples, force[:, stroke_rows], rods[:, stroke_rows], pair)
+            stroke = _stroke(
+                samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
+            )
             fit = fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id))
             why[stroke_rows] = fit.why
             _account(ledger, run, stroke, fit)
@@ -434,11 +438,11 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
     )
     # a component that is not felt goes with any power
     exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws["power"]])
-    of_line, left = (
-        np.array([fit_of_law.rest @ fit_of_law.rest for fit_of_law in fit.laws[law]])
+    line_squares, power_squares = (
+        np.array([fit_of_law.residual @ fit_of_law.residual for fit_of_law in fit.laws[law]])
         for law in laws
     )
-    misfit = left / np.where(of_line > 0, of_line, np.nan)
+    misfit = power_squares / np.where(line_squares > 0, line_squares, np.nan)
     exponent_se = np.array([power.exponent_se for power in fit.laws["power"]])
     power = np.where(np.isnan(exponent), np.nan, power)
     return free, exponent, exponent_se, power, misfit
@@ -515,25 +519,27 @@ def leg_curves(
     same along a curve.
     """
     ledger = Ledger()
-    where = split_runs(tared)
+    rows_by_run = split_runs(tared)
     facts = {row["run_id"]: row for row in status.to_dict("records")}
     curves = []
     for run in campaign.runs_of(medium):
-        if run.kind != "leg" or run.run_id not in where:
+        if run.kind != "leg" or run.run_id not in rows_by_run:
             continue
-        stroke_rows = tared.iloc[where[run.run_id]]
+        stroke_rows = tared.iloc[rows_by_run[run.run_id]]
         stroke_rows = stroke_rows[stroke_rows["why"] == RowStatus.GOOD]
         ledger.add(run, run.force_log, USED, len(stroke_rows), remark("leg-curve"))
         step = np.round(stroke_rows["angle_deg"].to_numpy() / STEP_DEG).astype(int)
         grouped = stroke_rows.groupby(step)[["force_z_N", "force_x_N"]]
         curve = grouped.mean().assign(samples=grouped.size())
         curve["theta_deg"] = curve.index * STEP_DEG
-        pair = [facts[name] for name in (run.run_id, run.tare_run) if name]
+        run_and_tare_facts = [facts[name] for name in (run.run_id, run.tare_run) if name]
         for c in COMPONENTS:
-            curve[f"zero_se_{c}_N"] = np.sqrt(sum(fact[f"zero_var_{c}_N2"] for fact in pair))
+            curve[f"zero_se_{c}_N"] = np.sqrt(
+                sum(fact[f"zero_var_{c}_N2"] for fact in run_and_tare_facts)
+            )
         if measured_channel(campaign.config, "x") is None:
             curve[["force_x_N", "zero_se_x_N"]] = math.nan
-        place = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
-        curves.append(curve.assign(**place, **mark_columns()))
-    nothing = pd.DataFrame(columns=LEG_COLUMNS)
-    return (pd.concat(curves, ignore_index=True) if curves else nothing)[LEG_COLUMNS], ledger
+        curve_keys = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
+        curves.append(curve.assign(**curve_keys, **mark_columns()))
+    empty_table = pd.DataFrame(columns=LEG_COLUMNS)
+    return (pd.concat(curves, ignore_index=True) if curves else empty_table)[LEG_COLUMNS], ledger

@@ -80,8 +80,8 @@ def remark(
     """Make a remark; its numbers are kept as a table keeps them."""
     if code not in SENTENCES:
         raise KeyError(code)
-    kept = {name: _plain(value) for name, value in values.items()}
-    return Remark(code, kept, run_id, cell=cell)
+    plain_values = {name: _plain(value) for name, value in values.items()}
+    return Remark(code, plain_values, run_id, cell=cell)
 
 
 def _plain(value: Any) -> Any:

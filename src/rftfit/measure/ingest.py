@@ -194,8 +194,8 @@ def _trace(
     clear_cm = height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
     in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
-    rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    zero = _zero(config, readings, rest, in_stroke, zero_log, float(clear_cm.min()))
+    at_rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
+    zero = _zero(config, readings, at_rest, in_stroke, zero_log, float(clear_cm.min()))
     force = readings.force - zero.force
     if compliance is not None:
         travel, is_measured = compliance.travel_at(force[0])
@@ -262,8 +262,8 @@ _RAMP_S = 0.1
 def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
     """Tell which samples lie in a stretch of motion or in its ramps."""
     moving = np.zeros(time.size, dtype=bool)
-    first = np.searchsorted(time, spans[:, 0] - _RAMP_S, side="right")
-    for begin, stop in zip(first, np.searchsorted(time, spans[:, 1] + _RAMP_S), strict=True):
+    starts = np.searchsorted(time, spans[:, 0] - _RAMP_S, side="right")
+    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + _RAMP_S), strict=True):
         moving[begin:stop] = True
     return moving
 
@@ -283,7 +283,7 @@ def _row_status(
 def _zero(
     config: Config,
     readings: lab_frame.ForceReadings,
-    rest: np.ndarray,
+    at_rest: np.ndarray,
     in_stroke: np.ndarray,
     zero_log: Log | LogError | None,
     clear_cm: float,
@@ -297,7 +297,7 @@ def _zero(
         zero = stated_zero(config.zero, config.transducer)
     else:
         middle = float(readings.time[in_stroke].mean())
-        zero = find_zero(readings.time, readings.force, rest, middle, drift, clear_cm)
+        zero = find_zero(readings.time, readings.force, at_rest, middle, drift, clear_cm)
     # no rest shows what moves the zero back and forth between it and the stroke
     return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
 

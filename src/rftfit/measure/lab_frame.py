@@ -92,8 +92,8 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
     """Turn a motion log into the lab frame; a run's own ``surface_z_mm`` goes before the arm's."""
 
     def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
-        what = f"{log.path.name}: {quantity}"
-        return log.columns[quantity] * factor(table, log.units[quantity], unit, what)
+        column_label = f"{log.path.name}: {quantity}"
+        return log.columns[quantity] * factor(table, log.units[quantity], unit, column_label)
 
     surface_mm = arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
     x, z = (column(quantity, LENGTH_TO_CM, arm.position_unit) for quantity in ("x", "z"))

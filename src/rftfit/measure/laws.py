@@ -22,7 +22,7 @@ class Fitted:
     """A law with two parameters, fitted to one component of stress.
 
     `alpha`: Stress over depth where the laws are compared, N/cm^3. `gain`: shape (n,); Its change for
-    a change of the stress of each sample, 1/cm. `design`: shape (2, n); What each parameter does. `rest`:
+    a change of the stress of each sample, 1/cm. `design`: shape (2, n); What each parameter does. `residual`:
     shape (n,); Residuals, N/cm^2. `exponent`: Of depth; NaN where no power fits. `exponent_gain`: shape (n,); Its
     change for a change of each stress, cm^2/N.
     """
@@ -30,7 +30,7 @@ class Fitted:
     alpha: float
     gain: FloatArray
     design: FloatArray
-    rest: FloatArray
+    residual: FloatArray
     exponent: float = 1.0
     lever: float = 0.0  # a line's own intercept has found the surface
     exponent_gain: FloatArray | None = None
@@ -38,9 +38,9 @@ class Fitted:
     @property
     def exponent_se(self) -> float:
         """Standard error of the exponent by the scatter of the samples; NaN where there is none."""
-        if self.exponent_gain is None or self.rest.size < FEWEST or math.isnan(self.exponent):
+        if self.exponent_gain is None or self.residual.size < FEWEST or math.isnan(self.exponent):
             return math.nan
-        variance, _ = weighted_sum_variance(self.rest[None], self.exponent_gain, self.design)
+        variance, _ = weighted_sum_variance(self.residual[None], self.exponent_gain, self.design)
         return math.sqrt(float(variance[0]))
 
 
@@ -76,7 +76,7 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
     shape, bent, _ = rows = np.stack([log, log, stress])
-    for left in range(_STEPS, -1, -1):
+    for steps_left in range(_STEPS, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
         alone = of_log - across**2 / square if square > 0 else 0.0
@@ -87,10 +87,10 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         exponent_excess = (with_log - size * across) / alone
         # a component that is not felt has no exponent
         step = exponent_excess / size if size else 0.0
-        if not fits or abs(step) < _SMALL or not left:
+        if not fits or abs(step) < _SMALL or not steps_left:
             break
         p += min(max(step, -0.5), 0.5)
-        if not _LEAST_P < p < _MOST_P or (left == 1 and abs(step) >= 0.1):
+        if not _LEAST_P < p < _MOST_P or (steps_left == 1 and abs(step) >= 0.1):
             fits, p = False, 1.0
     gain = (of_log * shape - across * bent) / (square * alone * at_cm)
     alpha = float(gain @ stress)
@@ -138,12 +138,12 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
         return None
     bottom = int(upper.argmax())
     peak = int(smooth[: bottom + 1].argmax())
-    rest = smooth[bottom:]
-    falls_again = float((np.maximum.accumulate(rest) - rest).max())
+    deeper_stress = smooth[bottom:]
+    falls_again = float((np.maximum.accumulate(deeper_stress) - deeper_stress).max())
     is_deep = below[peak] > CRUST_DEPTH * depth[-1]
     if is_deep or drop[bottom] < CRUST_DROP * smooth[-1] or falls_again > drop[bottom] / 2:
         return None
-    slope = float(rest @ below[bottom:] / (below[bottom:] @ below[bottom:]))
+    slope = float(deeper_stress @ below[bottom:] / (below[bottom:] @ below[bottom:]))
     return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))
 
 
@@ -152,7 +152,7 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
     if laws is None or law == "through_zero":
         return slope
     noise, dof = np.array(
-        [weighted_sum_variance(fit.rest[None], fit.gain, fit.design) for fit in laws[law]],
+        [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in laws[law]],
         dtype=object,
     ).T
     scatter = np.array([float(variance[0]) for variance in noise])

@@ -37,25 +37,27 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     """
     count, fewest = values.size, _fewest(values.size)
     best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
-    least_rest = math.inf
+    least_deviation = math.inf
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
     for split in range(fewest, count - fewest + 1):
         above = ranks >= split
         middles = np.median(values[above]), np.median(values[~above])
-        rest = np.abs(values - np.where(above, *middles))
+        deviation = np.abs(values - np.where(above, *middles))
         # in a cluster of few runs the median deviation can be small by chance: take the mean
-        spread = max(1.2533 * float(max(rest[above].mean(), rest[~above].mean())), _LEAST_SPREAD)
+        spread = max(
+            1.2533 * float(max(deviation[above].mean(), deviation[~above].mean())), _LEAST_SPREAD
+        )
         clear = float(abs(middles[0] - middles[1])) / spread / MODES
-        if clear > 1.0 and rest.sum() < least_rest - 1e-9:
-            best, least_rest = (clear, above), float(rest.sum())
+        if clear > 1.0 and deviation.sum() < least_deviation - 1e-9:
+            best, least_deviation = (clear, above), float(deviation.sum())
     clear, above = best
     if clear <= 1.0:
         return None
     sizes = above.sum(), (~above).sum()
     farther = abs(np.median(values[above])) >= abs(np.median(values[~above]))
-    first = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
-    return clear, above if first else ~above
+    mark_above = sizes[0] < sizes[1] or (sizes[0] == sizes[1] and farther)
+    return clear, above if mark_above else ~above
 
 
 _RANK = 1e-9
@@ -76,10 +78,12 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # what they have in common twice, or not at all, takes no freedom
     basis = basis[:, sizes > _RANK * sizes.max(initial=0.0)]
-    rest = start / sigma
-    rest = rest - basis @ (basis.T @ rest)
+    scaled_residual = start / sigma
+    scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
     sums = np.zeros((count + 1, 2 + basis.shape[1]))
-    sums[1:] = np.cumsum(np.column_stack([rest, 1 / sigma, basis]) / sigma[:, None], axis=0)
+    sums[1:] = np.cumsum(
+        np.column_stack([scaled_residual, 1 / sigma, basis]) / sigma[:, None], axis=0
+    )
     along, power, *shared = (sums[last] - sums[first]).T
     free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
     best = int(np.argmax(np.abs(along) / np.sqrt(free)))

@@ -43,12 +43,14 @@ ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
 TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 
 
-def factor(table: dict[str, float], in_file: str, declared: str, what: str) -> float:
-    """Return the factor to N, cm, rad or s, if log and config agree on the unit of a quantity `what`."""
+def factor(table: dict[str, float], in_file: str, declared: str, quantity: str) -> float:
+    """Return the factor to N, cm, rad or s, if log and config agree on the unit of a `quantity`."""
     if in_file != declared:
-        raise Refused("other-unit", quantity=what, found=in_file or "no unit", declared=declared)
+        raise Refused(
+            "other-unit", quantity=quantity, found=in_file or "no unit", declared=declared
+        )
     if in_file not in table:
-        raise Refused("unknown-unit", quantity=what, found=in_file, allowed=", ".join(table))
+        raise Refused("unknown-unit", quantity=quantity, found=in_file, allowed=", ".join(table))
     return table[in_file]
 
 
@@ -68,11 +70,11 @@ def chain_units(config: Config) -> dict[str, str]:
 
 def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
     """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities."""
-    first = list(source.columns.values())
-    second = [column.plus.column for column in first if column.plus is not None]
+    chosen_columns = list(source.columns.values())
+    added_columns = [column.plus.column for column in chosen_columns if column.plus is not None]
     chosen = {
         _name(column)
-        for column in (*(chosen.column for chosen in first), *second)
+        for column in (*(chosen.column for chosen in chosen_columns), *added_columns)
         if column is not None
     }
     if isinstance(source, ForceLog):
@@ -110,7 +112,7 @@ def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     notes = list(log.notes)
     problems = []
     # time first: a rate needs it, whatever the file calls it
-    for quantity, chosen in sorted(source.columns.items(), key=lambda item: item[0] != "time"):
+    for quantity, chosen in sorted(source.columns.items(), key=lambda entry: entry[0] != "time"):
         clock = columns.get("time"), units_of_columns.get("time", "s")
         try:
             columns[quantity], units_of_columns[quantity] = _sum_of_columns(
@@ -252,13 +254,13 @@ def clean(log: Log) -> Log:
 def _why_time_stands(time: FloatArray) -> str:
     """Say what a time that does not grow probably is, and the cure."""
     steps = np.diff(time)
-    back = np.count_nonzero(steps < 0)
-    if back * 10 > np.count_nonzero(steps == 0):
+    n_backward = np.count_nonzero(steps < 0)
+    if n_backward * 10 > np.count_nonzero(steps == 0):
         wraps = (
             "are several recordings in one file (force_where and motion_where in the run sheet, or `where` in the config, name "
             "the rows of one), or does a counter begin anew (micros() of Arduino)?"
         )
-        return f"it runs backwards {back} times: {wraps}"
+        return f"it runs backwards {n_backward} times: {wraps}"
     distinct = np.unique(time).size
     if distinct < 2:
         symptom = f"all rows have the time {time[0]:.10g}, as of a clock written with few digits"
@@ -337,27 +339,27 @@ def load_pairs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, P
         return _complete(log, run, _MOTION, "motion")
 
     zeros: dict[tuple[str, ...], Log | LogError] = {}
-    for first in range(0, len(runs), _AT_A_TIME):
-        runs_together = runs[first : first + _AT_A_TIME]
+    for start in range(0, len(runs), _AT_A_TIME):
+        runs_together = runs[start : start + _AT_A_TIME]
         # of several runs with one zero log the first
-        new = {
+        run_of_zero = {
             _zero(run): run
             for run in reversed(runs_together)
             if run.zero_log and _zero(run) not in zeros
         }
-        of_zeros = [run.zero_log for run in new.values()]
-        unloaded = _read(campaign, [*new.values()], "force_log", of_zeros)
-        pushed = _read(
+        zero_files = [run.zero_log for run in run_of_zero.values()]
+        zero_logs = _read(campaign, [*run_of_zero.values()], "force_log", zero_files)
+        force_logs = _read(
             campaign, runs_together, "force_log", [run.force_log for run in runs_together]
         )
-        moved = _read(
+        motion_logs = _read(
             campaign, runs_together, "motion_log", [run.motion_log for run in runs_together]
         )
-        for (key, run), log in zip(new.items(), unloaded, strict=True):
+        for (key, run), log in zip(run_of_zero.items(), zero_logs, strict=True):
             zeros[key] = _usable(
                 campaign, run.zero_log, log, partial(force, run), without_lone_forces
             )
-        for run, force_log, motion_log in zip(runs_together, pushed, moved, strict=True):
+        for run, force_log, motion_log in zip(runs_together, force_logs, motion_logs, strict=True):
             loaded = _usable(
                 campaign, run.force_log, force_log, partial(force, run), without_lone_forces
             )
@@ -385,16 +387,16 @@ def _read(
 ) -> list[Log | LogError]:
     """Read one log of each run, those that are written alike together."""
     kind = key.removesuffix("_log")
-    alike: dict[tuple[str, str], list[int]] = {}
-    for place, run in enumerate(runs):
-        words = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
-        alike.setdefault(words, []).append(place)
+    indexes_by_form: dict[tuple[str, str], list[int]] = {}
+    for index, run in enumerate(runs):
+        form = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
+        indexes_by_form.setdefault(form, []).append(index)
     logs: dict[int, Log | LogError] = {}
-    for places in alike.values():
-        reader = _reader(campaign, source_of(campaign.config, runs[places[0]], key), key)
-        paths = [campaign.raw / files[place] for place in places]
-        logs |= zip(places, reader.load_many(paths), strict=True)
-    return [logs[place] for place in range(len(runs))]
+    for indexes in indexes_by_form.values():
+        reader = _reader(campaign, source_of(campaign.config, runs[indexes[0]], key), key)
+        paths = [campaign.raw / files[index] for index in indexes]
+        logs |= zip(indexes, reader.load_many(paths), strict=True)
+    return [logs[index] for index in range(len(runs))]
 
 
 def same_table(config: Config, run: Run) -> bool:
@@ -424,9 +426,9 @@ def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]
 def _reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
     calibration = campaign.calibration
     gauges = calibration.gauges if calibration is not None else ()
-    every = source_reader(source, campaign.config.dialect, key)
+    reader = source_reader(source, campaign.config.dialect, key)
     asks = source.columns or (gauges and key == "force_log")
-    return every.only(columns_asked(source, gauges)) if asks else every
+    return reader.only(columns_asked(source, gauges)) if asks else reader
 
 
 def _complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -> Log:

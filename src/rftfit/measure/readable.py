@@ -43,23 +43,23 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     form = campaign.config.table
     if form is not None and form.holds == "alpha":
         return preview
-    every = campaign.runs_of(medium)
-    sizes = {run.run_id: _sizes(campaign, run) for run in {*every, *campaign.runs}}
+    all_runs = campaign.runs_of(medium)
+    sizes = {run.run_id: _sizes(campaign, run) for run in {*all_runs, *campaign.runs}}
     large = {
         name
         for name, sizes_of_logs in sizes.items()
         if max(filter(None, sizes_of_logs), default=0) > LARGEST_BYTES
     }
-    runs = [run for run in every if form or not {run.run_id, run.tare_run} & large]
-    preview.passed_over = len(every) - len(runs)
+    runs = [run for run in all_runs if form or not {run.run_id, run.tare_run} & large]
+    preview.passed_over = len(all_runs) - len(runs)
     # pushes of other media in the same session show the clocks too
     small = tuple(run for run in campaign.runs if run.run_id not in large)
     clocks = find_session_clocks(replace(campaign, runs=small))
     reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs, clocks)
     if form:
         # a part of the rows may give no alpha where all give one, not the other way round
-        without = [run for run in runs if reasons[run.run_id]]
-        reasons |= _measured(campaign, medium, without, clocks)[0]
+        refused_runs = [run for run in runs if reasons[run.run_id]]
+        reasons |= _measured(campaign, medium, refused_runs, clocks)[0]
         flags = {  # of all else the table's own reader has warned
             run: tuple(flag for flag in flags_of_run if flag.code == "gives-back")
             for run, flags_of_run in flags.items()
@@ -77,9 +77,12 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
     lost = {run for members in refused.values() for run in members}
     judged_runs = [run for run in opened if run.kind not in TARE_KINDS] or opened
     severity: Severity = "error" if lost.issuperset(judged_runs) else "warning"
-    for kinds, code, what in ((refused, "refused", "dropped"), (doubted, "flagged", "flagged")):
-        for members in kinds.values():
-            place = _place(medium, list(members), len(opened), f"would be {what}")
+    for members_by_code, code, fate in (
+        (refused, "refused", "dropped"),
+        (doubted, "flagged", "flagged"),
+    ):
+        for members in members_by_code.values():
+            place = _place(medium, list(members), len(opened), f"would be {fate}")
             text = str(next(iter(members.values())))
             preview.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
@@ -124,8 +127,8 @@ def _thin(campaign: Campaign) -> Campaign:
 def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
     """Part runs so that memory stays flat; a tare is in each portion that subtracts it."""
     tares = {run.run_id: run for run in runs if run.kind in TARE_KINDS}
-    for first in range(0, len(runs), _AT_A_TIME):
-        portion = runs[first : first + _AT_A_TIME]
+    for start in range(0, len(runs), _AT_A_TIME):
+        portion = runs[start : start + _AT_A_TIME]
         tare_runs = [tares[run.tare_run] for run in portion if run.tare_run in tares]
         yield tuple(dict.fromkeys([*portion, *tare_runs]))
 
@@ -134,8 +137,8 @@ def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
     return [campaign.size_of(log) for log in (run.force_log, run.motion_log, run.zero_log) if log]
 
 
-def _place(medium: str, members: list[Run], of: int, what: str) -> Place:
-    first = members[0]
-    count = f"{len(members)} of {of} runs" if len(members) > 1 else "1 run"
+def _place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
+    first_run = members[0]
+    count = f"{len(members)} of {n_runs} runs" if len(members) > 1 else "1 run"
     example_words = ", for example " if len(members) > 1 else ": "
-    return Place(f"{medium}, {count} {what}{example_words}{first.run_id} (row {first.row})")
+    return Place(f"{medium}, {count} {fate}{example_words}{first_run.run_id} (row {first_run.row})")

@@ -113,8 +113,8 @@ def find_holds(position: FloatArray) -> Holds:
     steps = np.abs(np.diff(level))
     step = float(np.median(steps))
     in_steps = (level - level[level.size // 2]) / step
-    off = np.abs(in_steps - np.round(in_steps))
-    return Holds(round(usual), step, is_regular=bool(np.mean(off > _REGULAR) < _REGULAR))
+    departure = np.abs(in_steps - np.round(in_steps))
+    return Holds(round(usual), step, is_regular=bool(np.mean(departure > _REGULAR) < _REGULAR))
 
 
 def without_holds(log: Log) -> Log:

@@ -36,13 +36,13 @@ def join_runs(
     """Put columns of several runs into one long table; names are categories, which keeps it small."""
     sizes = [columns_of_run[columns[0]].size for columns_of_run in parts.values()]
     codes = np.repeat(np.arange(len(parts)), sizes)
-    data: dict[str, object] = {
+    table_columns: dict[str, object] = {
         "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(parts)))
     }
     for name in columns:
         arrays = [columns_of_run[name] for columns_of_run in parts.values()]
-        data[name] = np.concatenate(arrays) if arrays else np.empty(0)
-    return pd.DataFrame(data, copy=False)  # these arrays are nobody else's
+        table_columns[name] = np.concatenate(arrays) if arrays else np.empty(0)
+    return pd.DataFrame(table_columns, copy=False)  # these arrays are nobody else's
 
 
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:

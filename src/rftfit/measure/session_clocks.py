@@ -123,8 +123,8 @@ class SessionClock:
 
     def fit_at(self, time_s: float) -> ClockFit:
         """Clock at a time of the force log, s; its error is common to all runs of the session."""
-        way = np.array([1.0, time_s - self.reference_s])
-        variance = float(way @ np.array(self.covariance) @ way)
+        design = np.array([1.0, time_s - self.reference_s])
+        variance = float(design @ np.array(self.covariance) @ design)
         # a force that lags the depth does so in all pushes: their number does not lessen that error
         se_s = math.sqrt(variance + BUILD_UP_S**2)
         offset_s = self.offset_s + self.drift * (time_s - self.reference_s)
@@ -209,11 +209,11 @@ def find_clock(
         return clocks.of_run(run, time, settings.max_se_s)
     if readings.arm_moving is None:
         raise Refused("no-sync-line")
-    seen = moving_spans(time, readings.arm_moving, 0.5)
-    seen = whole_spans(seen, float(time[0]), float(time[-1]))
+    force_spans = moving_spans(time, readings.arm_moving, 0.5)
+    force_spans = whole_spans(force_spans, float(time[0]), float(time[-1]))
     # the speed is known from the second sample to the last but one; no spans in fewer than three
-    done = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans
-    return align(seen, done, settings.max_residual_s)
+    motion_spans = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans
+    return align(force_spans, motion_spans, settings.max_residual_s)
 
 
 def _is_aligned(row: Push) -> bool:
@@ -261,23 +261,23 @@ def find_session_clock(pushes: list[Push], settings: Clock) -> SessionClock:
     # what a push says of the drift without the prior that its alignment had: the prior counts once
     prior = 1 / settings.max_drift**2
     weight = 1 / np.maximum(drift_se, 1e-12) ** 2
-    told = np.maximum(weight - prior, 0.0)
-    normal = (design / variance) @ design.T + np.diag([0.0, prior + float(told.sum())])
+    drift_weight = np.maximum(weight - prior, 0.0)
+    normal = (design / variance) @ design.T + np.diag([0.0, prior + float(drift_weight.sum())])
     moment = (design / variance) @ (offset - base) + [
         0.0,
-        float(weight[told > 0] @ drift[told > 0]),
+        float(weight[drift_weight > 0] @ drift[drift_weight > 0]),
     ]
     covariance = np.linalg.inv(normal)
     fitted = covariance @ moment
     residual = offset - base - fitted @ design
-    off = np.abs(residual) > _SIGMAS * np.sqrt(variance + BUILD_UP_S**2)
-    if off.any() or abs(fitted[1]) > _SIGMAS * settings.max_drift:
+    is_outlier = np.abs(residual) > _SIGMAS * np.sqrt(variance + BUILD_UP_S**2)
+    if is_outlier.any() or abs(fitted[1]) > _SIGMAS * settings.max_drift:
         return SessionClock(pushes=len(aligned), contradiction=_describe_groups(aligned))
     freedom = max(len(aligned) - 2, 1)
     covariance = covariance * max(1.0, float((residual**2 / variance).sum()) / freedom)
-    (first, across), (_, second) = covariance.tolist()
+    (offset_variance, cross_covariance), (_, drift_variance) = covariance.tolist()
     hours = round(float(np.median([row["offset_hours"] for row in aligned])))
-    errors = ((first, across), (across, second))
+    errors = ((offset_variance, cross_covariance), (cross_covariance, drift_variance))
     return SessionClock(
         base + float(fitted[0]), float(fitted[1]), reference, errors, hours, len(aligned)
     )
@@ -292,8 +292,8 @@ def _describe_groups(pushes: list[Push]) -> str:
     ordered = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
     groups: list[list[Push]] = []
     for row in ordered:
-        apart = abs(row["offset_s"] - groups[-1][-1]["offset_s"]) if groups else math.inf
-        if apart > _SIGMAS * math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0):
+        gap_s = abs(row["offset_s"] - groups[-1][-1]["offset_s"]) if groups else math.inf
+        if gap_s > _SIGMAS * math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0):
             groups.append([])
         groups[-1].append(row)
     texts = []
@@ -304,8 +304,8 @@ def _describe_groups(pushes: list[Push]) -> str:
         texts.append(
             f"{offset:+.3f} s in {names}{f' and {count_left} more' if count_left > 0 else ''}"
         )
-    rest = len(groups) - _MOST_GROUPS
-    return "; ".join(texts) + (f"; {rest} more" if rest > 0 else "")
+    n_unlisted = len(groups) - _MOST_GROUPS
+    return "; ".join(texts) + (f"; {n_unlisted} more" if n_unlisted > 0 else "")
 
 
 def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:

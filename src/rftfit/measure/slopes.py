@@ -141,14 +141,14 @@ def startup_bias(
     """
     third = skip_cm / 3
     is_finite = np.isfinite(stress).all(axis=0)
-    second = is_finite & (path >= third) & (path < 2 * third)
-    last = is_finite & (path >= 2 * third) & (path < skip_cm)
+    in_second = is_finite & (path >= third) & (path < 2 * third)
+    in_last = is_finite & (path >= 2 * third) & (path < skip_cm)
     nothing = np.zeros(stress.shape[0])
-    if min(np.count_nonzero(bins) for bins in (second, last, steady)) < _LEAST:
+    if min(np.count_nonzero(bins) for bins in (in_second, in_last, steady)) < _LEAST:
         return nothing
     length = float(np.ptp(path[steady]))
     mean = stress[:, steady].mean(axis=1)
-    early, late = (stress[:, bins].mean(axis=1) - mean for bins in (second, last))
+    early, late = (stress[:, bins].mean(axis=1) - mean for bins in (in_second, in_last))
     # noise must not pass for a start-up that never ends
     share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
     return np.asarray(late * share / (1 - share) * third / length)
@@ -204,8 +204,8 @@ class Slope:
 
     def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Return the lower and upper end of the interval of alpha, N/cm^3, at a level between 0 and 1."""
-        half = student_quantile(confidence, self.dof) * self.se
-        return self.alpha - half, self.alpha + half
+        half_interval = student_quantile(confidence, self.dof) * self.se
+        return self.alpha - half_interval, self.alpha + half_interval
 
 
 def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
@@ -249,16 +249,18 @@ def fit_slope(
     lever = float(depth.sum()) / power
     # what shifts the stress of all samples alike: errors of the clocks, and of the zeros
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
-    given = np.full(alpha.size, GIVEN_DOF)
-    shift_dof = np.vstack([given, zero_dof])
-    p_value, ratio, excess, rest, noise = _curvature(depth, alpha, residual, shift, shift_dof)
+    given_dof = np.full(alpha.size, GIVEN_DOF)
+    shift_dof = np.vstack([given_dof, zero_dof])
+    p_value, ratio, excess, residual_after, noise = _curvature(
+        depth, alpha, residual, shift, shift_dof
+    )
     # a curvature that is no noise must not pass for noise with a long memory
     bent = p_value < CURVED_P
-    scatter, count = weighted_sum_variance(np.where(bent[:, None], rest, residual), depth)
+    scatter, count = weighted_sum_variance(np.where(bent[:, None], residual_after, residual), depth)
     curvature = excess / math.sqrt(3)
     moved = np.zeros(alpha.size) if startup is None else startup * lever
     parts = np.vstack([scatter / power**2, shift * lever**2, moved**2, curvature**2])
-    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given, given])
+    dofs = np.vstack([np.full(alpha.size, count), shift_dof, given_dof, given_dof])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = free_intercept(depth, stress)
     tare_share = np.zeros(alpha.size)
@@ -289,8 +291,8 @@ def fit_slope(
 
 def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArray) -> FloatArray:
     """How much of the scatter of a tared run is that of its tare, from what a parabola leaves of the tare."""
-    way = np.linspace(-1.0, 1.0, depth.size)
-    smooth = np.stack([np.ones(depth.size), way, way**2])
+    position = np.linspace(-1.0, 1.0, depth.size)
+    smooth = np.stack([np.ones(depth.size), position, position**2])
     basis = _orthonormal(smooth)
     residual = tare_stress - (tare_stress @ basis) @ basis.T
     of_tare, _ = weighted_sum_variance(residual, depth, smooth)
@@ -354,8 +356,8 @@ def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
         return nothing
     weight = 1 / (depth**2 + (_NEAR * np.abs(depth).max()) ** 2)
     weight /= weight.sum()
-    off, middle = depth - weight @ depth, stress @ weight
-    slope = stress @ (weight * off) / (weight @ off**2)
+    centred, middle = depth - weight @ depth, stress @ weight
+    slope = stress @ (weight * centred) / (weight @ centred**2)
     return np.asarray(np.divide(-middle, slope, out=nothing, where=slope != 0) + weight @ depth)
 
 
@@ -406,8 +408,8 @@ def _curvature(
         nothing = np.full(alpha.size, np.nan)
         return nothing, nothing, np.zeros(alpha.size), residual, nothing
     size = residual @ bend / power
-    rest = residual - size[:, None] * bend
-    scatter, count = weighted_sum_variance(rest, bend, np.stack([depth, bend]))
+    residual_after = residual - size[:, None] * bend
+    scatter, count = weighted_sum_variance(residual_after, bend, np.stack([depth, bend]))
     lever = float(bend.sum()) / power
     parts = np.vstack([scatter / power**2, shift * lever**2])
     dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
@@ -423,4 +425,4 @@ def _curvature(
     excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
         bend[deepest] / depth[deepest]
     )
-    return p_value, size * bend[deepest] / reference, excess, rest, scatter / power
+    return p_value, size * bend[deepest] / reference, excess, residual_after, scatter / power

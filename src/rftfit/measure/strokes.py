@@ -56,50 +56,50 @@ class IntruderPath:
         """Start and end, s, of every stretch in which the arm is faster than half its speed: (k, 2)."""
         if self.time.size < 3:
             return np.empty((0, 2))
-        usual = float(np.median(np.diff(self.time)))
+        usual_step_s = float(np.median(np.diff(self.time)))
         mean, noise_cm = self.averaged(arm)
         index = np.arange(self.time.size)
-        most = (index.size - 1) // 2
+        most_steps = (index.size - 1) // 2
         # over so many samples that noise makes no tenth of the speed
         least_s = math.sqrt(2) * noise_cm / (0.1 * arm.speed_cm_per_s)
-        steps = min(max(math.ceil(least_s / (2 * usual)), 1), most)
+        steps = min(max(math.ceil(least_s / (2 * usual_step_s)), 1), most_steps)
         while True:
             # central differences, so that an edge is not seen half a step late
-            first = np.clip(index - steps, 0, index.size - 1 - 2 * steps)
+            start = np.clip(index - steps, 0, index.size - 1 - 2 * steps)
             step, x, z, angle = (
-                coordinate[first + 2 * steps] - coordinate[first]
+                coordinate[start + 2 * steps] - coordinate[start]
                 for coordinate in (mean.time, mean.x, mean.z, mean.angle)
             )
             relative = np.maximum(
                 np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
             )
             time, speed = self.time[index], relative / step
-            last = 4 * steps * usual > _LONGEST_STEP_S or 2 * steps > most
-            if last or not flickers(time, speed, 0.5):
-                return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual)
+            is_last = 4 * steps * usual_step_s > _LONGEST_STEP_S or 2 * steps > most_steps
+            if is_last or not flickers(time, speed, 0.5):
+                return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s)
             steps *= 2
 
     def _joined(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
         """Join stretches where the arm went on between them, or no rest of `least_s` could be seen."""
         ends = spans.ravel()
         x, z, angle = (np.abs(np.diff(coordinate)[1::2]) for coordinate in self.pose_at(ends))
-        far = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
-        gap = np.diff(ends)[1::2]
+        travel_s = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
+        gap_s = np.diff(ends)[1::2]
         first, last = np.searchsorted(self.time, np.stack([ends[1:-1:2], ends[2::2]]))
-        rest = (gap > least_s) & (far < 0.5 * gap) & (last - first >= _FEWEST_AT_REST)
-        kept = np.concatenate([[True], np.repeat(rest, 2), [True]]) if ends.size else ends > 0
-        return np.asarray(ends[kept].reshape(-1, 2))
+        is_rest = (gap_s > least_s) & (travel_s < 0.5 * gap_s) & (last - first >= _FEWEST_AT_REST)
+        is_kept = np.concatenate([[True], np.repeat(is_rest, 2), [True]]) if ends.size else ends > 0
+        return np.asarray(ends[is_kept].reshape(-1, 2))
 
     @cached_property
     def noise_cm(self) -> float:
         """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
-        off = [
+        deviations = [
             coordinate[1:-1] - coordinate[:-2] - share * (coordinate[2:] - coordinate[:-2])
             for coordinate in (self.x, self.z)
         ]
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
-        return float(np.median(np.abs(off), axis=1).max()) / 0.826
+        return float(np.median(np.abs(deviations), axis=1).max()) / 0.826
 
     @cached_property
     def flicker_cm(self) -> float:
@@ -113,11 +113,11 @@ class IntruderPath:
         noise_cm = self.noise_cm
         count = 1
         if _TIMES_NOISE * noise_cm > _TURN_CM:
-            way = arm.speed_cm_per_s * float(np.median(np.diff(self.time)))
-            enough = (_TIMES_NOISE * noise_cm / _TURN_CM) ** 2
-            # over `most` readings the arm goes twice as far as their mean may be off
-            most = (_TIMES_NOISE * noise_cm / (2 * way)) ** (2 / 3)
-            count = max(int(min(enough, most, self.time.size / 4)), 1)
+            step_cm = arm.speed_cm_per_s * float(np.median(np.diff(self.time)))
+            enough_readings = (_TIMES_NOISE * noise_cm / _TURN_CM) ** 2
+            # over `most_readings` the arm goes twice as far as their mean may be off
+            most_readings = (_TIMES_NOISE * noise_cm / (2 * step_cm)) ** (2 / 3)
+            count = max(int(min(enough_readings, most_readings, self.time.size / 4)), 1)
         if count == 1:
             return AveragedPath(self, noise_cm)
         mean = replace(self, x=_moving_mean(self.x, count), z=_moving_mean(self.z, count))
@@ -162,10 +162,10 @@ class AveragedPath(NamedTuple):
 def _moving_mean(values: FloatArray, count: int) -> FloatArray:
     """Mean of `count` values around each, shape (n,); of fewer near the ends."""
     total = np.concatenate([[0.0], np.cumsum(values)])
-    place = np.arange(values.size)
-    first = np.maximum(place - count // 2, 0)
-    end = np.minimum(place - count // 2 + count, values.size)
-    return np.asarray((total[end] - total[first]) / (end - first))
+    index = np.arange(values.size)
+    start = np.maximum(index - count // 2, 0)
+    end = np.minimum(index - count // 2 + count, values.size)
+    return np.asarray((total[end] - total[start]) / (end - start))
 
 
 def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
@@ -187,11 +187,11 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
     return start, end
 
 
-_Found = tuple[float, float, float]
+_StrokeSpan = tuple[float, float, float]
 """A stroke: its length, cm or deg, its start and its end, s."""
 
 
-def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, float]:
+def _chosen(strokes: Sequence[_StrokeSpan], run: Run, unit: str) -> tuple[float, float]:
     """The stroke that the sheet names, in the order of time; where it names none, the only one."""
     if run.stroke is None and len(strokes) > 1:
         lengths = [f"{length:.1f}" for length, _, _ in strokes]
@@ -207,7 +207,7 @@ def _chosen(strokes: Sequence[_Found], run: Run, unit: str) -> tuple[float, floa
 
 def _stretches_along_path(
     motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
-) -> list[_Found]:
+) -> list[_StrokeSpan]:
     """Straight stretches below the surface along the path that the sheet names."""
     wanted_x, wanted_z = (
         float(component) for component in direction(math.radians(run.motion_gamma_deg))
@@ -215,30 +215,30 @@ def _stretches_along_path(
     tolerance = math.radians(arm.angle_tolerance_deg)
     mean, noise_cm = motion.averaged(arm)
     least_turn_cm = max(_TIMES_NOISE * noise_cm, motion.flicker_cm)
-    along: list[_Found] = []
-    seen: list[str] = []
-    parts = [
+    along: list[_StrokeSpan] = []
+    angle_texts: list[str] = []
+    stretches = [
         stretch
         for first, last in spans
         for stretch in _straight(mean, float(first), float(last), least_turn_cm)
     ]
-    for first, last in parts:
+    for first, last in stretches:
         start, end = _part_below_surface(mean, first, last)
         (x0, x1), (z0, z1), _ = mean.pose_at(np.array([start, end]))
         length = math.hypot(x1 - x0, z1 - z0)
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
         along_x, along_z = mean.heading(start, end)
-        seen.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
+        angle_texts.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
         allowed = max(tolerance, _TIMES_HEADING * motion.heading_se(start, end, length))
         if along_x * wanted_x + along_z * wanted_z >= math.cos(allowed):
             along.append((length, float(start), float(end)))
-    if not seen:
+    if not angle_texts:
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
         stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
-        raise Refused("other-direction", seen=", ".join(seen), **stated)
+        raise Refused("other-direction", seen=", ".join(angle_texts), **stated)
     return along
 
 
@@ -246,8 +246,15 @@ def _straight(
     motion: IntruderPath, start: float, end: float, least_cm: float
 ) -> list[tuple[float, float]]:
     """Part a stretch where it turns back, or aside, by more than `least_cm`: an arm may do so without a pause."""
-    first, last = np.searchsorted(motion.time, start), np.searchsorted(motion.time, end, "right")
-    time, x, z = motion.time[first:last], motion.x[first:last], motion.z[first:last]
+    start_row, end_row = (
+        np.searchsorted(motion.time, start),
+        np.searchsorted(motion.time, end, "right"),
+    )
+    time, x, z = (
+        motion.time[start_row:end_row],
+        motion.x[start_row:end_row],
+        motion.z[start_row:end_row],
+    )
     if x.size < 3:
         return [(start, end)]
     turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least_cm))
@@ -263,14 +270,17 @@ def _straight(
 def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
     """Where a path about its middle turns back along its own main direction by more than `least_cm`."""
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
-    way = x * math.cos(main) + z * math.sin(main)
-    back = [float((np.maximum.accumulate(position) - position).max()) for position in (way, -way)]
+    along_cm = x * math.cos(main) + z * math.sin(main)
+    backward_cm = [
+        float((np.maximum.accumulate(position) - position).max())
+        for position in (along_cm, -along_cm)
+    ]
     turns: list[int] = []
-    if min(back) <= least_cm:
+    if min(backward_cm) <= least_cm:
         return turns
     rising: bool | None = None
     low = high = 0
-    values = way.tolist()
+    values = along_cm.tolist()
     for index, value in enumerate(values):
         low = index if value < values[low] else low
         high = index if value > values[high] else high
@@ -286,12 +296,12 @@ def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
 def _corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
     """Where a path is farthest from its chord, if it has a corner there, more than `least_cm` aside."""
     dx, dz = x[-1] - x[0], z[-1] - z[0]
-    off = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
-    corner = int(off.argmax())
+    distance_cm = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
+    corner = int(distance_cm.argmax())
     ends = np.array([[x[0], x[corner], x[-1]], [z[0], z[corner], z[-1]]])
     before, after = np.diff(ends).T
     lengths = float(np.hypot(*before)), float(np.hypot(*after))
-    if off[corner] < least_cm or min(lengths) < SHORTEST_CM:
+    if distance_cm[corner] < least_cm or min(lengths) < SHORTEST_CM:
         return None
     cosine = float(before @ after) / (lengths[0] * lengths[1])
     return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner
@@ -318,23 +328,23 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
     return start, end
 
 
-def _uneven_pushes(motion: IntruderPath) -> list[_Found]:
+def _uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
     """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
     if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CONTACT_CM:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
     # every time below the surface that goes as deep as a stroke, and the deepest
-    firsts = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
-    lows = np.minimum.reduceat(z, firsts)
-    deep = lows <= max(lowest, -UNDERGROUND_CM)
+    start_rows = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
+    lows = np.minimum.reduceat(z, start_rows)
+    is_deep = lows <= max(lowest, -UNDERGROUND_CM)
     begins_at_contact = bool(z[0] >= -_CONTACT_CM)
-    if firsts[0] == 0 and lows[0] == lowest and not begins_at_contact:
+    if start_rows[0] == 0 and lows[0] == lowest and not begins_at_contact:
         raise Refused("begins-below")
     pushes = []
-    for first, low in zip(firsts[deep], lows[deep], strict=True):
-        end = first + int(np.argmax(z[first:] <= low + BOTTOM_CM))
-        if first > 0 or begins_at_contact:
-            start = float(motion.time[max(first - 1, 0)])
+    for start_row, low in zip(start_rows[is_deep], lows[is_deep], strict=True):
+        end = start_row + int(np.argmax(z[start_row:] <= low + BOTTOM_CM))
+        if start_row > 0 or begins_at_contact:
+            start = float(motion.time[max(start_row - 1, 0)])
             pushes.append((-float(low), start, float(motion.time[end])))
     return pushes
 
@@ -343,8 +353,8 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
     """Refuse a plate at another angle, or a horizontal run at another depth, than the sheet says."""
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(float(np.median(motion.angle[inside])))
-    off = (beta - run.beta_deg + 90) % 180 - 90
-    if math.isfinite(run.beta_deg) and abs(off) > arm.angle_tolerance_deg:
+    angle_error_deg = (beta - run.beta_deg + 90) % 180 - 90
+    if math.isfinite(run.beta_deg) and abs(angle_error_deg) > arm.angle_tolerance_deg:
         raise Refused("other-angle", found=beta, stated=run.beta_deg)
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))
@@ -352,11 +362,11 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 
-def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_Found]:
+def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
     """Turns of a leg toward positive theta."""
     turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
     if not turns or max(turns, key=abs) < 0 or max(turns) < _LEAST_TURN_DEG:
-        seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
-        raise Refused("no-rotation", seen=seen, least=_LEAST_TURN_DEG)
+        turns_text = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
+        raise Refused("no-rotation", seen=turns_text, least=_LEAST_TURN_DEG)
     strokes = [(turn, *span) for turn, span in zip(turns, spans.tolist(), strict=True)]
     return [stroke for stroke in strokes if stroke[0] >= _LEAST_TURN_DEG]

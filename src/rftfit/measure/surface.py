@@ -42,8 +42,8 @@ class Surface:
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
         """Return the ends of the confidence interval of the surface, cm."""
-        half = float(student_quantile(confidence, self.dof)) * self.se_cm
-        return self.depth_cm - half, self.depth_cm + half
+        half_interval = float(student_quantile(confidence, self.dof)) * self.se_cm
+        return self.depth_cm - half_interval, self.depth_cm + half_interval
 
 
 _NEAR_SURFACE_CM = 0.3
@@ -77,8 +77,8 @@ def place_surface(
     toe = plate.thickness_cm / 2
     surface = find_surface(depth, lift, window, noise, 0.0, toe)
     if clock_se_s > 0:
-        near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
-        speeds = np.abs(np.gradient(depth, time))[near]
+        is_near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+        speeds = np.abs(np.gradient(depth, time))[is_near]
         # a pause at the surface is no slow motion
         speed = float(speeds[speeds >= _MOVING * speeds.max(initial=0)].mean())
         surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
@@ -123,9 +123,9 @@ def find_surface(
     is stated for the transducer; noise in air counts where it is larger. `depth_sd`, cm: standard error
     of the depth there, from the clocks.
     """
-    deeper = depth >= np.maximum.accumulate(depth) - 0.02
-    down = np.arange(depth.size) <= int(np.argmax(force))
-    depth, force = depth[deeper & down], force[deeper & down]
+    is_deeper = depth >= np.maximum.accumulate(depth) - 0.02
+    before_peak = np.arange(depth.size) <= int(np.argmax(force))
+    depth, force = depth[is_deeper & before_peak], force[is_deeper & before_peak]
     onset, noise = _onset(depth, force, noise_N)
     windows = [share * window_cm for share in WINDOWS]
     fits = [_fit(depth, force, onset, window) for window in windows]
@@ -164,32 +164,32 @@ def _fit(
     force: FloatArray,
     onset: float,
     window: float,
-    near: float = 0.0,
+    previous_depth: float = 0.0,
     toe: float = 0.0,
 ) -> Surface | None:
-    """Fit the change point to the readings of one window, but for those within `toe` of `near`."""
+    """Fit the change point to the readings of one window, but for those within `toe` of `previous_depth`."""
     near_onset = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
-        near_onset &= np.abs(depth - near) > toe
+        near_onset &= np.abs(depth - previous_depth) > toe
     d, f = depth[near_onset], force[near_onset]
     if np.count_nonzero(d < onset) < _MIN_AIR or np.count_nonzero(d > onset) < _MIN_BELOW:
         return None
     # from well above the onset to a little below: there the force is above its noise already
-    places = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _GRID)
-    best = places[np.argmin(_misfits(d, f, places))]
-    step = float(places[1] - places[0])
-    fine = np.linspace(best - step, best + step, 41)
-    place = float(fine[np.argmin(_misfits(d, f, fine))])
-    design = _design(d, place)
+    trial_depths = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _GRID)
+    best = trial_depths[np.argmin(_misfits(d, f, trial_depths))]
+    step = float(trial_depths[1] - trial_depths[0])
+    fine_depths = np.linspace(best - step, best + step, 41)
+    surface_depth = float(fine_depths[np.argmin(_misfits(d, f, fine_depths))])
+    design = _design(d, surface_depth)
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
-    gradient = np.where(d > place, -(terms[1] + 2 * terms[2] * (d - place)), 0.0)
+    gradient = np.where(d > surface_depth, -(terms[1] + 2 * terms[2] * (d - surface_depth)), 0.0)
     weights = np.linalg.pinv(np.column_stack([design, gradient]))
     residual = (f - fitted)[None]
     variance, dof = weighted_sum_variance(residual, weights[3])
     of_slope, _ = weighted_sum_variance(residual, weights[1])
     return Surface(
-        place,
+        surface_depth,
         math.sqrt(float(variance[0])),
         dof,
         float(terms[1]),
@@ -208,8 +208,8 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
     if growth <= 0:
         raise Refused("no-growth", depth=depth)
     if rise < _RISE_TO_NOISE * noise:
-        least = {"times": _RISE_TO_NOISE, "noise": noise, "window": window_cm}
-        raise Refused("faint-growth", depth=depth, newtons=rise, **least)
+        limits = {"times": _RISE_TO_NOISE, "noise": noise, "window": window_cm}
+        raise Refused("faint-growth", depth=depth, newtons=rise, **limits)
     if growth < _T * se:
         raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_T)
     air = surface.depth < depth
@@ -222,13 +222,13 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
 
-def _design(depth: FloatArray, place: float | FloatArray) -> FloatArray:
-    under = np.maximum(depth - place, 0.0)
-    return np.stack([np.ones_like(under), under, under**2], axis=-1)
+def _design(depth: FloatArray, surface_depth: float | FloatArray) -> FloatArray:
+    depth_below = np.maximum(depth - surface_depth, 0.0)
+    return np.stack([np.ones_like(depth_below), depth_below, depth_below**2], axis=-1)
 
 
-def _misfits(depth: FloatArray, force: FloatArray, places: FloatArray) -> FloatArray:
-    design = _design(depth, places[:, None])
+def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> FloatArray:
+    design = _design(depth, trial_depths[:, None])
     turned = design.transpose(0, 2, 1)
     terms = np.linalg.solve(turned @ design + 1e-12 * np.eye(3), turned @ force[:, None])
     residual = force - (design @ terms)[..., 0]
@@ -275,32 +275,35 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     if lift.size < _MIN_READINGS:
         raise Refused("few-in-contact", found=lift.size, wanted=_MIN_READINGS)
     edges = np.linspace(0, lift[-1], _LEVELS + 1)
-    place = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
-    filled = np.unique(place)
-    levels = np.array([lift[place == bin_number].mean() for bin_number in filled])
-    means = np.array([depth[place == bin_number].mean() for bin_number in filled])
+    bin_of_reading = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
+    filled = np.unique(bin_of_reading)
+    levels = np.array([lift[bin_of_reading == bin_number].mean() for bin_number in filled])
+    means = np.array([depth[bin_of_reading == bin_number].mean() for bin_number in filled])
     # contact begins where the first two levels point to; from there the travel never falls
     slope = (means[1] - means[0]) / (levels[1] - levels[0]) if levels.size > 1 else 0.0
     start = means[0] - max(slope, 0.0) * levels[0]
     travel = np.maximum.accumulate(np.maximum(means - start, 0.0))
-    rest = lift[-1] - levels[-1]
-    if rest > 0 and levels.size > 1:
+    lift_left = lift[-1] - levels[-1]
+    if lift_left > 0 and levels.size > 1:
         # from the middle of the last level to its end, as steep as between the last two
         steep = (travel[-1] - travel[-2]) / (levels[-1] - levels[-2])
-        levels, travel = np.append(levels, lift[-1]), np.append(travel, travel[-1] + rest * steep)
+        levels, travel = (
+            np.append(levels, lift[-1]),
+            np.append(travel, travel[-1] + lift_left * steep),
+        )
     return Compliance(np.append(0.0, levels), np.append(0.0, travel))
 
 
-def find_compliance(campaign: Campaign, like: Run) -> Compliance:
+def find_compliance(campaign: Campaign, template_run: Run) -> Compliance:
     """Find the compliance of the machine from the push against something rigid that the config names.
 
-    `like`: Any run of the campaign: what its logs look like, the rigid push's do too.
+    `template_run`: Any run of the campaign: what its logs look like, the rigid push's do too.
     """
     config = campaign.config
     contact = config.rigid_contact
     assert contact is not None
     run = replace(
-        like,
+        template_run,
         run_id="rigid contact",
         direction="intrusion",
         force_log=contact.force_log,

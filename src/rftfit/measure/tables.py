@@ -56,9 +56,9 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
         why[table["other_sense"]] = RowStatus.OTHER_SENSE
         why[table["alone"]] = RowStatus.ALONE
         for status in (RowStatus.OTHER_SENSE, RowStatus.ALONE):
-            if left := int(np.count_nonzero(why == status)):
-                ledger.flag(run, remark(f"rows-{status.code}", count=left))
-                ledger.add(run, run.force_log, DROPPED, left, remark(status.code))
+            if n_rows := int(np.count_nonzero(why == status)):
+                ledger.flag(run, remark(f"rows-{status.code}", count=n_rows))
+                ledger.add(run, run.force_log, DROPPED, n_rows, remark(status.code))
         phase = np.where(why == RowStatus.GOOD, PHASES.index("stroke"), PHASES.index("other"))
         parts[run.run_id] = (
             np.arange(size, dtype=float),
@@ -109,9 +109,14 @@ def fit_alpha_table(
         dof = runs - 1.0 if runs > 1 else GIVEN_DOF
         for c in "zx":
             alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers[f"se_{c}"]
-            half = float(student_quantile(level, dof)) * se
-            none = dict.fromkeys(("_startup", "_tare", "_curvature", "_rod"), 0.0)
-            values = {"": alpha, "_se": se, "_lo": alpha - half, "_hi": alpha + half} | none
+            half_interval = float(student_quantile(level, dof)) * se
+            no_errors = dict.fromkeys(("_startup", "_tare", "_curvature", "_rod"), 0.0)
+            values = {
+                "": alpha,
+                "_se": se,
+                "_lo": alpha - half_interval,
+                "_hi": alpha + half_interval,
+            } | no_errors
             row |= {column(c, end): value for end, value in values.items()}
             row[f"alpha_{c}_dof"] = dof
         ledger.add(run, run.force_log, USED, 1, remark("slope"))

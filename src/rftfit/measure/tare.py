@@ -64,8 +64,8 @@ class Tare:
     def covers(self, position: FloatArray) -> np.ndarray:
         """Tell at which positions the tare is known: not outside its range, not in holes of its log."""
         inside = (position >= self.position[0]) & (position <= self.position[-1])
-        after = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
-        step = self.position[after] - self.position[after - 1]
+        next_index = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
+        step = self.position[next_index] - self.position[next_index - 1]
         return np.asarray(inside & (step <= self.longest_step))
 
     def force_at(self, position: FloatArray) -> FloatArray:
@@ -97,13 +97,13 @@ def tare_medium(
     reasons = status.filter(["run_id", *REASON]).to_dict("records")
     refused = {row["run_id"]: reason_of(row) for row in reasons}
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
-    alone = {
+    tare_strokes = {
         name: strokes_of_runs.pop(name)
         for name in [*strokes_of_runs]
         if runs[name].kind in TARE_KINDS
     }
-    tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in alone.items()}
-    parts: dict[str, StrokeColumns] = {}
+    tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in tare_strokes.items()}
+    tared_strokes: dict[str, StrokeColumns] = {}
     rows = [
         (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
         for name, tare in tares.items()
@@ -115,27 +115,31 @@ def tare_medium(
         valid = (np.nan, np.nan)
         if isinstance(tare, Tare):
             valid = (tare.position[0], tare.position[-1])
-            parts[name] = _tared(run, stroke, tare, ledger)
+            tared_strokes[name] = _tared(run, stroke, tare, ledger)
         elif not run.tare_run and (
             campaign.numbers or campaign.config.fit.missing_tare != "refuse"
         ):
             nothing = np.zeros(stroke["why"].size)
-            parts[name] = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
+            tared_strokes[name] = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
         else:
             why = _why_no_tare(run, tare, refused.get(run.tare_run, ()))
             reason = (remark("tare-missing", why=why),)
             good = int(np.count_nonzero(stroke["why"] == RowStatus.GOOD))
             ledger.add(run, run.force_log, DROPPED, good, *reason)
-        if run.kind == "leg" and name in parts:
-            reason = _why_no_curve(parts[name]["why"])
-        if name in parts and campaign.holds_tare(run):
+        if run.kind == "leg" and name in tared_strokes:
+            reason = _why_no_curve(tared_strokes[name]["why"])
+        if name in tared_strokes and campaign.holds_tare(run):
             ledger.flag(run, remark("no-tare"))
-        if name in parts and lacks_force_x(campaign.config, run):
+        if name in tared_strokes and lacks_force_x(campaign.config, run):
             ledger.flag(run, remark("no-force-x"))
-        sizes = _sizes(parts[name]) if name in parts else (np.nan, np.nan)
+        sizes = _sizes(tared_strokes[name]) if name in tared_strokes else (np.nan, np.nan)
         words = reason_cells(reason)
         rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, *words))
-    return join_runs(parts, _TARED_COLUMNS), pd.DataFrame(rows, columns=TARE_COLUMNS), ledger
+    return (
+        join_runs(tared_strokes, _TARED_COLUMNS),
+        pd.DataFrame(rows, columns=TARE_COLUMNS),
+        ledger,
+    )
 
 
 def _sizes(stroke: StrokeColumns) -> tuple[float, float]:
@@ -143,13 +147,13 @@ def _sizes(stroke: StrokeColumns) -> tuple[float, float]:
     good = stroke["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
-    force, tare = (_both(stroke, what)[:, good] for what in ("force", "tare"))
+    force, tare = (_stack_components(stroke, quantity)[:, good] for quantity in ("force", "tare"))
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
 
 
-def _both(stroke: StrokeColumns, what: str) -> FloatArray:
+def _stack_components(stroke: StrokeColumns, quantity: str) -> FloatArray:
     """Force z and x, or those of the tare, N, shape (2, n)."""
-    return np.stack([stroke[f"{what}_{c}_N"] for c in "zx"])
+    return np.stack([stroke[f"{quantity}_{c}_N"] for c in "zx"])
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
@@ -161,7 +165,9 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
         ledger.add(run, run.force_log, DROPPED, good_samples, reason)
         return reason
     ledger.add(run, run.force_log, USED, good_samples, remark("tare"))
-    return Tare.from_samples(abscissa, stroke[abscissa][good], _both(stroke, "force")[:, good])
+    return Tare.from_samples(
+        abscissa, stroke[abscissa][good], _stack_components(stroke, "force")[:, good]
+    )
 
 
 def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:

@@ -210,12 +210,12 @@ def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     """Rows of the run sheet of some runs, in few words: ``rows 2 to 34 and 40``; rods between them do not count."""
     run_ids = set(runs)
     spans: list[list[int]] = []
-    before = False
+    is_open = False
     for run in sorted(sheet.values(), key=lambda run: run.row):
         if run.run_id in run_ids:
-            spans = spans if before else [*spans, [run.row, run.row]]
+            spans = spans if is_open else [*spans, [run.row, run.row]]
             spans[-1][1] = run.row
-        before = run.run_id in run_ids or (before and run.kind not in ("plate", "leg"))
+        is_open = run.run_id in run_ids or (is_open and run.kind not in ("plate", "leg"))
     words = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]
     if len(words) > MOST_NAMED:
         words = [*words[: MOST_NAMED - 1], f"others to {spans[-1][1]}"]

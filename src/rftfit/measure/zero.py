@@ -43,9 +43,9 @@ def height_needed(
     A leg counts as the circle around its chord, which every model leg lies within; `angle` (n,) in rad.
     """
     if isinstance(intruder, config.Leg):
-        half = intruder.max_length_cm / 2
+        half_length = intruder.max_length_cm / 2
         # the tip lies at max_length x (-sin theta, -cos theta) from the axle
-        return half * np.cos(angle) + half + clearance
+        return half_length * np.cos(angle) + half_length + clearance
     _, half_z = half_extent(intruder, float(angle.mean()))
     return np.full(angle.size, half_z + clearance)
 
@@ -65,30 +65,30 @@ def find_zero(
     of the run only, the zero may have moved by `drift_N_per_min` until the stroke, and nothing in the
     log would show it.
     """
-    rest = np.flatnonzero(at_rest)
+    rest_rows = np.flatnonzero(at_rest)
     fewest = _fewest(time)
-    breaks = np.flatnonzero(np.diff(rest) > 1) + 1
-    pieces = [piece for piece in np.split(rest, breaks) if piece.size >= fewest]
-    if not pieces:
+    breaks = np.flatnonzero(np.diff(rest_rows) > 1) + 1
+    row_groups = [rows for rows in np.split(rest_rows, breaks) if rows.size >= fewest]
+    if not row_groups:
         raise Refused("no-zero", least=least_cm)
-    rests = [(float(time[piece].mean()), piece) for piece in pieces]
+    rests = [(float(time[rows].mean()), rows) for rows in row_groups]
     if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
         # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
         rests = [max(rests, key=lambda rest_in_air: rest_in_air[1].size)]
-    (t0, before), (t1, after) = rests[0], rests[-1]
-    first, variance, dof = _mean(force[:, before])
+    (t0, rows_before), (t1, rows_after) = rests[0], rests[-1]
+    mean_before, variance, dof = _mean(force[:, rows_before])
     if len(rests) == 1:
         # any drift up to the largest is equally likely
         unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
-        away = time[before] - t0
-        trend = force[:, before] @ away / float(away @ away) * (stroke_time - t0)
-        return Zero(first[:, None], variance + unseen, dof, math.nan, (trend[0], trend[1]))
-    last, last_variance, last_dof = _mean(force[:, after])
+        away = time[rows_before] - t0
+        trend = force[:, rows_before] @ away / float(away @ away) * (stroke_time - t0)
+        return Zero(mean_before[:, None], variance + unseen, dof, math.nan, (trend[0], trend[1]))
+    mean_after, last_variance, last_dof = _mean(force[:, rows_after])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
-    line = first[:, None] * (1 - share) + last[:, None] * share
+    line = mean_before[:, None] * (1 - share) + mean_after[:, None] * share
     # the larger of the two: an upper bound for any mix of the two means
     variance = np.maximum(variance, last_variance)
-    return Zero(line, variance, min(dof, last_dof), float(np.abs(last - first).max()))
+    return Zero(line, variance, min(dof, last_dof), float(np.abs(mean_after - mean_before).max()))
 
 
 def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:

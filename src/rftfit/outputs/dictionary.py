@@ -17,7 +17,7 @@ from typing import Any
 from rftfit.campaign.columns import COLUMNS
 from rftfit.errors import InputError
 
-PARTS = ("measure", "profile", "predict", "robot", "run", "commands")
+SECTIONS = ("measure", "profile", "predict", "robot", "run", "commands")
 """The toml files, in the order of the data's way."""
 
 KINDS = ("text", "yes or no", "count", "number", "list", "object")
@@ -60,7 +60,7 @@ class Output:
     `about`: In Markdown.
     `when`: Under which condition it is written; empty: always.
     `row`: What a row stands for; empty for files that are no tables.
-    `part`: Which of `PARTS` describes it.
+    `section`: Which of `SECTIONS` describes it.
     """
 
     file: str
@@ -69,12 +69,12 @@ class Output:
     when: str = ""
     row: str = ""
     columns: tuple[Column, ...] = ()
-    part: str = ""
+    section: str = ""
 
     @cached_property
     def exact(self) -> dict[str, Column]:
         """Columns by each of their names; those with ``<x>`` by that pattern."""
-        return {name: one for one in self.columns for name in one.names}
+        return {name: column for column in self.columns for name in column.names}
 
     def matches(self, path: str) -> bool:
         """Whether this describes a file; `path`: from the campaign's folder, with slashes."""
@@ -85,79 +85,92 @@ class Output:
 @cache
 def alternatives(pattern: str) -> tuple[str, ...]:
     """Write out the braces of a pattern as ``alpha_{z,x}_{lo,hi}``; the first brace varies slowest."""
-    parts = _BRACES.split(pattern)
-    words = [part.split(",") if place % 2 else [part] for place, part in enumerate(parts)]
+    texts = _BRACES.split(pattern)
+    words = [text.split(",") if index % 2 else [text] for index, text in enumerate(texts)]
     return tuple("".join(choice) for choice in itertools.product(*words))
 
 
 @cache
 def _regex(pattern: str) -> re.Pattern[str]:
-    fixed, words = _ANY.split(pattern), _ANY.findall(pattern)
-    regex = re.escape(fixed[0])
-    for word, rest in zip(words, fixed[1:], strict=True):
-        regex += {"<path>": ".+", "<number>": "[0-9]+"}.get(word, "[^/]+") + re.escape(rest)
+    fixed_texts, words = _ANY.split(pattern), _ANY.findall(pattern)
+    regex = re.escape(fixed_texts[0])
+    for word, fixed_text in zip(words, fixed_texts[1:], strict=True):
+        regex += {"<path>": ".+", "<number>": "[0-9]+"}.get(word, "[^/]+") + re.escape(fixed_text)
     return re.compile(regex)
 
 
 @cache
 def outputs() -> tuple[Output, ...]:
-    """Read the dictionary: of each part its tables, then its other files."""
+    """Read the dictionary: of each section its tables, then its other files."""
     common = {entry["name"]: Column(**entry) for entry in _read("common")["column"]}
-    found: list[Output] = []
+    all_outputs: list[Output] = []
     models: dict[str, str] = {}
-    for part in PARTS:
-        data = _read(part)
-        for entry in data.get("table", []):
+    for section in SECTIONS:
+        content = _read(section)
+        for entry in content.get("table", []):
             if "like" in entry:
                 models[entry["file"]] = entry.pop("like")
-            found.append(_table(part, entry, common))
-        found += [Output(**entry, part=part) for entry in data.get("file", [])]
-    columns = {one.file: one.columns for one in found}
+            all_outputs.append(_table(section, entry, common))
+        all_outputs += [Output(**entry, section=section) for entry in content.get("file", [])]
+    columns = {output.file: output.columns for output in all_outputs}
     if lost := set(models.values()) - set(columns):
         raise InputError(f"outputs: no table {', '.join(sorted(lost))} to be like")
     return tuple(
-        replace(one, columns=columns[models[one.file]]) if one.file in models else one
-        for one in found
+        replace(output, columns=columns[models[output.file]]) if output.file in models else output
+        for output in all_outputs
     )
 
 
-def _table(part: str, entry: dict[str, Any], common: dict[str, Column]) -> Output:
-    given = entry.pop("columns", [])
+def _table(section: str, entry: dict[str, Any], common: dict[str, Column]) -> Output:
+    stated_columns = entry.pop("columns", [])
     try:
-        if given == "run sheet":
-            return Output(**entry, columns=_sheet_columns(), part=part)
-        columns = (common[one] if isinstance(one, str) else Column(**one) for one in given)
-        return Output(**entry, columns=tuple(columns), part=part)
+        if stated_columns == "run sheet":
+            return Output(**entry, columns=_sheet_columns(), section=section)
+        columns = (
+            common[column] if isinstance(column, str) else Column(**column)
+            for column in stated_columns
+        )
+        return Output(**entry, columns=tuple(columns), section=section)
     except (KeyError, TypeError) as error:
-        raise InputError(f"outputs/{part}.toml: {entry.get('file')}: {error}") from error
+        raise InputError(f"outputs/{section}.toml: {entry.get('file')}: {error}") from error
 
 
 def _sheet_columns() -> tuple[Column, ...]:
     """Columns of the run sheet, from the definition that also reads it."""
-    kinds = {"number": "number"}
+    kind_of_form = {"number": "number"}
     # a note changes no result, so the record leaves it out
     return tuple(
-        Column(one.name, kinds.get(one.form, "text"), "as in the run sheet", one.meaning, one.unit)
-        for one in COLUMNS
-        if one.name != "note"
+        Column(
+            column.name,
+            kind_of_form.get(column.form, "text"),
+            "as in the run sheet",
+            column.meaning,
+            column.unit,
+        )
+        for column in COLUMNS
+        if column.name != "note"
     )
 
 
-def _read(part: str) -> dict[str, Any]:
-    path = Path(__file__).with_name(f"{part}.toml")
+def _read(section: str) -> dict[str, Any]:
+    path = Path(__file__).with_name(f"{section}.toml")
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 @cache
 def describe(path: str) -> Output | None:
     """Find what is known of a file; where several entries fit, the one that leaves least open."""
-    fitting = [one for one in outputs() if one.matches(path)]
-    return max(fitting, key=lambda one: len(_ANY.sub("", one.file)), default=None)
+    fitting = [output for output in outputs() if output.matches(path)]
+    return max(fitting, key=lambda output: len(_ANY.sub("", output.file)), default=None)
 
 
 def column_of(output: Output, name: str) -> Column | None:
     """Find what is known of a column; where several entries fit, the one that leaves least open."""
     if (exact := output.exact.get(name)) is not None:
         return exact
-    fitting = [one for one in output.columns if any(_regex(p).fullmatch(name) for p in one.names)]
-    return max(fitting, key=lambda one: len(_ANY.sub("", one.name)), default=None)
+    fitting = [
+        column
+        for column in output.columns
+        if any(_regex(pattern).fullmatch(name) for pattern in column.names)
+    ]
+    return max(fitting, key=lambda column: len(_ANY.sub("", column.name)), default=None)

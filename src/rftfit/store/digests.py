@@ -95,22 +95,26 @@ def seal(data: bytes) -> str:
 
 def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
     """Digest of columns of numbers and of their names."""
-    found = hashlib.sha256()
+    hasher = hashlib.sha256()
     for name, values in columns.items():
-        found.update(name.encode() + values.tobytes())
-    return found.hexdigest()[:_LENGTH]
+        hasher.update(name.encode() + values.tobytes())
+    return hasher.hexdigest()[:_LENGTH]
 
 
-def code_digest(room: str, *more: str) -> str:
+def code_digest(room: str, *extra_files: str) -> str:
     """Digest of the code of a room and of all below it, and of further files of the package."""
     files = source_digests()
-    below = ROOMS[: ROOMS.index(room) + 1]
-    named = {*_EVERYWHERE, *more, *(_SETTINGS[one] for one in below if one in _SETTINGS)}
+    rooms = ROOMS[: ROOMS.index(room) + 1]
+    single_files = {
+        *_EVERYWHERE,
+        *extra_files,
+        *(_SETTINGS[room_name] for room_name in rooms if room_name in _SETTINGS),
+    }
     return digest_of(
         [
             (name, digest)
             for name, digest in files.items()
-            if name in named or name.partition("/")[0] in below
+            if name in single_files or name.partition("/")[0] in rooms
         ]
     )
 
@@ -124,9 +128,9 @@ def source_digests() -> dict[str, str]:
     paths = [_PACKAGE / name for name in (*_EVERYWHERE, *_STAGES)]
     paths += [path for room in ROOMS for path in (_PACKAGE / room).rglob("*.*")]
     paths = [path for path in paths if path.suffix in _SOURCE]
-    found = {path.relative_to(_PACKAGE).as_posix(): path for path in paths}
-    found |= {name: shipped(name) for name in _SETTINGS.values()}
-    return {name: sha256_of(found[name])[:_LENGTH] for name in sorted(found)}
+    paths_by_name = {path.relative_to(_PACKAGE).as_posix(): path for path in paths}
+    paths_by_name |= {name: shipped(name) for name in _SETTINGS.values()}
+    return {name: sha256_of(paths_by_name[name])[:_LENGTH] for name in sorted(paths_by_name)}
 
 
 @cache

@@ -18,21 +18,21 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 def shipped(name: str) -> Path:
     """Find a file that comes with the program: at the top of a checkout, inside the package where it was installed."""
-    for place in (PACKAGE.parents[1] / name, PACKAGE / "_workflow" / name):
-        if place.exists():
-            return place
+    for path in (PACKAGE.parents[1] / name, PACKAGE / "_workflow" / name):
+        if path.exists():
+            return path
     raise InputError(
         f"{name}: not there, neither in a checkout nor in {PACKAGE}; install rftfit again"
     )
 
 
-def child_environment(**more: str) -> dict[str, str]:
+def child_environment(**extra_variables: str) -> dict[str, str]:
     """Return this process's environment with some values more, safe in a stranger's folder.
 
     ``python -m`` and ``python -c`` would look for modules in the current folder first, and so does
     every Python for entries of PYTHONPATH that are empty or relative.
     """
-    environment = {**os.environ, **more, "PYTHONSAFEPATH": "1"}
+    environment = {**os.environ, **extra_variables, "PYTHONSAFEPATH": "1"}
     paths = environment.pop("PYTHONPATH", "").split(os.pathsep)
     absolute = os.pathsep.join(filter(os.path.isabs, paths))
     return environment | ({"PYTHONPATH": absolute} if absolute else {})
@@ -47,10 +47,10 @@ def usable_cores() -> int:
 
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of `LIBRARIES`."""
-    found = {"rftfit": __version__, "python": platform.python_version()}
+    versions_by_name = {"rftfit": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
         try:
-            found[name] = version(name)
+            versions_by_name[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions_by_name[name] = "not installed"
+    return versions_by_name

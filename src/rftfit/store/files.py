@@ -62,11 +62,11 @@ def remove_temporary(folder: Path) -> int:
     """
     removed = 0
     with contextlib.suppress(OSError):
-        rests = [entry.path for entry in os.scandir(folder) if is_temporary(entry.name)]
-        for rest in rests:
-            with contextlib.suppress(OSError), _opened(rest, _NO_LINKS) as handle:
+        paths = [entry.path for entry in os.scandir(folder) if is_temporary(entry.name)]
+        for path in paths:
+            with contextlib.suppress(OSError), _opened(path, _NO_LINKS) as handle:
                 if lock(handle):
-                    os.unlink(rest)  # noqa: PTH108
+                    os.unlink(path)  # noqa: PTH108
                     removed += 1
     return removed
 
@@ -82,8 +82,8 @@ def lock(handle: int) -> bool:
 
 
 @contextlib.contextmanager
-def _opened(path: str | Path, more: int = 0) -> Iterator[int]:
-    handle = os.open(path, os.O_RDWR | more, 0o666)
+def _opened(path: str | Path, extra_flags: int = 0) -> Iterator[int]:
+    handle = os.open(path, os.O_RDWR | extra_flags, 0o666)
     try:
         yield handle
     finally:

@@ -39,40 +39,42 @@ def refuse_links_out(
     InputError
         If there is such a link, or one that leads nowhere.
     """
-    inside = [os.path.realpath(root), *map(os.path.realpath, allowed)]
-    out = []
-    seen = {f"{root}{os.sep}{SNAKEMAKE}{os.sep}{name}" for name in _ENVIRONMENTS}
-    given = {f"{root}{os.sep}{name}" for name in names}
-    waiting = [*given]
+    allowed_folders = [os.path.realpath(root), *map(os.path.realpath, allowed)]
+    links_out = []
+    visited = {f"{root}{os.sep}{SNAKEMAKE}{os.sep}{name}" for name in _ENVIRONMENTS}
+    written_paths = {f"{root}{os.sep}{name}" for name in names}
+    waiting = [*written_paths]
     while waiting:
         path = waiting.pop()
         target = path
         # what was named may lie below a link
-        if path in given or Path(path).is_symlink():
+        if path in written_paths or Path(path).is_symlink():
             target = os.path.realpath(path)
-            if not any(target == one or target.startswith(one + os.sep) for one in inside):
-                out.append(path)
+            if not any(
+                target == folder or target.startswith(folder + os.sep) for folder in allowed_folders
+            ):
+                links_out.append(path)
                 continue
-        if target in seen:
+        if target in visited:
             continue
-        seen.add(target)
+        visited.add(target)
         with suppress(NotADirectoryError, FileNotFoundError), os.scandir(path) as entries:
             waiting += [
                 entry.path
                 for entry in entries
                 if entry.is_symlink() or entry.is_dir(follow_symlinks=False)
             ]
-    if out:
-        shown = ", ".join(
+    if links_out:
+        links_text = ", ".join(
             f"{path} -> {str(Path(path).readlink() if Path(path).is_symlink() else os.path.realpath(path))!r}"
-            for path in sorted(out)[:_SHOWN]
+            for path in sorted(links_out)[:_SHOWN]
         )
-        more = f" and {len(out) - _SHOWN} more" if len(out) > _SHOWN else ""
+        unlisted_text = f" and {len(links_out) - _SHOWN} more" if len(links_out) > _SHOWN else ""
         elsewhere = (
             "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
         )
         raise InputError(
-            f"{shown}{more}: links that lead out of the campaign, through which nothing is written. Delete them"
+            f"{links_text}{unlisted_text}: links that lead out of the campaign, through which nothing is written. Delete them"
             f"{elsewhere * (RESULTS in names)}"
         )
 
@@ -85,21 +87,24 @@ def refuse_target_by_link(path: Path) -> None:
     InputError
         With the place that the link leads to, which may be named instead.
     """
-    real = os.path.realpath(path)
-    here = os.path.realpath(".")
+    real_path = os.path.realpath(path)
+    current_folder = os.path.realpath(".")
     is_below = not path.is_absolute() and ".." not in path.parts
-    leads_out = is_below and os.path.commonpath([here, os.path.realpath(path.parent)]) != here
+    leads_out = (
+        is_below
+        and os.path.commonpath([current_folder, os.path.realpath(path.parent)]) != current_folder
+    )
     if path.is_symlink() or leads_out:
         raise InputError(
-            f"{path}: a link leads from here to {real!r}, and nothing is written through a link; name that place itself, or another file"
+            f"{path}: a link leads from here to {real_path!r}, and nothing is written through a link; name that place itself, or another file"
         )
 
 
 def results_elsewhere(root: Path) -> list[Path]:
     """Folder that the user has named for the results of a campaign; kept outside of the campaign."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
-        named = json.loads(_kept_in().read_text(encoding="utf-8")).get(os.path.realpath(root))
-        return [Path(named)] if named else []
+        folder = json.loads(_kept_in().read_text(encoding="utf-8")).get(os.path.realpath(root))
+        return [Path(folder)] if folder else []
     return []
 
 
@@ -121,10 +126,13 @@ def put_results_at(root: Path, folder: Path) -> None:
     if link.is_symlink():
         link.unlink()
     link.symlink_to(folder, target_is_directory=True)
-    every: dict[str, str] = {}
+    folders_by_campaign: dict[str, str] = {}
     with suppress(OSError, ValueError):
-        every = json.loads(_kept_in().read_text(encoding="utf-8"))
-    write_text(_kept_in(), json.dumps(every | {os.path.realpath(root): str(folder)}, indent=1))
+        folders_by_campaign = json.loads(_kept_in().read_text(encoding="utf-8"))
+    write_text(
+        _kept_in(),
+        json.dumps(folders_by_campaign | {os.path.realpath(root): str(folder)}, indent=1),
+    )
 
 
 def _kept_in() -> Path:

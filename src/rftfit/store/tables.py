@@ -43,17 +43,21 @@ def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
-    for place, name in enumerate(table.columns):
-        column = table.iloc[:, place]
+    for position, name in enumerate(table.columns):
+        column = table.iloc[:, position]
         if pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column):
             continue
         # few different texts stand in many rows
         texts = [value for value in column.unique() if isinstance(value, str)]
-        others = {text: new for text in texts if (new := change(text)) != text}
-        if others:
-            values = [others.get(one, one) if isinstance(one, str) else one for one in column]
-            kind = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
-            changed[str(name)] = pd.Series(values, table.index, dtype=kind)
+        replacements = {
+            text: changed_text for text in texts if (changed_text := change(text)) != text
+        }
+        if replacements:
+            values = [
+                replacements.get(cell, cell) if isinstance(cell, str) else cell for cell in column
+            ]
+            dtype = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
+            changed[str(name)] = pd.Series(values, table.index, dtype=dtype)
     return table.assign(**changed) if changed else table
 
 
@@ -74,7 +78,7 @@ def _rounded(table: pd.DataFrame) -> pd.DataFrame:
 
     texts = {str(name): column for name, column in table.items() if column.dtype == object}
     unique = {name: column.dropna().unique() for name, column in texts.items()}
-    mixed = [name for name in texts if any(isinstance(one, float) for one in unique[name])]
+    mixed = [name for name in texts if any(isinstance(value, float) for value in unique[name])]
     return table.assign(**{name: texts[name].map(short) for name in mixed})
 
 
@@ -98,8 +102,8 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
     import pandas as pd
 
     try:
-        data = source if isinstance(source, bytes) else Path(source).read_bytes()
-        content = data.decode("utf-8-sig")
+        content_bytes = source if isinstance(source, bytes) else Path(source).read_bytes()
+        content = content_bytes.decode("utf-8-sig")
         names = next(csv.reader(io.StringIO(content, newline="")), [])
         kinds = {name: kind_of(name) for name in names}
         text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
