@@ -105,20 +105,27 @@ def make_tdms(folder: Path) -> Path:
 
 
 def main() -> None:
-    given = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[2] / "shared/data"
+    data_folder = (
+        Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[2] / "shared/data"
+    )
     bag, tdms = RosBagReader(), TdmsReader()
-    with tempfile.TemporaryDirectory() as made:
+    with tempfile.TemporaryDirectory() as folder:
         cases: list[tuple[str, Path, Callable[[Path], object], Callable[[Path], object]]] = [
             (
                 "ROS 1, rokubimini_msgs/Reading",
-                given / "cmu-sand/force-displacement_7.bag",
+                data_folder / "cmu-sand/force-displacement_7.bag",
                 library_ros1,
                 bag.load,
             ),
-            ("ROS 1, WrenchStamped", given / "logs/ros1/ur3_wrench.bag", library_ros1, bag.load),
-            ("ROS 2 (mcap), WrenchStamped", make_ros2(Path(made)), library_ros2, bag.load),
-            ("TDMS, 35 kB", given / "logs/tdms/raw1.tdms", library_tdms, tdms.load),
-            ("TDMS, made", make_tdms(Path(made)), library_tdms, tdms.load),
+            (
+                "ROS 1, WrenchStamped",
+                data_folder / "logs/ros1/ur3_wrench.bag",
+                library_ros1,
+                bag.load,
+            ),
+            ("ROS 2 (mcap), WrenchStamped", make_ros2(Path(folder)), library_ros2, bag.load),
+            ("TDMS, 35 kB", data_folder / "logs/tdms/raw1.tdms", library_tdms, tdms.load),
+            ("TDMS, made", make_tdms(Path(folder)), library_tdms, tdms.load),
         ]
         print("| file | MB | library alone, MB/s | reader, MB/s | reader / library, time |")
         print("|---|---|---|---|---|")

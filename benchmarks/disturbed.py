@@ -73,10 +73,10 @@ TOLD: dict[str, Callable[[Sizes], tuple[Errors, float]]] = {
 """What is stated to the program of the disturbances: section `errors`, and `slow_noise_N`."""
 
 
-def disturbances(asked: Sequence[str]) -> dict[str, Sizes]:
+def disturbances(names: Sequence[str]) -> dict[str, Sizes]:
     """The disturbances asked for, by name, each alone; by default all, each alone and together."""
-    each = [sizes_of([one]) for one in asked or [*DISTURBANCES, REAL_LAB]]
-    return {described(sizes) if len(sizes) == 1 else REAL_LAB: sizes for sizes in each}
+    size_sets = [sizes_of([name]) for name in names or [*DISTURBANCES, REAL_LAB]]
+    return {described(sizes) if len(sizes) == 1 else REAL_LAB: sizes for sizes in size_sets}
 
 
 def campaigns_of(sizes: Sizes, campaigns: int, repeats: int, seed: int = SEED) -> pd.DataFrame:
@@ -96,10 +96,16 @@ def campaigns_of(sizes: Sizes, campaigns: int, repeats: int, seed: int = SEED) -
                 what, errors=errors, sizes=sizes, repeats=repeats, slow_noise_N=slow
             )
             fits = ensembles[slow].fits(seed + place, repeats=repeats)
-            found = held([ensembles[slow]], scenario, config, seed + place, methods=("lsq",))
-            for number, (levels, own) in enumerate(zip(found, fits, strict=True)):
+            campaign_levels = held(
+                [ensembles[slow]], scenario, config, seed + place, methods=("lsq",)
+            )
+            for number, (levels, fits_of_campaign) in enumerate(
+                zip(campaign_levels, fits, strict=True)
+            ):
                 rows += rows_of(
-                    {"told": what, "medium": medium, "campaign": number}, levels, own["bent"].any()
+                    {"told": what, "medium": medium, "campaign": number},
+                    levels,
+                    fits_of_campaign["bent"].any(),
                 )
     return pd.DataFrame(rows).set_index(INDEX)
 
@@ -122,24 +128,26 @@ def campaign_in_files(sizes: Sizes, number: int) -> pd.DataFrame:
     return pd.DataFrame(rows).set_index(INDEX)
 
 
-def rows_of(each: dict[str, object], levels: Inside, flagged: bool) -> list[dict[str, object]]:
+def rows_of(
+    campaign_keys: dict[str, object], levels: Inside, flagged: bool
+) -> list[dict[str, object]]:
     """Rows of one campaign."""
     of_flags = {"level": "flagged", "inside": float(flagged), "width": np.nan}
-    found = [
-        {"level": level, "inside": one.inside.mean(), "width": np.median(one.width)}
-        for level, one in levels.items()
+    level_rows = [
+        {"level": level, "inside": intervals.inside.mean(), "width": np.median(intervals.width)}
+        for level, intervals in levels.items()
     ]
-    return [each | row for row in (of_flags, *found)]
+    return [campaign_keys | row for row in (of_flags, *level_rows)]
 
 
-def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[str]) -> str:
+def line(name: str, rows: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[str]) -> str:
     """Coverage in percent and, in brackets, the median width relative to the undisturbed one."""
     cells = []
     for level in levels:
-        part = found.xs(level, level="level")
-        cell = f"{100 * part['inside'].mean():.0f}"
+        rows_of_level = rows.xs(level, level="level")
+        cell = f"{100 * rows_of_level['inside'].mean():.0f}"
         if level in plain.index.get_level_values("level"):
-            ratio = (part["width"] / plain.xs(level, level="level")["width"]).median()
+            ratio = (rows_of_level["width"] / plain.xs(level, level="level")["width"]).median()
             cell += "" if np.isnan(ratio) else f" ({ratio:.1f})"
         cells.append(cell)
     return f"| {name} | " + " | ".join(cells) + " |"
@@ -147,14 +155,14 @@ def line(name: str, found: pd.DataFrame, plain: pd.DataFrame, levels: Sequence[s
 
 def of_told(rows: pd.DataFrame, told: str) -> pd.DataFrame:
     """Rows of the intervals of which so much was told."""
-    part = rows.xs(told, level="told")
-    assert isinstance(part, pd.DataFrame)
-    return part
+    told_rows = rows.xs(told, level="told")
+    assert isinstance(told_rows, pd.DataFrame)
+    return told_rows
 
 
-def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
-    """Table of coverage and width. `found`: By disturbance, of "none" too."""
-    plain = of_told(found["none"], NOTHING_LEFT)
+def report(rows_by_name: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
+    """Table of coverage and width. `rows_by_name`: By disturbance, of "none" too."""
+    plain = of_told(rows_by_name["none"], NOTHING_LEFT)
     heads, levels = [*LEVELS, "flagged"], [*LEVELS.values(), "flagged"]
     head = (
         f"Errors {told}. Coverage of 95 % intervals, percent, and median width relative to undisturbed "
@@ -166,13 +174,13 @@ def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
         "| disturbance | " + " | ".join(heads) + " |",
         "|---|" + "---|" * len(heads),
         line("none, all stated", plain, plain, levels),
-        *(line(name, of_told(rows, told), plain, levels) for name, rows in found.items()),
+        *(line(name, of_told(rows, told), plain, levels) for name, rows in rows_by_name.items()),
     ]
-    one = next(iter(STRESS.values()))
+    stress_level = next(iter(STRESS.values()))
     bent = {
         name: of_told(rows, told)
-        for name, rows in found.items()
-        if one in rows.index.get_level_values("level")
+        for name, rows in rows_by_name.items()
+        if stress_level in rows.index.get_level_values("level")
     }
     if bent:
         head = "| coverage of the stress at | " + " | ".join(STRESS) + " |"
@@ -182,23 +190,23 @@ def report(found: dict[str, pd.DataFrame], told: str, campaigns: int) -> str:
 
 
 def simulated(
-    asked: Sequence[str], campaigns: int, repeats: int, *, files: bool
+    names: Sequence[str], campaigns: int, repeats: int, *, files: bool
 ) -> dict[str, pd.DataFrame]:
     """Campaigns of every disturbance, and of none, on all cores; progress goes to standard error."""
-    each: dict[str, Sizes] = {"none": {}, **disturbances(asked)}
-    began, found = time.perf_counter(), {}
+    sizes_by_name: dict[str, Sizes] = {"none": {}, **disturbances(names)}
+    began, rows_by_name = time.perf_counter(), {}
     with ProcessPoolExecutor() as pool:
         waiting = {
             name: [pool.submit(campaign_in_files, sizes, number) for number in range(campaigns)]
             if files
             else [pool.submit(campaigns_of, sizes, campaigns, repeats)]
-            for name, sizes in each.items()
+            for name, sizes in sizes_by_name.items()
         }
         for name, parts in waiting.items():
-            found[name] = pd.concat([part.result() for part in parts]).sort_index()
+            rows_by_name[name] = pd.concat([future.result() for future in parts]).sort_index()
             passed = time.perf_counter() - began
             print(f"{name}: after {passed:.0f} s", file=sys.stderr, flush=True)
-    return found
+    return rows_by_name
 
 
 def main() -> None:
@@ -207,10 +215,10 @@ def main() -> None:
     campaigns = int(words.pop(0)) if words and words[0].isdecimal() else CAMPAIGNS
     many = [word for word in words if word.startswith("repeats=")]
     repeats = int(many[-1].partition("=")[2]) if many else 1
-    asked = [word for word in words if word not in (*many, "files")]
-    found = simulated(asked, campaigns, repeats, files="files" in words)
+    names = [word for word in words if word not in (*many, "files")]
+    rows_by_name = simulated(names, campaigns, repeats, files="files" in words)
     for told in TOLD:
-        print(report(found, told, campaigns), flush=True)
+        print(report(rows_by_name, told, campaigns), flush=True)
         print()
 
 

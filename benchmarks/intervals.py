@@ -49,17 +49,21 @@ def scenario_shares(scenario: Scenario, campaigns: int) -> Shares:
         size = min(CHUNK, campaigns - start)
         media = five_media(MEDIA[chunk % len(MEDIA)], size, SEED + chunk)
         parts.append(cover(media, scenario, config, SEED + chunk))
-    return {level: np.concatenate([part[level] for part in parts]) for level in parts[0]}
+    return {
+        level: np.concatenate([chunk_shares[level] for chunk_shares in parts]) for level in parts[0]
+    }
 
 
 def robot_shares(scenario: Scenario, campaigns: int) -> Shares:
     """Take the same of the robot, in one medium after the other."""
     config = paper_config(ROBOT_DRAWS)
-    each = campaigns // ROBOTS // len(MEDIA)
+    medium_campaigns = campaigns // ROBOTS // len(MEDIA)
     bests = campaigns // BESTS
     parts = [
         cover_robot(
-            simulate(medium, max(each, bests if medium == BEST_IN else 0), SEED + place),
+            simulate(
+                medium, max(medium_campaigns, bests if medium == BEST_IN else 0), SEED + place
+            ),
             scenario,
             config,
             SEED + place,
@@ -67,8 +71,13 @@ def robot_shares(scenario: Scenario, campaigns: int) -> Shares:
         )
         for place, medium in enumerate(MEDIA)
     ]
-    names = dict.fromkeys(name for part in parts for name in part)
-    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
+    names = dict.fromkeys(name for medium_shares in parts for name in medium_shares)
+    return {
+        name: np.concatenate(
+            [medium_shares[name] for medium_shares in parts if name in medium_shares]
+        )
+        for name in names
+    }
 
 
 def rows(shares: dict[str, Shares]) -> list[str]:
@@ -78,8 +87,8 @@ def rows(shares: dict[str, Shares]) -> list[str]:
     return head + [
         f"| {level} | "
         + " | ".join(
-            f"{100 * part[level].mean():.1f} ± {100 * part[level].std() / part[level].size ** 0.5:.1f}"
-            for part in shares.values()
+            f"{100 * level_shares[level].mean():.1f} ± {100 * level_shares[level].std() / level_shares[level].size ** 0.5:.1f}"
+            for level_shares in shares.values()
         )
         + " |"
         for level in levels
@@ -94,8 +103,8 @@ def main() -> None:
     shares: dict[str, Shares] = {}
     for scenario in SCENARIOS:
         start = time.perf_counter()
-        found = {} if only_robot else scenario_shares(scenario, campaigns)
-        shares[scenario.name] = found | robot_shares(scenario, campaigns)
+        interval_shares = {} if only_robot else scenario_shares(scenario, campaigns)
+        shares[scenario.name] = interval_shares | robot_shares(scenario, campaigns)
         print(f"{scenario.name}: {time.perf_counter() - start:.0f} s", flush=True)
     robot = next(iter(shares.values()))
     head = (

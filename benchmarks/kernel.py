@@ -50,7 +50,7 @@ def seconds(function: Callable[[], object], repeats: int) -> float:
 def plain_loop(profile: Profile, body: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Sweep a leg the straightforward way: a loop over angles, numpy over the elements of each."""
     width, hip, rate = 2.54, 2.0, 0.2
-    result = np.zeros((theta.size, 2))
+    forces = np.zeros((theta.size, 2))
     for index, angle in enumerate(theta):
         cos_a, sin_a = np.cos(angle), np.sin(angle)
         x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
@@ -60,8 +60,8 @@ def plain_loop(profile: Profile, body: np.ndarray, theta: np.ndarray) -> np.ndar
         load = np.where(depth > 0, depth, 0.0) * 2 * body[:, 4] * width
         beta, gamma = np.arctan2(-tz, tx), np.arctan2(-vz, -vx)
         alpha_z, alpha_x = profile.alpha(beta, gamma)
-        result[index] = (alpha_z * load).sum(), (alpha_x * load).sum()
-    return result
+        forces[index] = (alpha_z * load).sum(), (alpha_x * load).sum()
+    return forces
 
 
 def draw_profiles() -> list[TableProfile]:
@@ -103,10 +103,15 @@ def main() -> None:
         "ratio": [],
     }
     for profile in profiles.values():
-        ours = sweep(profile, leg)  # compiled, or read from disk, before the clock starts
-        theirs = plain_loop(profile, leg.body, theta)
+        compiled_forces = sweep(
+            profile, leg
+        )  # compiled, or read from disk, before the clock starts
+        plain_forces = plain_loop(profile, leg.body, theta)
         # the loop tests an element's middle only where the kernel clips: alike, not the same
-        assert np.abs(theirs[:, 0] - ours.force_z_N).max() < 0.02 * ours.force_z_N.max()
+        assert (
+            np.abs(plain_forces[:, 0] - compiled_forces.force_z_N).max()
+            < 0.02 * compiled_forces.force_z_N.max()
+        )
         turns = [
             (
                 seconds(lambda profile=profile: sweep(profile, leg, hip_height_cm=DEEP_CM), 20),  # type: ignore[misc]

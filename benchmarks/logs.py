@@ -82,7 +82,7 @@ def read_npz(path: Path) -> object:
 
 def read_h5(path: Path) -> object:
     with h5py.File(path) as file:
-        return [item[()] for item in file.values()]
+        return [dataset[()] for dataset in file.values()]
 
 
 TEXT = {
@@ -112,35 +112,38 @@ def line(name: str, path: Path, reader: Reader, bare: dict[str, Callable[[Path],
         for _ in range(TURNS)
     ]
     size = path.stat().st_size / 1e6
-    ours = statistics.median(turn[0][0] for turn in turns)
-    cells = [name, f"{size:.0f}", f"{size / ours:.0f}"]
+    reader_s = statistics.median(turn[0][0] for turn in turns)
+    cells = [name, f"{size:.0f}", f"{size / reader_s:.0f}"]
     for label in bare:
-        theirs = statistics.median(turn[1][label][0] for turn in turns)
+        library_s = statistics.median(turn[1][label][0] for turn in turns)
         ratios = [
             statistics.median(turn[0][which] / turn[1][label][which] for turn in turns)
             for which in (0, 1)
         ]
-        cells += [f"{label} {size / theirs:.0f}", *(f"{ratio:.2f}" for ratio in ratios)]
+        cells += [f"{label} {size / library_s:.0f}", *(f"{ratio:.2f}" for ratio in ratios)]
     cells += ["", "", ""] * (2 - len(bare))
     return f"| {' | '.join(cells)} |"
 
 
 def compare(folder: Path) -> list[str]:
-    beside = "library, MB/s | time, ratio | processor, ratio"
-    lines = [f"| dialect | MB | rftfit, MB/s | {beside} | {beside} |", "|---" * 9 + "|"]
+    library_heads = "library, MB/s | time, ratio | processor, ratio"
+    lines = [
+        f"| dialect | MB | rftfit, MB/s | {library_heads} | {library_heads} |",
+        "|---" * 9 + "|",
+    ]
     for name, (skip, delimiter, decimal) in TEXT.items():
-        made = TEXTS[name](2000)
+        sample = TEXTS[name](2000)
         path = folder / f"{name}.txt"
-        body = b"".join(made.lines)
-        path.write_bytes(made.header + body * max(1, MEGABYTES * 1_000_000 // len(body)))
+        body = b"".join(sample.lines)
+        path.write_bytes(sample.header + body * max(1, MEGABYTES * 1_000_000 // len(body)))
         if name == "lvm":
-            made = TEXTS[name](2000)
+            sample = TEXTS[name](2000)
             body = body.replace(b"\tstart", b"")
-            path.write_bytes(made.header + body * max(1, MEGABYTES * 1_000_000 // len(body)))
+            path.write_bytes(sample.header + body * max(1, MEGABYTES * 1_000_000 // len(body)))
         bare = {"pandas": pandas(skip, delimiter, decimal)}
         if len(delimiter) == 1:
             bare["pyarrow.csv"] = arrow(skip, delimiter, decimal)
-        lines.append(line(name, path, made.reader, bare))
+        lines.append(line(name, path, sample.reader, bare))
         print(lines[-1], flush=True)
         path.unlink()
     values = np.random.default_rng(1).normal(size=(20_000, 6)).round(6)
@@ -172,21 +175,21 @@ def compare(folder: Path) -> list[str]:
 
 def gigabyte(folder: Path) -> list[str]:
     path = folder / "log.txt"
-    made = netft(20_000)
-    body = b"".join(made.lines)
+    sample = netft(20_000)
+    body = b"".join(sample.lines)
     with path.open("wb") as handle:
-        handle.write(made.header)
+        handle.write(sample.header)
         for _ in range(1_000_000_000 // len(body) + 1):
             handle.write(body)
     survey(netft_stream(folder))
     before = peak()
     start = time.perf_counter()
-    found = survey(made.reader.stream(path))
+    overview = survey(sample.reader.stream(path))
     took = time.perf_counter() - start
     size = path.stat().st_size / 1e6
     return [
         (
-            f"surveyed {size:.0f} MB, {found.rows} rows, in {took:.1f} s ({size / took:.0f} MB/s); "
+            f"surveyed {size:.0f} MB, {overview.rows} rows, in {took:.1f} s ({size / took:.0f} MB/s); "
             f"peak memory of the process {before:.0f} MB before, {peak():.0f} MB after"
         )
     ]

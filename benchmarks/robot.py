@@ -67,8 +67,8 @@ def speeds(profile: Profile, curvature: float) -> tuple[float, float, float]:
 
     compiled()
     turns = [(compiled(), numpy()) for _ in range(TURNS)]
-    ours, theirs = (statistics.median(turn[k] for turn in turns) for k in range(2))
-    return ours, theirs, statistics.median(turn[0] / turn[1] for turn in turns)
+    compiled_speed, numpy_speed = (statistics.median(turn[k] for turn in turns) for k in range(2))
+    return compiled_speed, numpy_speed, statistics.median(turn[0] / turn[1] for turn in turns)
 
 
 def sweep_s(profile: Profile) -> tuple[float, float]:
@@ -94,10 +94,10 @@ def main() -> None:
     ]
     for name, profile in profiles.items():
         for leg, curvature in CURVATURES.items():
-            ours, theirs, ratio = speeds(profile, curvature)
+            compiled_speed, numpy_speed, ratio = speeds(profile, curvature)
             lines.append(
-                f"| {name} | {leg} | {ours:.0f} | {theirs:.3f} | {ratio:.0f} | "
-                f"{ours * PAPER_S_PER_S:.0f} |"
+                f"| {name} | {leg} | {compiled_speed:.0f} | {numpy_speed:.3f} | {ratio:.0f} | "
+                f"{compiled_speed * PAPER_S_PER_S:.0f} |"
             )
     if "--sweep" in sys.argv[1:]:
         head = f"| the paper's sweep, 3,978 runs, {THREADS} threads | s | processor time, s |"

@@ -224,10 +224,10 @@ def measured(words: Sequence[str], cwd: Path) -> tuple[float, float, float, str]
         _, status, used = os.wait4(process.pid, 0)
         took = time.perf_counter() - begun
         out.seek(0)
-        told = out.read()
+        output = out.read()
     if os.waitstatus_to_exitcode(status):
-        sys.exit(f"{' '.join(words)} failed:\n{told[-5000:]}")
-    return took, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3, told
+        sys.exit(f"{' '.join(words)} failed:\n{output[-5000:]}")
+    return took, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3, output
 
 
 def timed(way: str, root: Path, cores: int, turns: int = 1) -> tuple[float, float, float]:
@@ -235,9 +235,9 @@ def timed(way: str, root: Path, cores: int, turns: int = 1) -> tuple[float, floa
     words = [sys.executable, str(Path(__file__).resolve()), "--way", way, "--turns", str(turns)]
     words += ["--config", str(root / CONFIG), "--cores", str(cores)]
     os.environ["POLARS_MAX_THREADS"] = str(cores)
-    *_, peak, told = measured(words, root)
-    found = json.loads(told.splitlines()[-1])
-    return found["seconds"][-1], found["processor"][-1], peak
+    *_, peak, output = measured(words, root)
+    timing = json.loads(output.splitlines()[-1])
+    return timing["seconds"][-1], timing["processor"][-1], peak
 
 
 def page_opens(page: Path) -> str:
@@ -266,7 +266,7 @@ def one_size(root: Path, logs: int, size: int) -> list[str]:
     targets = [f"results/alpha/{medium}.csv" for medium in media_of(root / CONFIG)]
     run = [rftfit, "run", "--cores", str(CORES)]
     alpha, _, peak_alpha, _ = measured([*run, *targets], root)
-    rest, _, peak_rest, _ = measured(run, root)
+    to_page, _, peak_rest, _ = measured(run, root)
     nothing, *_ = measured(run, root)
     page = root / "results" / "report.html"
     return [
@@ -277,7 +277,7 @@ def one_size(root: Path, logs: int, size: int) -> list[str]:
         f"{peak_alone:.0f}",
         f"{alpha:.1f} ({1e3 * alpha / logs:.2f})",
         f"{peak_alpha:.0f}",
-        f"{rest:.1f}",
+        f"{to_page:.1f}",
         f"{peak_rest:.0f}",
         f"{nothing:.1f}",
         f"{page.stat().st_size / 1e6:.1f}",
@@ -311,18 +311,24 @@ def floor(root: Path, logs: int) -> list[str]:
         "|---" * (4 + len(floors)) + "|",
     ]
     for cores in (1, CORES):
-        found: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
+        timings: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
         for _ in range(TURNS):
             for way in ways:
                 # the second of two turns in one process: libraries and files are there already
-                found[way].append(timed(way, root, cores, 2)[:2])
+                timings[way].append(timed(way, root, cores, 2)[:2])
         for way in ways if cores == 1 else ["rftfit", *floors]:
-            wall, used = (statistics.median(column) for column in zip(*found[way], strict=True))
+            wall, used = (statistics.median(column) for column in zip(*timings[way], strict=True))
             # of processes beside this one only the wall-clock is known
-            told = "" if way == "rftfit" and cores > 1 else f"{used:.2f}"
-            pairs = [zip(found[way], found[other], strict=True) for other in floors]
+            used_text = "" if way == "rftfit" and cores > 1 else f"{used:.2f}"
+            pairs = [zip(timings[way], timings[floor_way], strict=True) for floor_way in floors]
             ratios = [statistics.median(a[0] / b[0] for a, b in pair) for pair in pairs]
-            cells = [way, str(cores), f"{wall:.2f}", told, *(f"{ratio:.2f}" for ratio in ratios)]
+            cells = [
+                way,
+                str(cores),
+                f"{wall:.2f}",
+                used_text,
+                *(f"{ratio:.2f}" for ratio in ratios),
+            ]
             lines.append(f"| {' | '.join(cells)} |")
     return lines
 
@@ -377,9 +383,11 @@ def watched(words: Sequence[str], cwd: Path) -> tuple[float, float, float]:
     while process.poll() is None:
         for folder in Path("/proc").glob("[0-9]*"):
             try:
-                own = (folder / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-                if {int(folder.name), int(own[1])} & used.keys():
-                    used[int(folder.name)] = int(own[11]) + int(own[12])
+                stat_fields = (
+                    (folder / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+                )
+                if {int(folder.name), int(stat_fields[1])} & used.keys():
+                    used[int(folder.name)] = int(stat_fields[11]) + int(stat_fields[12])
                     lines = (folder / "status").read_text(encoding="utf-8").splitlines()
                     peak = max([peak, *(int(line.split()[1]) for line in lines if "VmHWM" in line)])
             except OSError:
@@ -397,25 +405,27 @@ def of_table(folder: Path, rows: int) -> list[str]:
 
     rftfit = str(Path(sys.executable).with_name("rftfit"))
     slopes = {size: long_table(folder / f"t{size}.csv", size) for size in (rows, THIN)}
-    found: dict[tuple[str, int], list[tuple[float, float, float]]] = defaultdict(list)
+    timings: dict[tuple[str, int], list[tuple[float, float, float]]] = defaultdict(list)
     for _, size in product(range(TURNS), slopes):
         root, source = folder / f"c{size}", folder / f"t{size}.csv"
         shutil.rmtree(root, ignore_errors=True)
         reading = "import sys, pandas; pandas.read_csv(sys.argv[1])"
         alone = [sys.executable, "-c", reading, str(source)]
-        found["`pandas.read_csv`", size].append(watched(alone, folder))
+        timings["`pandas.read_csv`", size].append(watched(alone, folder))
         init = [rftfit, "init", str(root), "--stress-table", str(source)]
-        found["`init`", size].append(watched(init, folder))
-        found["`check`", size].append(watched([rftfit, "check"], root))
-        found["`run`", size].append(watched([rftfit, "run", "--cores", str(CORES)], root))
-    told, pandas = [], 0.0
-    for name in dict.fromkeys(name for name, _ in found):
+        timings["`init`", size].append(watched(init, folder))
+        timings["`check`", size].append(watched([rftfit, "check"], root))
+        timings["`run`", size].append(watched([rftfit, "run", "--cores", str(CORES)], root))
+    table_rows, pandas = [], 0.0
+    for name in dict.fromkeys(name for name, _ in timings):
         (long, busy, peak), (short, little, _) = (
-            map(statistics.median, zip(*found[name, size], strict=True)) for size in slopes
+            map(statistics.median, zip(*timings[name, size], strict=True)) for size in slopes
         )
         pandas = pandas or busy - little
-        cells = [f"{each:.2f}" for each in (long, busy, short, little, (busy - little) / pandas)]
-        told.append([name, *cells, f"{peak:.0f}"])
+        cells = [
+            f"{number:.2f}" for number in (long, busy, short, little, (busy - little) / pandas)
+        ]
+        table_rows.append([name, *cells, f"{peak:.0f}"])
     alpha = pd.read_csv(folder / f"c{rows}" / "results" / "fits" / f"t{rows}.csv")
     apart = [
         abs(float(row["alpha_z_N_per_cm3"]) / slopes[rows][_cell(str(row["run_id"]))] - 1)
@@ -431,7 +441,7 @@ def of_table(folder: Path, rows: int) -> list[str]:
         "largest process, MB",
     ]
     end = f"{len(apart)} of {len(slopes[rows])} runs, alpha_z within {max(apart):.1e} of numpy"
-    return [*table(heads, told), "", end]
+    return [*table(heads, table_rows), "", end]
 
 
 def _cell(run: str) -> tuple[int, int]:
@@ -459,22 +469,22 @@ def main() -> None:
             print(*of_table(Path(folder), chosen.table), sep="\n")
         return
     rows: list[list[str]] = []
-    told: list[str] = []
+    floor_lines: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "template"
         runs = template(source)
         root = Path(folder) / "campaign"
         if chosen.floor:
             build(root, chosen.floor, runs, source, PER_MEDIUM // 2)  # an even number of media
-            told = floor(root, chosen.floor)
-            print(*told, "", sep="\n", flush=True)
+            floor_lines = floor(root, chosen.floor)
+            print(*floor_lines, "", sep="\n", flush=True)
             shutil.rmtree(root)
         for logs in chosen.logs:
             size = build(root, logs, runs, source, PER_MEDIUM)
             rows.append(one_size(root, logs, size))
             print(*table(HEADS, rows[-1:]), sep="\n", flush=True)
             shutil.rmtree(root)
-    text = "\n".join([*table(HEADS, rows), "", *told]) + "\n"
+    text = "\n".join([*table(HEADS, rows), "", *floor_lines]) + "\n"
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text(text, encoding="utf-8")
     print(text)

@@ -40,8 +40,12 @@ def wrong_rows(folder: Path) -> tuple[Room, Counter[str]]:
         row = {"run_id": name, "medium": f"popy{number}", "tare_run": f"U{number}"}
         logs = {"force_log": f"{name}.f", "motion_log": f"{name}.m"}
         room.rows[name] = {**room.rows["p1"], **row, **logs}
-    wanted = {"sheet.unknown-word": ROWS, "sheet.tare-unknown": ROWS, "sheet.log-missing": 2 * ROWS}
-    return room, Counter(wanted)
+    expected = {
+        "sheet.unknown-word": ROWS,
+        "sheet.tare-unknown": ROWS,
+        "sheet.log-missing": 2 * ROWS,
+    }
+    return room, Counter(expected)
 
 
 def main() -> None:
@@ -49,7 +53,7 @@ def main() -> None:
     lines = ["| 10,000 rows | s | of pandas' reading |", "|---|---|---|"]
     for words, make in (("right", right_rows), ("wrong: four problems each", wrong_rows)):
         with tempfile.TemporaryDirectory() as place:
-            room, wanted = make(Path(place))
+            room, expected = make(Path(place))
             room.write()
             checked, read = [], []
             for _ in range(TURNS):
@@ -59,9 +63,9 @@ def main() -> None:
                 pd.read_csv(room.folder / "runs.csv")
                 read.append(time.process_time() - ended)
                 checked.append(ended - began)
-            found = Counter(problem.code for problem in problems)
-            if found != wanted:
-                sys.exit(f"{words}: {found}, not {wanted}")
+            counts = Counter(problem.code for problem in problems)
+            if counts != expected:
+                sys.exit(f"{words}: {counts}, not {expected}")
         lines.append(f"| {words} | {min(checked):.2f} | {min(checked) / min(read):.0f} times |")
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")

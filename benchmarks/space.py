@@ -38,8 +38,8 @@ def seconds(function: Callable[[], object]) -> float:
 def main() -> None:
     table = TableProfile.published("poppy_LP")
     ball, leg = Mesh.sphere(2, 64), model_leg("c_leg")
-    many = Motion3D(np.tile([0, 0, DEEP_CM], (40, 1)), [1, 0.3, -0.5], [0.1, 0.4, -0.2])
-    one = Motion3D([0, 0, DEEP_CM], [1, 0.3, -0.5], [0.1, 0.4, -0.2])
+    motions = Motion3D(np.tile([0, 0, DEEP_CM], (40, 1)), [1, 0.3, -0.5], [0.1, 0.4, -0.2])
+    single_motion = Motion3D([0, 0, DEEP_CM], [1, 0.3, -0.5], [0.1, 0.4, -0.2])
     theta = np.radians(np.arange(-135, 135, 0.05))
     poses = rotation_poses(theta, DEEP_CM)
     triangles, elements = len(ball.faces), theta.size * len(leg.body)
@@ -48,8 +48,8 @@ def main() -> None:
     }
     for law in faces.LAWS:
         friction = None if law == "measured" else 0.4
-        of_law = partial(mesh_forces, table, ball, many, law, friction)
-        of_law_in_numpy = partial(faces.mesh_forces, table, ball, one, law, friction)
+        of_law = partial(mesh_forces, table, ball, motions, law, friction)
+        of_law_in_numpy = partial(faces.mesh_forces, table, ball, single_motion, law, friction)
         tasks |= {
             f"space: {law}": (of_law, 40 * triangles),
             f"space, numpy: {law}": (of_law_in_numpy, triangles),
@@ -57,13 +57,15 @@ def main() -> None:
     for function, _ in tasks.values():
         function()  # compiled, or read from disk, before the clock starts
     turns = [{name: seconds(task[0]) for name, task in tasks.items()} for _ in range(TURNS)]
-    each = {name: 1e9 * min(turn[name] for turn in turns) / task[1] for name, task in tasks.items()}
-    plane = next(iter(each.values()))
+    ns_each = {
+        name: 1e9 * min(turn[name] for turn in turns) / task[1] for name, task in tasks.items()
+    }
+    plane = next(iter(ns_each.values()))
     lines = [
         "| submerged piece, half of the ball's lead | ns each | over the plane's |",
         "|---|---|---|",
     ]
-    lines += [f"| {name} | {value:.0f} | {value / plane:.1f} |" for name, value in each.items()]
+    lines += [f"| {name} | {value:.0f} | {value / plane:.1f} |" for name, value in ns_each.items()]
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))

@@ -41,12 +41,12 @@ def campaign(root: Path, runs: int) -> Path:
     reenact_disturbed(Config(**values), sheet.parent, sheet, NOTHING, 0.005, legs=False)
     with sheet.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    first = {row["run_id"]: row for row in rows}
+    row_of_run = {row["run_id"]: row for row in rows}
     plates = [row for row in rows if row["kind"] == "plate"]
-    made: dict[str, dict[str, str]] = {}
+    new_rows: dict[str, dict[str, str]] = {}
     for number in range((runs + 1) // 2):
         plate = plates[number % len(plates)]
-        for row in (first[plate["tare_run"]], plate):
+        for row in (row_of_run[plate["tare_run"]], plate):
             end = f"_r{number // len(plates)}" if number >= len(plates) else ""
             new = row | {key: row[key] and row[key] + end for key in ("run_id", "tare_run")}
             for key in ("force_log", "motion_log"):
@@ -54,11 +54,11 @@ def campaign(root: Path, runs: int) -> Path:
                 if end:
                     text = (sheet.parent / row[key]).read_bytes()
                     (sheet.parent / new[key]).write_bytes(text)
-            made[new["run_id"]] = new
+            new_rows[new["run_id"]] = new
     with sheet.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(made.values())
+        writer.writerows(new_rows.values())
     return config
 
 
@@ -71,20 +71,29 @@ def memory_mb() -> float:
 def changes(watch: Watch, times: int) -> list[tuple[float, float, float, float]]:
     """Change a log so often; wall clock to verdict and to map and plan, and the same of the processor."""
     rows = [row for row in watch.rows[MEDIUM].values() if row.run.kind == "plate"]
-    now, found = 1e6, []
+    now, latencies = 1e6, []
     for number in range(times):
         path = Path(rows[number % len(rows)].files[0])
         path.write_bytes(path.read_bytes())
         now += 10
         # asked every fourth time; then it must be still
-        for look in range(4):
-            list(watch.step(now + 0.1 * look))
-        wall, own = time.perf_counter(), time.process_time()
-        told: dict[str, tuple[float, float]] = {}
+        for step in range(4):
+            list(watch.step(now + 0.1 * step))
+        wall, processor_start = time.perf_counter(), time.process_time()
+        latency_by_kind: dict[str, tuple[float, float]] = {}
         for event in watch.step(now + 5):
-            told.setdefault(event.kind, (time.perf_counter() - wall, time.process_time() - own))
-        found.append((told["push"][0], told["medium"][0], told["push"][1], told["medium"][1]))
-    return found
+            latency_by_kind.setdefault(
+                event.kind, (time.perf_counter() - wall, time.process_time() - processor_start)
+            )
+        latencies.append(
+            (
+                latency_by_kind["push"][0],
+                latency_by_kind["medium"][0],
+                latency_by_kind["push"][1],
+                latency_by_kind["medium"][1],
+            )
+        )
+    return latencies
 
 
 def main() -> None:
@@ -101,21 +110,21 @@ def main() -> None:
     for runs in words.sizes:
         with tempfile.TemporaryDirectory() as folder:
             watch = Watch(campaign(Path(folder) / "campaign", runs))
-            for look in range(4):
-                list(watch.step(float(look)))
+            for step in range(4):
+                list(watch.step(float(step)))
             changes(watch, 1)
             columns = zip(*changes(watch, words.times), strict=True)
-            cells = [f"{statistics.median(one):.2f} ({max(one):.2f})" for one in columns]
+            cells = [f"{statistics.median(column):.2f} ({max(column):.2f})" for column in columns]
             began, looks = time.process_time(), 200
-            for look in range(looks):
-                list(watch.step(2e6 + 0.5 * look))
+            for step in range(looks):
+                list(watch.step(2e6 + 0.5 * step))
             idle = 100 * (time.process_time() - began) / (0.5 * looks)
         lines.append(f"| {runs} | {' | '.join(cells)} | {idle:.2f} |")
         print(lines[-1], flush=True)
     with tempfile.TemporaryDirectory() as folder:
         watch = Watch(campaign(Path(folder) / "campaign", 20))
-        for look in range(4):
-            list(watch.step(float(look)))
+        for step in range(4):
+            list(watch.step(float(step)))
         parts = 4
         grown = []
         for _ in range(parts if words.events else 0):

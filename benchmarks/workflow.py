@@ -35,8 +35,8 @@ def timed(checkout: Path, root: Path, *words: str) -> float:
     """Wall-clock seconds of a command of a checkout; stops at a failure."""
     environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
     # its own environment where it has one: plug-ins of Snakemake are found among what is installed
-    own = checkout / ".venv" / "bin" / "python"
-    python = str(own) if own.is_file() else sys.executable
+    venv_python = checkout / ".venv" / "bin" / "python"
+    python = str(venv_python) if venv_python.is_file() else sys.executable
     start = time.perf_counter()
     done = subprocess.run(
         [python, *words], cwd=root, capture_output=True, text=True, check=False, env=environment
@@ -53,21 +53,21 @@ def turn(checkout: Path, root: Path) -> dict[str, float]:
     def rftfit(*words: str) -> float:
         return timed(checkout, root, "-m", "rftfit.cli.main", *words)
 
-    found: dict[str, float] = {}
+    seconds: dict[str, float] = {}
     if not (root / "config").exists():
         shutil.copytree(checkout / "config", root / "config")
-        found["reenact"] = rftfit("reenact")
+        seconds["reenact"] = rftfit("reenact")
     for name in ("results", ".snakemake"):
         shutil.rmtree(root / name, ignore_errors=True)
-    found["run"] = rftfit("run", "--cores", "2")
-    found["again"] = rftfit("run", "--cores", "2")
+    seconds["run"] = rftfit("run", "--cores", "2")
+    seconds["again"] = rftfit("run", "--cores", "2")
     log = min((root / "raw" / "paper" / "poppy_CP").glob("*_in_force.csv"))
     log.write_text(log.read_text(encoding="utf-8") + "# a remark\n", encoding="utf-8")
-    found["changed"] = rftfit("run", "--cores", "2")
-    found["scale"] = rftfit("scale", "--alpha", "0.9")
-    found["import"] = timed(checkout, root, "-c", "import rftfit")
-    found["nothing"] = timed(checkout, root, "-c", "pass")
-    return found
+    seconds["changed"] = rftfit("run", "--cores", "2")
+    seconds["scale"] = rftfit("scale", "--alpha", "0.9")
+    seconds["import"] = timed(checkout, root, "-c", "import rftfit")
+    seconds["nothing"] = timed(checkout, root, "-c", "pass")
+    return seconds
 
 
 def main() -> None:
@@ -77,18 +77,20 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=1)
     chosen = parser.parse_args()
     checkouts = [HERE, *([chosen.beside.resolve()] if chosen.beside else [])]
-    found: dict[Path, list[dict[str, float]]] = {checkout: [] for checkout in checkouts}
+    seconds_of_turns: dict[Path, list[dict[str, float]]] = {checkout: [] for checkout in checkouts}
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(chosen.turns):
             for number, checkout in enumerate(checkouts):
                 root = Path(folder) / str(number)
                 root.mkdir(exist_ok=True)
-                found[checkout].append(turn(checkout, root))
+                seconds_of_turns[checkout].append(turn(checkout, root))
     lines = ["| what, median of turns | s |" + (" beside, s | ratio |" if chosen.beside else "")]
     lines.append("|---" * (4 if chosen.beside else 2) + "|")
     for step, what in STEPS.items():
         medians = [
-            statistics.median(one[step] for one in found[checkout] if step in one)
+            statistics.median(
+                seconds[step] for seconds in seconds_of_turns[checkout] if step in seconds
+            )
             for checkout in checkouts
         ]
         ratio = f" {medians[0] / medians[1]:.2f} |" if chosen.beside else ""

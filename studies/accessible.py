@@ -58,22 +58,22 @@ def main(pages):
                     "for (const one of document.querySelectorAll('details')) one.open = true"
                 )
                 browser.evaluate(f"{AXE.read_text(encoding='utf-8')};0")
-                found = json.loads(browser.evaluate(ASK))
-                number += len(found)
+                findings = json.loads(browser.evaluate(ASK))
+                number += len(findings)
                 print(
-                    f"{path.name}, {theme}: {len(found)} findings; console: {browser.complaints() or 'silent'}"
+                    f"{path.name}, {theme}: {len(findings)} findings; console: {browser.complaints() or 'silent'}"
                 )
-                for rule, impact, what, nodes in found:
+                for rule, impact, what, nodes in findings:
                     print(f"  {rule} ({impact}): {what}", *nodes[:5], sep="\n    ")
     return min(number, 1)
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as made:
-        given = [Path(word) for word in sys.argv[1:]]
-        if not given:
-            given = [Path(made) / "report.html", Path(made) / "live.html"]
-            report = page(page_results(Path(made) / "lab", robot=True))
-            for path, text in zip(given, (report, live_page(Path(made) / "rig")), strict=True):
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(word) for word in sys.argv[1:]]
+        if not paths:
+            paths = [Path(folder) / "report.html", Path(folder) / "live.html"]
+            report = page(page_results(Path(folder) / "lab", robot=True))
+            for path, text in zip(paths, (report, live_page(Path(folder) / "rig")), strict=True):
                 path.write_text(text, encoding="utf-8")
-        sys.exit(main(given))
+        sys.exit(main(paths))

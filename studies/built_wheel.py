@@ -107,24 +107,28 @@ def main() -> None:
         tell("installed; Snakefile, rules, profiles, examples and robot are those of the wheel")
         reader = Reader(place, scripts, str(programs_without(ABSENT, place / "programs")))
         campaign = make_campaign(place / "clone", ("poppy_LP", "yuma"), directions=FEW)
-        same = make_campaign(reader.top / "campaign", ("poppy_LP", "yuma"), directions=FEW)
+        wheel_campaign = make_campaign(
+            reader.top / "campaign", ("poppy_LP", "yuma"), directions=FEW
+        )
         for block in blocks_of("README.md"):
             if fate(block) not in ("run", "run by"):
                 continue
             if fate(block) == "run by":  # in a campaign that can be run, in place of the empty one
-                reader.here = same.root
+                reader.here = wheel_campaign.root
             reader.follow(block)
             commands = [line.partition("#")[0].strip() for line in block.text.splitlines()]
             tell(f"README, line {block.line}: {'; '.join(commands)}")
         verify = [str(scripts / "rftfit"), "verify"]
-        if subprocess.run(verify, cwd=same.root, check=False).returncode:
+        if subprocess.run(verify, cwd=wheel_campaign.root, check=False).returncode:
             sys.exit("rftfit verify finds a difference")
         done = Folder(campaign.root).rftfit("run")
         if done.returncode:
             sys.exit(done.stdout + done.stderr)
-        own, other = campaign.digests(), same.digests()
-        compared = (own.keys() | other.keys()) - NAMES_COMMIT
-        differ = sorted(name for name in compared if own.get(name) != other.get(name))
+        clone_digests, wheel_digests = campaign.digests(), wheel_campaign.digests()
+        compared = (clone_digests.keys() | wheel_digests.keys()) - NAMES_COMMIT
+        differ = sorted(
+            name for name in compared if clone_digests.get(name) != wheel_digests.get(name)
+        )
         if differ:
             sys.exit(f"other bytes than those of the clone: {', '.join(differ)}")
         tell(f"{len(compared)} files of the campaign: the same bytes as those of the clone")

@@ -107,15 +107,21 @@ def fit(
     ]
     conditions += [Condition(BEST_AT_HZ, curvature) for curvature in BEST_CURVATURES]
     runs = run_all(laid_out(robot, layout), profile, conditions, threads)
-    found = np.array([run.speed_cm_per_s for run in runs])
-    named = found[: len(CALIBRATED_ON)]
-    best, fastest = best_curvature(np.array(BEST_CURVATURES), found[len(CALIBRATED_ON) :])
+    simulated_speeds = np.array([run.speed_cm_per_s for run in runs])
+    speeds_at_targets = simulated_speeds[: len(CALIBRATED_ON)]
+    best, fastest = best_curvature(
+        np.array(BEST_CURVATURES), simulated_speeds[len(CALIBRATED_ON) :]
+    )
     misses = [(best - BEST_CURVATURE) / CURVATURE_TOLERANCE]
     misses += [(fastest / BEST_SPEED_CM_PER_S - 1) / SPEED_TOLERANCE]
-    misses += ((named / np.array(speeds) - 1) / SPEED_TOLERANCE).tolist()
+    misses += ((speeds_at_targets / np.array(speeds) - 1) / SPEED_TOLERANCE).tolist()
     misfit = math.sqrt(sum(miss**2 for miss in misses) / len(misses))
     return Fit(
-        layout, misfit if math.isfinite(misfit) else math.inf, best, fastest, tuple(named.tolist())
+        layout,
+        misfit if math.isfinite(misfit) else math.inf,
+        best,
+        fastest,
+        tuple(speeds_at_targets.tolist()),
     )
 
 
@@ -139,12 +145,14 @@ def main() -> None:
     from rftfit.model.profiles import TableProfile
     from rftfit.reference import load
 
-    def say(one: Fit) -> None:
-        lengths = "  ".join(f"{getattr(one.layout, field.name):6.2f}" for field in fields(Layout))
-        speeds = "  ".join(f"{speed:6.2f}" for speed in one.speeds_cm_per_s)
+    def say(candidate: Fit) -> None:
+        lengths = "  ".join(
+            f"{getattr(candidate.layout, field.name):6.2f}" for field in fields(Layout)
+        )
+        speeds = "  ".join(f"{speed:6.2f}" for speed in candidate.speeds_cm_per_s)
         print(
-            f"{lengths}  {one.misfit:7.3f}  {one.best_curvature:5.3f}  "
-            f"{one.best_speed_cm_per_s:6.2f}  {speeds}",
+            f"{lengths}  {candidate.misfit:7.3f}  {candidate.best_curvature:5.3f}  "
+            f"{candidate.best_speed_cm_per_s:6.2f}  {speeds}",
             flush=True,
         )
 
@@ -155,12 +163,12 @@ def main() -> None:
         f"{', '.join(GRID)}, misfit, best R'/r, best speed, speeds (cm/s)"
     )
     fits = []
-    for one in search(paper_robot(), TableProfile.published("poppy_LP"), speeds):
-        say(one)
-        fits.append(one)
+    for candidate in search(paper_robot(), TableProfile.published("poppy_LP"), speeds):
+        say(candidate)
+        fits.append(candidate)
     print("best:")
-    for one in sorted(fits, key=lambda each: each.misfit)[:5]:
-        say(one)
+    for candidate in sorted(fits, key=lambda candidate: candidate.misfit)[:5]:
+        say(candidate)
 
 
 if __name__ == "__main__":

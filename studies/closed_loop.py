@@ -41,9 +41,11 @@ def target_of(goal: str) -> Target | str:
     """What is to be known: the map, or the peak lift of a c-leg alone."""
     if goal == "map":
         return goal
-    both = peaks([model_leg("c_leg")])
+    leg_peaks = peaks([model_leg("c_leg")])
     return Target(
-        "peak lift", both.parts[:1], lambda alpha, known: both.numbers(alpha, known)[..., :1]
+        "peak lift",
+        leg_peaks.parts[:1],
+        lambda alpha, current_map: leg_peaks.numbers(alpha, current_map)[..., :1],
     )
 
 
@@ -53,7 +55,7 @@ def directions(way: str, random: np.random.Generator) -> Iterator[tuple[float, f
     if way == "random":
         random.shuffle(grid)
     yield 0.0, 90.0
-    yield from (one for one in grid if one != (0.0, 90.0))
+    yield from (direction for direction in grid if direction != (0.0, 90.0))
 
 
 def loop(medium: str, goal: str, way: str, repeat: int, most: int) -> tuple[int, bool, float]:
@@ -61,25 +63,25 @@ def loop(medium: str, goal: str, way: str, repeat: int, most: int) -> tuple[int,
     random = np.random.default_rng([2013, repeat, MEDIA.index(medium)])
     truth, shapes = TableProfile.published(medium), published_shapes([medium])
     target, order = target_of(goal), directions(way, random)
-    direction, made = next(order), []
+    direction, pushes = next(order), []
     for _ in range(most):
         alpha = np.array(truth.alpha(*np.radians(direction))).ravel()
         se = usual_error(alpha)
-        made.append((*direction, *(alpha + se * random.standard_normal(2))))
-        beta, gamma, z, x = np.array(made).T
+        pushes.append((*direction, *(alpha + se * random.standard_normal(2))))
+        beta, gamma, z, x = np.array(pushes).T
         numbers = np.stack([z, x])
-        known = estimate(
+        current_map = estimate(
             Pushes.of(beta, gamma, numbers, usual_error(numbers.ravel()).reshape(2, -1)), shapes
         )
-        found = plan(target, known, Rig(), 1)
-        width = 100 * found.steps[0].typical
+        push_plan = plan(target, current_map, Rig(), 1)
+        width = 100 * push_plan.steps[0].typical
         if width <= GOALS[goal]:
             break
-        direction = found.steps[1].directions[0] if way == "planned" else next(order)
+        direction = push_plan.steps[1].directions[0] if way == "planned" else next(order)
     return (
-        len(made),
+        len(pushes),
         width <= GOALS[goal],
-        held(goal, known, truth, target, found.steps[0].half_width),
+        held(goal, current_map, truth, target, push_plan.steps[0].half_width),
     )
 
 
@@ -97,33 +99,37 @@ def watched(medium: str, goal: str, repeat: int, most: int) -> tuple[int, bool, 
                 else (beta, gamma)
             )
             of_direction.setdefault((round(cell[0]), round(cell[1])), []).append(run)
-        direction, made = (0.0, 90.0), 0
+        direction, count = (0.0, 90.0), 0
         while True:
             rig.push(of_direction[round(direction[0]), round(direction[1])])
-            known, made = rig.watch.media[medium], made + 1
-            if known.width <= GOALS[goal] or made == most:
+            medium_state, count = rig.watch.media[medium], count + 1
+            if medium_state.width <= GOALS[goal] or count == most:
                 break
-            assert known.plan is not None
-            direction = known.plan.steps[1].directions[0]
-        assert known.map is not None
-        assert known.plan is not None
+            assert medium_state.plan is not None
+            direction = medium_state.plan.steps[1].directions[0]
+        assert medium_state.map is not None
+        assert medium_state.plan is not None
         truth = TableProfile.published(medium)
-        share = held(goal, known.map, truth, rig.watch.target, known.plan.steps[0].half_width)
-    return made, known.width <= GOALS[goal], share
+        share = held(
+            goal, medium_state.map, truth, rig.watch.target, medium_state.plan.steps[0].half_width
+        )
+    return count, medium_state.width <= GOALS[goal], share
 
 
-def held(goal, known, truth, target, half_width) -> float:
+def held(goal, current_map, truth, target, half_width) -> float:
     """Share of the intervals at the stop that hold the published number."""
-    true = np.stack(truth.alpha(known.beta, known.gamma))
+    true = np.stack(truth.alpha(current_map.beta, current_map.gamma))
     if goal == "map":
-        table = known.table()
+        table = current_map.table()
         ends = [
             table[[f"alpha_{c}{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("_lo", "_hi")
         ]
-        new = ~known.measured & (np.abs(true) > 1e-6)
+        new = ~current_map.measured & (np.abs(true) > 1e-6)
         return float(((ends[0] <= true) & (true <= ends[1]))[new].mean())
-    own, real = (float(target.numbers(alpha, known)[..., 0]) for alpha in (known.alpha, true))
-    return float(abs(own - real) <= half_width[0] * abs(own))
+    estimated, real = (
+        float(target.numbers(alpha, current_map)[..., 0]) for alpha in (current_map.alpha, true)
+    )
+    return float(abs(estimated - real) <= half_width[0] * abs(estimated))
 
 
 def main() -> None:
@@ -136,11 +142,11 @@ def main() -> None:
     parser.add_argument("--ways", nargs="*", default=[*WAYS])
     words = parser.parse_args()
     words.rows.parent.mkdir(exist_ok=True)
-    there = list(csv.DictReader(words.rows.open())) if words.rows.exists() else []
-    done = {tuple(row[name] for name in COLUMNS[:4]) for row in there}
+    old_rows = list(csv.DictReader(words.rows.open())) if words.rows.exists() else []
+    done = {tuple(row[name] for name in COLUMNS[:4]) for row in old_rows}
     with words.rows.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        if not there:
+        if not old_rows:
             writer.writerow(COLUMNS)
         for repeat, goal, medium, way in product(
             range(words.repeats), words.goals, MEDIA, words.ways
@@ -163,16 +169,16 @@ def table(rows: pd.DataFrame, most: int) -> str:
         "| goal | medium | planned | random | the paper's order | planned by a watch of logs | held (planned) | held (watch) |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for (goal, medium), own in rows.groupby(["goal", "medium"], sort=False):
+    for (goal, medium), rows_of_medium in rows.groupby(["goal", "medium"], sort=False):
         cells = []
         for way in WAYS:
-            part = own[own["way"] == way]
-            count = part["pushes"].where(part["reached"] == 1, most + 1)
+            rows_of_way = rows_of_medium[rows_of_medium["way"] == way]
+            count = rows_of_way["pushes"].where(rows_of_way["reached"] == 1, most + 1)
             middle, worst = count.median(), count.max()
             shown = [f"{v:g}" if v <= most else f"> {most}" for v in (middle, worst)]
-            cells.append(f"{shown[0]} ({shown[1]})" if len(part) else "")
+            cells.append(f"{shown[0]} ({shown[1]})" if len(rows_of_way) else "")
         for way in ("planned", "watch"):
-            share = 100 * own.loc[own["way"] == way, "held"].mean()
+            share = 100 * rows_of_medium.loc[rows_of_medium["way"] == way, "held"].mean()
             cells.append(f"{share:.0f} %" if np.isfinite(share) else "")
         lines.append(f"| {goal} within {GOALS[str(goal)]:g} % | {medium} | {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -81,10 +81,12 @@ def lose_a_node(host, child, after):
     return []
 
 
-def differences(one, other):
+def differences(reference, copy):
     """Results that are not the same in both."""
-    mine, theirs = one.digests(), other.digests()
-    return sorted(name for name in mine | theirs if mine.get(name) != theirs.get(name))
+    digests, copy_digests = reference.digests(), copy.digests()
+    return sorted(
+        name for name in digests | copy_digests if digests.get(name) != copy_digests.get(name)
+    )
 
 
 def main():
@@ -102,49 +104,55 @@ def main():
     try:
         prepare()
         with tempfile.TemporaryDirectory(prefix="rftfit-cluster-") as folder:
-            same = compare(chosen.keep or Path(folder), sweep=chosen.sweep)
+            is_same = compare(chosen.keep or Path(folder), sweep=chosen.sweep)
     except CannotRun as error:
         sys.exit(f"no cluster here: {error}")
     except KeyboardInterrupt:
         sys.exit("stopped; every job and daemon of this test has been ended")
-    sys.exit(0 if same else 1)
+    sys.exit(0 if is_same else 1)
 
 
 def compare(root, *, sweep):
     """Run everything and print a row for each; True where all bytes are the same."""
     root.mkdir(exist_ok=True)
-    first = make_campaign(root / "campaign", MEDIA)
-    others = {name: Folder(root / name) for name in ("cluster", "lossy")}
-    for other in others.values():
-        shutil.copytree(first.root, other.root)
+    local_campaign = make_campaign(root / "campaign", MEDIA)
+    copies = {name: Folder(root / name) for name in ("cluster", "lossy")}
+    for copy in copies.values():
+        shutil.copytree(local_campaign.root, copy.root)
     profile = site_profile(root / "site")
     same = True
     print(f"{'what':52s} {'jobs':>5s} {'wall, s':>8s}  same bytes", flush=True)
 
     def row(what, jobs, since, against):
         nonlocal same
-        found = differences(first, against) if against else []
-        verdict = "" if against is None else "NO" if found else f"yes, {len(first.digests())} files"
-        same &= not found
+        differing = differences(local_campaign, against) if against else []
+        verdict = (
+            ""
+            if against is None
+            else "NO"
+            if differing
+            else f"yes, {len(local_campaign.digests())} files"
+        )
+        same &= not differing
         print(f"{what:52s} {jobs:>5s} {time.monotonic() - since:8.1f}  {verdict}", flush=True)
-        for name in found:
+        for name in differing:
             print(f"    differs: {name}")
 
     steps = [("run", "whole workflow", 2), *[("sweep", "robot's full sweep", 3)] * sweep]
     for command, what, after in steps:
         began = time.monotonic()
         log = root / f"{command}-local.log"
-        finish(rftfit(first, log, command, "--cores", "2"), log)
+        finish(rftfit(local_campaign, log, command, "--cores", "2"), log)
         row(f"{what}, this machine, 2 cores", "", began, None)
-        for name, other in others.items():
+        for name, copy in copies.items():
             lossy = name == "lossy"
             with SlurmHost(root / f"slurm-{command}-{name}").running() as host:
                 began, log = time.monotonic(), root / f"{command}-{name}.log"
-                child = rftfit(other, log, command, "--cluster", str(profile))
+                child = rftfit(copy, log, command, "--cluster", str(profile))
                 hit = lose_a_node(host, child, after) if lossy else []
                 finish(child, log)
-                told = f"{what}, cluster" + f", node lost under job {' '.join(hit)}" * lossy
-                row(told, str(len(host.jobs("-t", "all"))), began, other)
+                label = f"{what}, cluster" + f", node lost under job {' '.join(hit)}" * lossy
+                row(label, str(len(host.jobs("-t", "all"))), began, copy)
                 if lossy and not hit:
                     print("    no node was lost: the run was over before")
                     same = False

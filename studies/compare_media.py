@@ -109,36 +109,43 @@ def compare_pair(
     """
     rng = np.random.default_rng(seed)
     count, repeats = design
-    whole = published(str(rng.choice(reference.MEDIA)))
-    truth = whole[:, rng.permutation(whole.shape[1])[:count]]
+    published_alpha = published(str(rng.choice(reference.MEDIA)))
+    truth = published_alpha[:, rng.permutation(published_alpha.shape[1])[:count]]
     depth = rng.uniform(*DEPTHS_CM, count)
-    other = other_shape(truth, shape, rng) if shape else truth.copy()
-    other = np.vstack([other[:2], ratio * other[2:]])
+    truth_b = other_shape(truth, shape, rng) if shape else truth.copy()
+    truth_b = np.vstack([truth_b[:2], ratio * truth_b[2:]])
     of_a = repeats, beds or Beds()
-    first, second = (
+    runs_a, runs_b = (
         RunSet(name, runs_of(alpha, depth, often, rng, scatter), SURFACE_CM)
-        for name, alpha, (often, scatter) in (("A", truth, of_a), ("B", other, of_b or of_a))
+        for name, alpha, (often, scatter) in (("A", truth, of_a), ("B", truth_b, of_b or of_a))
     )
-    return compare_run_sets(first, second)
+    return compare_run_sets(runs_a, runs_b)
 
 
 def grade(pairs: int, design: tuple[int, int], beds: Beds | None = None) -> dict[str, float]:
     """Shares, in percent, of pairs by what the comparison says of them."""
-    same = [compare_pair(seed, design, beds=beds) for seed in range(pairs)]
+    same_pairs = [compare_pair(seed, design, beds=beds) for seed in range(pairs)]
     larger = [compare_pair(seed, design, 1 + SIZE, beds=beds) for seed in range(pairs)]
     formed = [compare_pair(seed, design, 1.0, SHAPE, beds=beds) for seed in range(pairs)]
-    covered = [(one.ratio_lo <= 1 <= one.ratio_hi) for one in same]
-    covered_larger = [(one.ratio_lo <= 1 + SIZE <= one.ratio_hi) for one in larger]
-    holds = [one.shape_lo_percent <= 100 * SHAPE <= one.shape_hi_percent for one in formed]
+    covered = [(comparison.ratio_lo <= 1 <= comparison.ratio_hi) for comparison in same_pairs]
+    covered_larger = [
+        (comparison.ratio_lo <= 1 + SIZE <= comparison.ratio_hi) for comparison in larger
+    ]
+    holds = [
+        comparison.shape_lo_percent <= 100 * SHAPE <= comparison.shape_hi_percent
+        for comparison in formed
+    ]
     return {
-        "size, false": percent(one.size_p < 0.05 for one in same),
-        "shape, false": percent(one.shape_p < 0.05 for one in same),
+        "size, false": percent(comparison.size_p < 0.05 for comparison in same_pairs),
+        "shape, false": percent(comparison.shape_p < 0.05 for comparison in same_pairs),
         "ratio covered": percent([*covered, *covered_larger]),
-        "8 % of size": percent(one.size_p < 0.05 for one in larger),
-        "10 % of shape": percent(one.shape_p < 0.05 for one in formed),
+        "8 % of size": percent(comparison.size_p < 0.05 for comparison in larger),
+        "10 % of shape": percent(comparison.shape_p < 0.05 for comparison in formed),
         "shape covered": percent(holds),
-        "least ratio": float(np.median([one.least_ratio for one in same])),
-        "least shape": float(np.median([one.least_shape_percent for one in same])),
+        "least ratio": float(np.median([comparison.least_ratio for comparison in same_pairs])),
+        "least shape": float(
+            np.median([comparison.least_shape_percent for comparison in same_pairs])
+        ),
     }
 
 
@@ -147,13 +154,15 @@ def grade_unequal(pairs: int) -> pd.DataFrame:
     rows = {}
     for often in (1, 2, 3):
         of_b = often, Beds(0.10, 0.06)
-        same = [
+        same_pairs = [
             compare_pair(seed, (20, 3), beds=Beds(0.03, 0.02), of_b=of_b) for seed in range(pairs)
         ]
         rows[f"20 x 3 against 20 x {often}"] = {
-            "size, false": percent(one.size_p < 0.05 for one in same),
-            "shape, false": percent(one.shape_p < 0.05 for one in same),
-            "ratio covered": percent(one.ratio_lo <= 1 <= one.ratio_hi for one in same),
+            "size, false": percent(comparison.size_p < 0.05 for comparison in same_pairs),
+            "shape, false": percent(comparison.shape_p < 0.05 for comparison in same_pairs),
+            "ratio covered": percent(
+                comparison.ratio_lo <= 1 <= comparison.ratio_hi for comparison in same_pairs
+            ),
         }
     return pd.DataFrame(rows).T
 
@@ -176,8 +185,17 @@ def compare_published(repeats: int = 3, seed: int = 0) -> pd.DataFrame:
     }
     rows = []
     for a, b in combinations(sets, 2):
-        found = compare_run_sets(sets[a], sets[b])
-        rows.append((a, b, found.ratio, found.size_p, found.shape_percent, found.shape_p))
+        comparison = compare_run_sets(sets[a], sets[b])
+        rows.append(
+            (
+                a,
+                b,
+                comparison.ratio,
+                comparison.size_p,
+                comparison.shape_percent,
+                comparison.shape_p,
+            )
+        )
     return pd.DataFrame(rows, columns=["a", "b", "ratio", "size_p", "shape_percent", "shape_p"])
 
 

@@ -79,15 +79,19 @@ def fitted_friction() -> str:
 def curves(folder: Path, fitted: str) -> pd.DataFrame:
     """Errors and scores of `grade_forces`, one row a curve and model; rows that the folder has are not made again."""
     tables = []
-    for group, part in (("laboratory media", "legs"), ("natural sands", "sands")):
-        rows = run(parts()[part], folder / f"{part}.csv").rename(columns={"unit": "medium"})
+    for group, part_name in (("laboratory media", "legs"), ("natural sands", "sands")):
+        rows = run(parts()[part_name], folder / f"{part_name}.csv").rename(
+            columns={"unit": "medium"}
+        )
         if fitted not in set(rows["model"]):
             media = GROUPS[group]
-            more = [pd.DataFrame(leg_rows(name, [fitted])).assign(medium=name) for name in media]
-            rows = pd.concat([rows, *more], ignore_index=True)
+            fitted_rows = [
+                pd.DataFrame(leg_rows(name, [fitted])).assign(medium=name) for name in media
+            ]
+            rows = pd.concat([rows, *fitted_rows], ignore_index=True)
         of_fitted = rows[rows["model"] == fitted].assign(model=FITTED)
-        others = rows[rows["model"].isin(NAMES)].assign(model=lambda x: x["model"].map(NAMES))
-        tables.append(pd.concat([others, of_fitted]).assign(group=group))
+        of_named = rows[rows["model"].isin(NAMES)].assign(model=lambda x: x["model"].map(NAMES))
+        tables.append(pd.concat([of_named, of_fitted]).assign(group=group))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -201,7 +205,7 @@ def picture(path: Path, rows: pd.DataFrame, table: pd.DataFrame) -> None:
     if ROBOT not in set(rows["component"]):
         del panels[ROBOT]
     width_cm = (style.DOUBLE_CM - 3.9) / len(panels)
-    places, both = [*PUSHES], set(table.loc[table["group"] == "natural sands", "model"])
+    places, models_of_sands = [*PUSHES], set(table.loc[table["group"] == "natural sands", "model"])
     for panel, (c, (title, unit)) in enumerate(panels.items()):
         axes = style.axes_cm(page, 3.6 + width_cm * panel, 0.7, width_cm - 0.45, 6.5)
         for row in table.to_dict("records"):
@@ -209,12 +213,22 @@ def picture(path: Path, rows: pd.DataFrame, table: pd.DataFrame) -> None:
             of_model = rows[(rows["group"] == row["group"]) & (rows["model"] == row["model"])]
             scores = of_model.loc[of_model["component"] == c, "crps_model"]
             scores = scores.clip(lower=LEAST_DRAWN)
-            shift = 0.17 * (1 if marker == "s" else -1) * (row["model"] in both and c != ROBOT)
+            shift = (
+                0.17
+                * (1 if marker == "s" else -1)
+                * (row["model"] in models_of_sands and c != ROBOT)
+            )
             place = places.index(row["model"]) + shift
-            look: Any = {"color": style.OKABE_ITO[colour], "marker": marker, "markeredgewidth": 0}
-            axes.plot(scores, [place] * len(scores), linestyle="", markersize=2, alpha=0.4, **look)
+            marker_style: Any = {
+                "color": style.OKABE_ITO[colour],
+                "marker": marker,
+                "markeredgewidth": 0,
+            }
+            axes.plot(
+                scores, [place] * len(scores), linestyle="", markersize=2, alpha=0.4, **marker_style
+            )
             mean, se = row[f"crps_{c}"], row[f"crps_se_{c}"]
-            axes.errorbar(mean, place, xerr=se, capsize=1.5, markersize=4, **look)
+            axes.errorbar(mean, place, xerr=se, capsize=1.5, markersize=4, **marker_style)
         axes.set(xscale="log", xlim=(0.8 * LEAST_DRAWN, 400), ylim=(len(places) - 0.5, -0.5))
         axes.set_xticks((1, 2, 5, 10, 20, 50, 100, 200), minor=False)
         axes.set_yticks(range(len(places)), places if panel == 0 else [""] * len(places))

@@ -30,21 +30,21 @@ STARTUP = "import coverage\n\ncoverage.process_startup()\n"
 COUNTS = ("num_statements", "covered_lines", "num_branches", "covered_branches")
 
 
-def percent(part: int, whole: int) -> str:
+def percent(count: int, total: int) -> str:
     """Format a share."""
-    return f"{100 * part / whole:.0f} %" if whole else "-"
+    return f"{100 * count / total:.0f} %" if total else "-"
 
 
 def table(files: dict[str, dict[str, dict[str, int]]]) -> list[str]:
     """Sum what was run over the modules of each room."""
     rooms: dict[str, list[int]] = defaultdict(lambda: [0] * len(COUNTS))
-    for name, found in files.items():
+    for name, coverage in files.items():
         parts = Path(name).parts
         inside = parts[parts.index("rftfit") + 1 :]
         room = inside[0] if len(inside) > 1 else "rftfit"
-        for among in (room, "all"):
-            rooms[among] = [
-                a + found["summary"][b] for a, b in zip(rooms[among], COUNTS, strict=True)
+        for row_name in (room, "all"):
+            rooms[row_name] = [
+                a + coverage["summary"][b] for a, b in zip(rooms[row_name], COUNTS, strict=True)
             ]
     rows = sorted((room, numbers) for room, numbers in rooms.items() if room != "all")
     lines = ["| room | lines | run | branches | taken |", "|---|---|---|---|---|"]
@@ -62,8 +62,8 @@ def main() -> None:
     config = PLACE / "config"
     config.write_text(CONFIG.format(place=PLACE.as_posix()), encoding="utf-8")
     (PLACE / "sitecustomize.py").write_text(STARTUP, encoding="utf-8")
-    found = os.pathsep.join(map(str, (PLACE, ROOT / ".mutants" / "coverage")))
-    environment = {**os.environ, "PYTHONPATH": found, "COVERAGE_PROCESS_START": str(config)}
+    search_path = os.pathsep.join(map(str, (PLACE, ROOT / ".mutants" / "coverage")))
+    environment = {**os.environ, "PYTHONPATH": search_path, "COVERAGE_PROCESS_START": str(config)}
 
     def python(*words: str) -> int:
         command = [sys.executable, *words]

@@ -18,9 +18,13 @@ def main():
     """Print both tables; fail where a coverage or a width is not as promised."""
     campaigns, good = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS, True
     for power in POWERS:
-        found = forces_held("poppy_LP", campaigns, SEED, {"power": power})
-        print(f"depth^{power:g}, {campaigns} campaigns\n{found.round(3).to_string()}\n", flush=True)
-        good &= bool(found["inside"].between(0.92, 0.98).all() and (found["width"] <= 1.3).all())
+        coverage = forces_held("poppy_LP", campaigns, SEED, {"power": power})
+        print(
+            f"depth^{power:g}, {campaigns} campaigns\n{coverage.round(3).to_string()}\n", flush=True
+        )
+        good &= bool(
+            coverage["inside"].between(0.92, 0.98).all() and (coverage["width"] <= 1.3).all()
+        )
     sys.exit(not good)
 
 

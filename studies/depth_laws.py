@@ -48,13 +48,14 @@ def write_campaign(folder: Path, law: Law, pushes: int, end_cm: float, seed: int
     depth = np.linspace(0.02, end_cm, SAMPLES)
     rows = ["beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,run_id"]
     for push in range(pushes):
-        felt = np.maximum(depth + random.normal(0, SURFACE_CM), 0.0)
+        true_depth = np.maximum(depth + random.normal(0, SURFACE_CM), 0.0)
         knots = random.normal(0, PATCHES, int(end_cm) + 2)
-        stress = 0.3 * law(felt) * (1 + np.interp(depth, np.arange(knots.size), knots))
+        stress = 0.3 * law(true_depth) * (1 + np.interp(depth, np.arange(knots.size), knots))
         stress *= random.normal(1, 0.05)
         stress += random.normal(0, NOISE * float(np.abs(stress).max()), SAMPLES)
         rows += [
-            f"0,90,{z:.4f},{one:.6g},0,push{push}" for z, one in zip(depth, stress, strict=True)
+            f"0,90,{z:.4f},{stress_z:.6g},0,push{push}"
+            for z, stress_z in zip(depth, stress, strict=True)
         ]
     (folder / "config").mkdir(parents=True)
     (folder / "raw").mkdir()
@@ -77,8 +78,8 @@ def judge(job: tuple[str, int, float, int]) -> tuple[str, int, str, str]:
         verdicts = checks(results, "sand")[0].set_index("check")
     row = verdicts.loc["linearity"]
     words = str(row["found"])
-    named = "crust" if "peak" in words else "intercept" if "c + alpha" in words else "power"
-    return law, pushes, str(row["verdict"]), named
+    departure = "crust" if "peak" in words else "intercept" if "c + alpha" in words else "power"
+    return law, pushes, str(row["verdict"]), departure
 
 
 def main() -> int:
@@ -96,16 +97,16 @@ def main() -> int:
     for law in LAWS:
         for pushes in (1, 30):
             of_law = [
-                (verdict, named)
-                for name, count, verdict, named in judged
+                (verdict, departure)
+                for name, count, verdict, departure in judged
                 if (name, count) == (law, pushes)
             ]
-            told = Counter(named for verdict, named in of_law if verdict == "failed")
+            departures = Counter(departure for verdict, departure in of_law if verdict == "failed")
             opened = sum(verdict == "not checked" for verdict, _ in of_law)
             if law == "alpha z":
-                false_alarms += told.total()
+                false_alarms += departures.total()
             print(
-                f"{law}, {pushes} pushes: of {len(of_law)} told {dict(told)}, not checked {opened}"
+                f"{law}, {pushes} pushes: of {len(of_law)} told {dict(departures)}, not checked {opened}"
             )
     return int(false_alarms > media / 50)
 

@@ -43,9 +43,9 @@ class Law:
     """Published media that the estimate must not know."""
 
 
-def dot(vector: FloatArray, other: FloatArray) -> FloatArray:
+def dot(vector: FloatArray, factor: FloatArray) -> FloatArray:
     """Products of vectors along the last axis, which stays."""
-    return np.asarray((vector * other).sum(axis=-1, keepdims=True))
+    return np.asarray((vector * factor).sum(axis=-1, keepdims=True))
 
 
 def stress_of_3drft(friction: float, normal: FloatArray, velocity: FloatArray) -> FloatArray:

@@ -76,8 +76,8 @@ def learn_error(
     def loss(logarithm: float) -> float:
         total = 0.0
         for difference, variance, load in curves:
-            whole = variance + (np.exp(logarithm) * load) ** 2
-            total += float(np.mean(np.log(whole) + difference**2 / whole))
+            total_variance = variance + (np.exp(logarithm) * load) ** 2
+            total += float(np.mean(np.log(total_variance) + difference**2 / total_variance))
         return total
 
     best = minimize_scalar(loss, bounds=(np.log(1e-3), np.log(10.0)), method="bounded")

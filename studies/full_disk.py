@@ -45,26 +45,26 @@ class Trials:
     def row(self, name, disk, *cure):
         """Run on a disk that refuses, then on one that does not."""
         code = run(self.folder, self.place / "said.txt")
-        said = (self.place / "said.txt").read_text(encoding="utf-8")
-        left = look(self.folder, self.whole)
-        faults = [f"partial {part}" for part in left.partial]
-        faults += ["rests"] if left.rests else []
-        if code != 3 or "Traceback" in said or "cannot write" not in said:
-            faults.append(f"exit status {code}, said: {said[-400:]}")
-        if "run again" not in said:
+        output_text = (self.place / "said.txt").read_text(encoding="utf-8")
+        leftovers = look(self.folder, self.whole)
+        faults = [f"partial {file_name}" for file_name in leftovers.partial]
+        faults += ["rests"] if leftovers.rests else []
+        if code != 3 or "Traceback" in output_text or "cannot write" not in output_text:
+            faults.append(f"exit status {code}, said: {output_text[-400:]}")
+        if "run again" not in output_text:
             faults.append("no advice")
         change(disk, *cure)
         resumed = run(self.folder, self.place / "resumed.txt")
         if resumed or self.folder.digests() != self.whole:
             faults.append(f"not resumed ({resumed}), or other bytes")
-        lines = [line.strip() for line in said.splitlines() if "cannot write" in line]
+        lines = [line.strip() for line in output_text.splitlines() if "cannot write" in line]
         refused = (
             lines[0].partition(": cannot write")[0].rpartition("results/")[2] if lines else "-"
         )
-        why = "Read-only" if "Read-only" in said else "No space left"
+        why = "Read-only" if "Read-only" in output_text else "No space left"
         print(
-            f"| {name} | {code} | {refused}: {why} | {left.complete} of {len(self.whole)} "
-            f"| {left.rests + len(left.partial)} | {'; '.join(faults) or 'same bytes'} |",
+            f"| {name} | {code} | {refused}: {why} | {leftovers.complete} of {len(self.whole)} "
+            f"| {leftovers.rests + len(leftovers.partial)} | {'; '.join(faults) or 'same bytes'} |",
             flush=True,
         )
         self.faults += [f"{name}: {fault}" for fault in faults]
@@ -78,8 +78,12 @@ class Trials:
             text=True,
             check=False,
         )
-        made = [path.name for path in disk.rglob("*") if path.is_file() and path.stat().st_size]
-        good = done.returncode == 3 and "cannot write" in done.stderr and made == ["filled"]
+        written_files = [
+            path.name for path in disk.rglob("*") if path.is_file() and path.stat().st_size
+        ]
+        good = (
+            done.returncode == 3 and "cannot write" in done.stderr and written_files == ["filled"]
+        )
         good = good and "Traceback" not in done.stdout + done.stderr
         print(
             f"| `rftfit {words.format('full')}` | {done.returncode} | {'fine' if good else done.stderr} |"

@@ -231,10 +231,11 @@ class Curve:
 @cache
 def measured_curves() -> dict[tuple[str, str], pd.DataFrame]:
     """Measured curves of Figs. S5 and S12 by medium and leg, from -110 to 110 degrees."""
-    both = pd.concat([rftfit.published_table(name) for name in ("fig_s5", "fig_s12")])
-    both = both[both["theta_deg"].abs() <= LAST_DEG]
+    figure_rows = pd.concat([rftfit.published_table(name) for name in ("fig_s5", "fig_s12")])
+    figure_rows = figure_rows[figure_rows["theta_deg"].abs() <= LAST_DEG]
     return {
-        (str(medium), str(leg)): rows for (medium, leg), rows in both.groupby(["medium", "leg"])
+        (str(medium), str(leg)): rows
+        for (medium, leg), rows in figure_rows.groupby(["medium", "leg"])
     }
 
 
@@ -285,12 +286,12 @@ def curve_of(medium: str, leg_name: str, model: str) -> Curve:
 def learned_error(medium: str, leg_name: str, model: str) -> float:
     """Model's own error over the load, from the other legs in the media of the other material."""
     family = error_family(model)
-    known = [name for name in MEDIA if name not in MATERIALS.get(medium, ())]
+    training_media = [name for name in MEDIA if name not in MATERIALS.get(medium, ())]
     differences, variances, loads = [], [], []
-    for other, leg in product(known, LEGS):
+    for training_medium, leg in product(training_media, LEGS):
         if leg == leg_name:
             continue
-        curve = curve_of(other, leg, family)
+        curve = curve_of(training_medium, leg, family)
         load, loaded = curve.loads.mean(axis=0), curve.loaded
         for component in range(2):
             difference = curve.measured[component] - curve.mean[component]
@@ -355,7 +356,7 @@ def leg_rows(medium: str, models: Iterable[str]) -> list[Row]:
         curve = curve_of(medium, leg_name, model)
         error = learned_error(medium, leg_name, model)
         seed = zlib.crc32(f"{medium} {leg_name} {model}".encode())
-        whole = with_model_error(curve, error, seed)
+        draws_with_error = with_model_error(curve, error, seed)
         of_program = {}
         if not QUICK and error_family(model) in ("table", "map 91"):
             of_program = program_ends(medium, leg_name, model, error)
@@ -365,10 +366,13 @@ def leg_rows(medium: str, models: Iterable[str]) -> list[Row]:
             peak = abs(measured_peak(curve.theta_deg, measured, c).force_N)
             # a profile without errors has its number for an interval
             lo, hi = interval(curve.draws[:, component], CONFIDENCE)
-            model_lo, model_hi = interval(whole[:, component], CONFIDENCE)
+            model_lo, model_hi = interval(draws_with_error[:, component], CONFIDENCE)
             highest = extreme(mean, c)
             sign = np.sign(mean[highest])
-            tops = [moved_peaks(sign * x[:, component], sign * mean) for x in (curve.draws, whole)]
+            tops = [
+                moved_peaks(sign * x[:, component], sign * mean)
+                for x in (curve.draws, draws_with_error)
+            ]
             top = sign * measured_peak(curve.theta_deg, measured, c).force_N
             row: Row = {
                 "leg": leg_name,
@@ -384,7 +388,7 @@ def leg_rows(medium: str, models: Iterable[str]) -> list[Row]:
             }
             for name, (low, high), draws, peaks in (
                 ("alpha", (lo, hi), curve.draws, tops[0]),
-                ("model", (model_lo, model_hi), whole, tops[1]),
+                ("model", (model_lo, model_hi), draws_with_error, tops[1]),
             ):
                 peak_lo, peak_hi = interval(peaks, CONFIDENCE)
                 score = interval_score(low[poses], high[poses], measured[poses])
@@ -908,14 +912,14 @@ def alpha_rows(name: str) -> list[Row]:
                 rows.append(row | {"refused": str(problem)[:60]})
                 continue
             assert isinstance(profile.spread, rftfit.Profile)
-            rest = np.ones(len(EVERY), dtype=bool)
-            rest[places] = False
-            angles = NODES[0][rest], NODES[1][rest]
+            is_unpushed = np.ones(len(EVERY), dtype=bool)
+            is_unpushed[places] = False
+            angles = NODES[0][is_unpushed], NODES[1][is_unpushed]
             drawn = np.stack(profile.spread.alpha(*angles)).swapaxes(0, 1)
             # symmetry leaves alpha_x of a level plate no freedom
             mean = np.stack(profile.alpha(*angles))
-            free = np.stack([np.ones(int(rest.sum()), dtype=bool), ~_FREE_DEG[rest]])
-            row |= scores_of_alpha(drawn[:, free], truth[:, rest][free], mean[free])
+            free = np.stack([np.ones(int(is_unpushed.sum()), dtype=bool), ~_FREE_DEG[is_unpushed]])
+            row |= scores_of_alpha(drawn[:, free], truth[:, is_unpushed][free], mean[free])
             rows.append(row)
     return rows
 
@@ -986,28 +990,28 @@ def parts(models: Sequence[str] = MODELS) -> dict[str, Part]:
     }
 
 
-def run(part: Part, file: Path) -> pd.DataFrame:
+def run(graded_part: Part, file: Path) -> pd.DataFrame:
     """Make the units that the file lacks, one after the other, and read all rows."""
-    done = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["unit"])
-    for unit in part.units:
-        if unit in set(done["unit"]):
+    all_rows = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["unit"])
+    for unit in graded_part.units:
+        if unit in set(all_rows["unit"]):
             continue
         start = time.process_time()
-        rows = pd.DataFrame(part.make(unit))
+        rows = pd.DataFrame(graded_part.make(unit))
         rows.insert(0, "unit", unit)
         rows["unit_s"] = time.process_time() - start
-        done = pd.concat([done, rows], ignore_index=True)
-        write_text(file, done.to_csv(index=False, float_format="%.6g"))
-    return done
+        all_rows = pd.concat([all_rows, rows], ignore_index=True)
+        write_text(file, all_rows.to_csv(index=False, float_format="%.6g"))
+    return all_rows
 
 
-def show(title: str, table: pd.DataFrame, other: pd.DataFrame | None = None) -> None:
+def show(title: str, table: pd.DataFrame, earlier_table: pd.DataFrame | None = None) -> None:
     """Print a table as markdown; numbers of another version stand behind a slash."""
     print(f"\n{title}\n\n| {' | '.join(map(str, table.columns))} |")
     print("|" + "---|" * table.shape[1])
     before = {}
-    if other is not None:
-        before = {label(line): line for line in other.to_dict("records")}
+    if earlier_table is not None:
+        before = {label(line): line for line in earlier_table.to_dict("records")}
     for line in table.to_dict("records"):
         cells = []
         of_other = before.get(label(line), {})
@@ -1048,17 +1052,19 @@ def main() -> None:
         shapes_of_map.TILT_SHARE = options.tilt
     every = parts(options.models)
     for name in every if "all" in options.parts else options.parts:
-        part = every[name]
-        rows = run(part, options.rows / f"{name}.csv")
+        graded_part = every[name]
+        rows = run(graded_part, options.rows / f"{name}.csv")
         seconds = rows.groupby("unit")["unit_s"].first().sum()
         print(f"\n## {name}: {seconds:.0f} s of one core")
-        others: list[pd.DataFrame | None] = []
+        earlier_tables: list[pd.DataFrame | None] = []
         if options.against and (options.against / f"{name}.csv").exists():
             before = pd.read_csv(options.against / f"{name}.csv")
-            others = [table for _, table in part.report(before)]
-        tables = part.report(rows)
-        for (title, table), other in zip(tables, [*others, *[None] * len(tables)], strict=False):
-            show(title, table, other)
+            earlier_tables = [table for _, table in graded_part.report(before)]
+        tables = graded_part.report(rows)
+        for (title, table), earlier_table in zip(
+            tables, [*earlier_tables, *[None] * len(tables)], strict=False
+        ):
+            show(title, table, earlier_table)
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ COLUMNS = [
         f"{peak}_{leg}_{way}"
         for peak in PEAKS
         for leg in LEGS
-        for way in ("true", *(how + end for how in "ab" for end in ENDS))
+        for way in ("true", *(letter + end for letter in "ab" for end in ENDS))
     ),
 ]
 """Alpha in % of its largest; forces in N: a at the pose where the mean is largest, b of the draws' own peaks."""
@@ -109,13 +109,13 @@ def bumps() -> FloatArray:
         return np.stack([np.cos(2 * beta), np.sin(2 * beta), np.cos(gamma), np.sin(gamma)], axis=-1)
 
     lines = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    two_beta, gamma = (part.ravel() for part in np.meshgrid(lines, lines))
+    two_beta, gamma = (angle.ravel() for angle in np.meshgrid(lines, lines))
     middles = on_circles(two_beta / 2, gamma)[:, None]
-    own, image = (
-        np.exp(-((middles - on_circles(*at)) ** 2).sum(axis=-1) / ROUGH_LENGTH**2)
-        for at in (NODES, mirror(*NODES))
+    at_nodes, image = (
+        np.exp(-((middles - on_circles(*angles)) ** 2).sum(axis=-1) / ROUGH_LENGTH**2)
+        for angles in (NODES, mirror(*NODES))
     )
-    return np.stack([own + image, own - image])
+    return np.stack([at_nodes + image, at_nodes - image])
 
 
 def roughened(alpha: FloatArray, share: float, random: np.random.Generator) -> FloatArray:
@@ -127,29 +127,35 @@ def roughened(alpha: FloatArray, share: float, random: np.random.Generator) -> F
 
 def from_prior(shapes: Shapes, random: np.random.Generator) -> FloatArray:
     """Many further media, as the shapes expect them."""
-    prior, by = shapes.prior(*NODES), shapes.variation
-    own = random.uniform(0, by.most_own, (100, 1))
-    departure = (by.departure_dof / 2 + 1) / random.gamma(by.departure_dof / 2, size=(100, 1))
+    prior, variation = shapes.prior(*NODES), shapes.variation
+    rough_share = random.uniform(0, variation.most_own, (100, 1))
+    departure = (variation.departure_dof / 2 + 1) / random.gamma(
+        variation.departure_dof / 2, size=(100, 1)
+    )
     parts = (
         (1.0, prior.between),
-        (np.sqrt(1 - own), root(prior.smooth)),
-        (np.sqrt(own), root(prior.rough)),
+        (np.sqrt(1 - rough_share), root(prior.smooth)),
+        (np.sqrt(rough_share), root(prior.rough)),
     )
-    drawn = sum(part * (random.standard_normal((100, len(rows))) @ rows) for part, rows in parts)
+    drawn = sum(
+        factor * (random.standard_normal((100, len(rows))) @ rows) for factor, rows in parts
+    )
     return np.asarray(0.2 * (prior.mean + np.sqrt(departure) * drawn).reshape(100, 2, -1))
 
 
-def medium(part: str, name: str, random: np.random.Generator) -> tuple[FloatArray, Shapes]:
+def medium(group: str, name: str, random: np.random.Generator) -> tuple[FloatArray, Shapes]:
     """Alpha of a medium at the nodes, shape (2, n), and what is known before it is pushed."""
-    if part == "prior":
+    if group == "prior":
         shapes = published_shapes()
         return first_that_takes_energy(lambda: from_prior(shapes, random)), shapes
     if name in FRICTIONS:
         law = partial(slice_3drft, float(name), 0.4, "")
-        z, x = np.array([law(*at) for at in zip(BETA_DEG, GAMMA_DEG, strict=True)]).T
+        z, x = np.array(
+            [law(*angles_deg) for angles_deg in zip(BETA_DEG, GAMMA_DEG, strict=True)]
+        ).T
         # its symmetry, which the law breaks where a sheet moves along itself
         return np.stack(TableProfile(z, x, *NODES).alpha(*NODES)), published_shapes()
-    if part == "foreign":
+    if group == "foreign":
         published = random.choice(MEDIA)
         alpha = truth(published)
         if name == "isotropic":
@@ -161,10 +167,10 @@ def medium(part: str, name: str, random: np.random.Generator) -> tuple[FloatArra
             alpha[1] *= 2
         return alpha, published_shapes()
     alpha = truth(name)
-    if part.startswith("rough"):
-        share = float(part.split()[1]) / 100
+    if group.startswith("rough"):
+        share = float(group.split()[1]) / 100
         alpha = first_that_takes_energy(lambda: roughened(truth(name), share, random))
-    return alpha, published_shapes(without=(name,) if part == "medium out" else MATERIALS[name])
+    return alpha, published_shapes(without=(name,) if group == "medium out" else MATERIALS[name])
 
 
 @cache
@@ -176,70 +182,78 @@ def weights(leg: str) -> FloatArray:
     return np.stack([forces.force_z_N, forces.force_x_N])
 
 
-def peaks_of(found: Map, leg: str) -> dict[str, float]:
+def peaks_of(medium_map: Map, leg: str) -> dict[str, float]:
     """Largest lift and thrust: a, where the mean is largest, as `find_peaks`; b, of the draws' own peaks."""
-    result: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for peak, component in PEAKS.items():
         at_poses = weights(leg)[component]
-        curve = found.alpha[component, : _SAME.size] @ at_poses
-        many = found.draws[:, component, : _SAME.size] @ at_poses
-        at, tops = int(curve.argmax()), many.max(axis=1)
-        ways = {"a": (curve[at], many[:, at]), "b": (tops.mean(), tops)}
+        curve = medium_map.alpha[component, : _SAME.size] @ at_poses
+        many = medium_map.draws[:, component, : _SAME.size] @ at_poses
+        pose, tops = int(curve.argmax()), many.max(axis=1)
+        ways = {"a": (curve[pose], many[:, pose]), "b": (tops.mean(), tops)}
         for way, (value, draws) in ways.items():
             names = [f"{peak}_{leg}_{way}{end}" for end in ENDS]
-            result |= zip(names, map(float, (value, *interval(draws, 0.95))), strict=True)
-    return result
+            numbers |= zip(names, map(float, (value, *interval(draws, 0.95))), strict=True)
+    return numbers
 
 
-def graded(found: Map, alpha: FloatArray, places: list[int]) -> dict[str, float]:
+def graded(medium_map: Map, alpha: FloatArray, places: list[int]) -> dict[str, float]:
     """Alpha where it was not pushed and has freedom, and the peaks of the legs."""
     free = _FREE & ~np.isin(_SAME + 1000 * GAMMA_DEG, (_SAME + 1000 * GAMMA_DEG)[places])
     largest = np.abs(alpha).max() / 100
-    mean, draws = found.alpha[:, : _SAME.size][free], found.draws[..., : _SAME.size][:, free]
-    own = alpha[free]
+    mean, draws = (
+        medium_map.alpha[:, : _SAME.size][free],
+        medium_map.draws[..., : _SAME.size][:, free],
+    )
+    true_alpha = alpha[free]
     lo, hi = interval(draws, 0.95)
-    miss = np.maximum(lo - own, 0) + np.maximum(own - hi, 0)
-    result = {
+    miss = np.maximum(lo - true_alpha, 0) + np.maximum(true_alpha - hi, 0)
+    numbers = {
         "coverage": 100 * np.mean(miss == 0),
         "score": np.mean(hi - lo + 40 * miss) / largest,
-        "rms": np.sqrt(np.mean((mean - own) ** 2)) / largest,
+        "rms": np.sqrt(np.mean((mean - true_alpha) ** 2)) / largest,
         "half": np.sqrt(np.mean((hi - lo) ** 2)) / 2 / largest,
         "off_mean": np.max(np.abs(mean - draws.mean(axis=0)) / draws.std(axis=0)),
     }
     for leg in LEGS:
-        result |= peaks_of(found, leg)
+        numbers |= peaks_of(medium_map, leg)
         for peak, component in PEAKS.items():
-            result[f"{peak}_{leg}_true"] = (alpha[component] @ weights(leg)[component]).max()
-    return result
+            numbers[f"{peak}_{leg}_true"] = (alpha[component] @ weights(leg)[component]).max()
+    return numbers
 
 
-def rows_of(every: bool, part: str, name: str, number: int) -> list[dict[str, object]]:
+def rows_of(every: bool, group: str, name: str, number: int) -> list[dict[str, object]]:
     """Rows of one set of pushes; `every`: no draw is left out."""
     shapes_module.LEAST_WORK = np.inf if every else _LEAST_WORK
-    seed = zlib.crc32(f"{part} {name}".encode())
-    alpha, shapes = medium(part, name, np.random.default_rng([seed, number, 0]))
+    seed = zlib.crc32(f"{group} {name}".encode())
+    alpha, shapes = medium(group, name, np.random.default_rng([seed, number, 0]))
     random = np.random.default_rng([seed, number, 1])
-    order = [int(at) for at in random.permutation(_SAME.size)]
+    order = [int(node) for node in random.permutation(_SAME.size)]
     error = usual_error(alpha)
     seen = alpha + error * random.standard_normal(alpha.shape)
-    if part == "planned":
+    if group == "planned":
         order = planned(shapes, 6)
     rows = []
-    for count in (6,) if part == "planned" else COUNTS:
-        row: dict[str, object] = dict(zip(KEYS, (part, name, number, count), strict=True))
+    for count in (6,) if group == "planned" else COUNTS:
+        row: dict[str, object] = dict(zip(KEYS, (group, name, number, count), strict=True))
         places, start = order[:count], time.perf_counter()
         try:
             angles = BETA_DEG[places], GAMMA_DEG[places]
-            found = estimate(Pushes.of(*angles, seen[:, places], error[:, places]), shapes)
-            row["belongs"] = found.belongs
-            if part == "planned":
+            medium_map = estimate(Pushes.of(*angles, seen[:, places], error[:, places]), shapes)
+            row["belongs"] = medium_map.belongs
+            if group == "planned":
                 fitted = np.stack(evaluate(fit_lsq(*NODES, *seen), *NODES))
-                for column, one in (("rms", found.alpha[:, : _SAME.size]), ("nine", fitted)):
-                    row[column] = 100 * np.sqrt(np.mean((one - alpha) ** 2)) / np.abs(alpha).max()
-            elif part != "foreign":
-                row["not_passive"] = 100 * found.not_passive  # makes the draws
+                for column, estimated in (
+                    ("rms", medium_map.alpha[:, : _SAME.size]),
+                    ("nine", fitted),
+                ):
+                    row[column] = (
+                        100 * np.sqrt(np.mean((estimated - alpha) ** 2)) / np.abs(alpha).max()
+                    )
+            elif group != "foreign":
+                row["not_passive"] = 100 * medium_map.not_passive  # makes the draws
                 row["seconds"] = time.perf_counter() - start
-                row |= graded(found, alpha, places)
+                row |= graded(medium_map, alpha, places)
         except (ValueError, InputError) as problem:
             row["raised"] = type(problem).__name__
         rows.append(row)
@@ -253,13 +267,17 @@ def grade(file: Path, parts: list[str], sets: int, workers: int, *, every: bool)
         done = {*read(file)[KEYS[:3]].itertuples(index=False, name=None)}
     else:
         pd.DataFrame(columns=COLUMNS).to_csv(file, index=False)
-    wanted = [(p, n, s) for s, p in product(range(sets), parts) for n in PARTS[p]]
+    requested_sets = [(p, n, s) for s, p in product(range(sets), parts) for n in PARTS[p]]
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        left = [one for one in wanted if one not in done]
-        for rows in pool.map(partial(rows_of, every), *zip(*left, strict=True)) if left else ():
-            made = pd.DataFrame(rows, columns=COLUMNS)
-            made.to_csv(file, mode="a", header=False, index=False, float_format="%.6g")
+        missing_sets = [requested for requested in requested_sets if requested not in done]
+        for rows in (
+            pool.map(partial(rows_of, every), *zip(*missing_sets, strict=True))
+            if missing_sets
+            else ()
+        ):
+            new_rows = pd.DataFrame(rows, columns=COLUMNS)
+            new_rows.to_csv(file, mode="a", header=False, index=False, float_format="%.6g")
 
 
 def read(file: Path) -> pd.DataFrame:
@@ -268,17 +286,17 @@ def read(file: Path) -> pd.DataFrame:
 
 
 def cells(
-    rows: pd.DataFrame, column: str, *by: str, how: Literal["mean", "median"] = "mean"
+    rows: pd.DataFrame, column: str, *keys: str, statistic: Literal["mean", "median"] = "mean"
 ) -> pd.DataFrame:
-    """Mean or median of a column by what `by` names, and by the number of pushes."""
-    return rows.pivot_table(column, [*by], "count", aggfunc=how, sort=False)
+    """Mean or median of a column by the columns `keys`, and by the number of pushes."""
+    return rows.pivot_table(column, [*keys], "count", aggfunc=statistic, sort=False)
 
 
-def table(title: str, found: pd.DataFrame, digits: int = 0) -> None:
+def table(title: str, frame: pd.DataFrame, digits: int = 0) -> None:
     """Print a table as markdown."""
-    print(f"\n{title}\n\n| | {' | '.join(map(str, found.columns))} |")
-    print("|" + "---|" * (found.shape[1] + 1))
-    for name, values in found.iterrows():
+    print(f"\n{title}\n\n| | {' | '.join(map(str, frame.columns))} |")
+    print("|" + "---|" * (frame.shape[1] + 1))
+    for name, values in frame.iterrows():
         label = " ".join(map(str, name)) if isinstance(name, tuple) else name
         print(f"| {label} | {' | '.join(f'{value:.{digits}f}' for value in values)} |")
 
@@ -287,7 +305,7 @@ def peaks(rows: pd.DataFrame, way: str) -> pd.DataFrame:
     """One row a leg and peak: whether its interval holds the truth, its score, its value over the truth."""
     parts = []
     for peak, leg in product(PEAKS, LEGS):
-        ends = (rows[f"{peak}_{leg}_{one}"] for one in ("true", *(way + end for end in ENDS)))
+        ends = (rows[f"{peak}_{leg}_{suffix}"] for suffix in ("true", *(way + end for end in ENDS)))
         true, value, lo, hi = ends
         miss = (lo - true).clip(lower=0) + (true - hi).clip(lower=0)
         numbers = {"inside": 100.0 * (miss == 0), "score": (hi - lo + 40 * miss) / true}
@@ -298,12 +316,12 @@ def peaks(rows: pd.DataFrame, way: str) -> pd.DataFrame:
 def report(file: Path, parent: Path | None) -> None:
     """Print the tables."""
     rows = read(file)
-    own = rows[rows["part"].isin([*GRADED])]
-    kept = own[own["raised"].isna()]
+    graded_rows = rows[rows["part"].isin([*GRADED])]
+    estimated_rows = graded_rows[graded_rows["raised"].isna()]
     print(
-        f"{own['set'].nunique()} sets; not estimated: {own['raised'].notna().sum()} of {len(own)}"
+        f"{graded_rows['set'].nunique()} sets; not estimated: {graded_rows['raised'].notna().sum()} of {len(graded_rows)}"
     )
-    cover = cells(kept, "coverage", "part", "name")
+    cover = cells(estimated_rows, "coverage", "part", "name")
     lowest = cover.agg(["mean", "min"])
     lowest.loc["min without rough 10"] = cover.drop("rough 10", errors="ignore").min()
     table("Coverage of alpha, %, by pushes", pd.concat([cover, lowest]))
@@ -315,42 +333,47 @@ def report(file: Path, parent: Path | None) -> None:
         ("Value against the mean of its own draws, largest, s.d.", "off_mean", 2),
         ("Seconds", "seconds", 3),
     ):
-        table(f"{title}; median", cells(kept, column, "part", how="median"), digits)
+        table(f"{title}; median", cells(estimated_rows, column, "part", statistic="median"), digits)
     for way, meaning in (("a", "where the mean is largest"), ("b", "the draws' own peaks")):
-        forces = peaks(kept, way)
+        forces = peaks(estimated_rows, way)
         table(f"Legs, {meaning}: coverage, %", cells(forces, "inside", "peak", "leg"))
-        ratio = cells(forces, "ratio", "peak", "leg", how="median")
+        ratio = cells(forces, "ratio", "peak", "leg", statistic="median")
         table(f"Legs, {meaning}: value over truth, median", ratio, 2)
     judged = rows[rows["belongs"].notna() & (rows["part"] != "planned")]
     split = judged["part"].where(judged["part"] != "foreign", judged["name"])
-    told = judged.assign(told=100.0 * (judged["belongs"] < NOT_ALIKE), part=split)
-    table("Told not to belong, %", cells(told, "told", "part"))
+    told_rows = judged.assign(told=100.0 * (judged["belongs"] < NOT_ALIKE), part=split)
+    table("Told not to belong, %", cells(told_rows, "told", "part"))
     six = rows[rows["part"] == "planned"].groupby("name", sort=False)[["rms", "nine"]].mean()
     table("Six planned pushes and nine terms fitted to all, rms error, %", six, 1)
     if parent:
-        against(kept, read(parent))
+        against(estimated_rows, read(parent))
 
 
 def against(rows: pd.DataFrame, parent: pd.DataFrame) -> None:
     """Print ratios to another version, of what both could estimate; not of the prior, which is not the same."""
     rows = rows[rows["part"] != "prior"].merge(parent.loc[parent["raised"].isna(), KEYS])
     parent = rows[KEYS].merge(parent)
-    each = rows[KEYS].assign(**{c: np.log(rows[c] / parent[c]) for c in ("rms", "score")})
+    log_ratios = rows[KEYS].assign(**{c: np.log(rows[c] / parent[c]) for c in ("rms", "score")})
     of_means = cells(rows, "score", *KEYS[:2]) / cells(parent, "score", *KEYS[:2])
     for title, logs in (
         ("Interval score, mean over sets", of_means.map(np.log)),
-        ("Interval score, geometric mean over sets", cells(each, "score", *KEYS[:2])),
-        ("Rms error, geometric mean over sets", cells(each, "rms", *KEYS[:2])),
+        ("Interval score, geometric mean over sets", cells(log_ratios, "score", *KEYS[:2])),
+        ("Rms error, geometric mean over sets", cells(log_ratios, "rms", *KEYS[:2])),
     ):
-        found = logs.assign(all=logs.mean(axis=1))
-        parts = found.groupby("part", sort=False).mean()
+        with_mean = logs.assign(all=logs.mean(axis=1))
+        parts = with_mean.groupby("part", sort=False).mean()
         parts.loc["published"] = parts.loc[[*PUBLISHED]].mean()
-        parts.loc["every row"], parts.loc["worst row"] = found.mean(), found.max()
-        table(f"{title}, over the parent's", pd.concat([found, parts]).map(np.exp), 2)
-    ours, theirs = (
-        cells(peaks(*one), "score", "peak", "leg") for one in ((rows, "b"), (parent, "a"))
+        parts.loc["every row"], parts.loc["worst row"] = with_mean.mean(), with_mean.max()
+        table(f"{title}, over the parent's", pd.concat([with_mean, parts]).map(np.exp), 2)
+    current_scores, parent_scores = (
+        cells(peaks(*rows_and_way), "score", "peak", "leg")
+        for rows_and_way in ((rows, "b"), (parent, "a"))
     )
-    table("Score of the legs: the draws' own peaks over the parent's at one pose", ours / theirs, 2)
+    table(
+        "Score of the legs: the draws' own peaks over the parent's at one pose",
+        current_scores / parent_scores,
+        2,
+    )
 
 
 def main() -> int:

@@ -44,16 +44,18 @@ def ingredients(medium: str) -> dict[str, Profile]:
     """Make the profiles of one published medium, each with one ingredient changed."""
     alpha = alpha_grid(medium)
     fits = {name: _fit(alpha_grid(name)) for name in MEDIA}
-    kept = {name: _fit(alpha_grid(name), kept_terms(fit, THRESHOLD)) for name, fit in fits.items()}
-    full, own = fits[medium], kept[medium]
-    zeta = float(vertical_penetration(own))
+    trimmed_fits = {
+        name: _fit(alpha_grid(name), kept_terms(fit, THRESHOLD)) for name, fit in fits.items()
+    }
+    full, trimmed = fits[medium], trimmed_fits[medium]
+    zeta = float(vertical_penetration(trimmed))
     chi = float(alpha[0][3, -1]) / zeta
     # the mean of the tables themselves, as M0 is the mean of the coefficients
-    sizes = {name: float(vertical_penetration(fit)) for name, fit in kept.items()}
+    sizes = {name: float(vertical_penetration(fit)) for name, fit in trimmed_fits.items()}
     shape = [
         np.mean([alpha_grid(name)[c] / sizes[name] for name in MEDIA], axis=0) for c in range(2)
     ]
-    m0 = generic(np.stack([kept[name] for name in MEDIA]))
+    m0 = generic(np.stack([trimmed_fits[name] for name in MEDIA]))
     nine = FourierProfile(full).alpha(_BETA, _GAMMA)
     down, up = _GAMMA > 1e-9, _GAMMA < -1e-9
     level, flat = ~down & ~up, np.abs(_BETA) < 1e-9
@@ -70,8 +72,8 @@ def ingredients(medium: str) -> dict[str, Profile]:
         "measured table": TableProfile(*alpha),
         "nine terms of it, at the cells of the table": TableProfile(*nine),
         "nine terms of it": FourierProfile(full),
-        "the same, small terms dropped": FourierProfile(own),
-        "the same, times chi (measured size)": FourierProfile(chi * own),
+        "the same, small terms dropped": FourierProfile(trimmed),
+        "the same, times chi (measured size)": FourierProfile(chi * trimmed),
         "nine terms of Table S2": FourierProfile(as_array(printed(medium))),
         "mean table of five media, times zeta": TableProfile(zeta * shape[0], zeta * shape[1]),
         "measured table, over chi (size of zeta)": TableProfile(alpha[0] / chi, alpha[1] / chi),
@@ -120,8 +122,8 @@ def summary(errors: pd.DataFrame) -> tuple[int, int, float, float, float]:
     fast = (curvature < 0) & (frequency > 3)
     slow = (np.abs(curvature) < 0.5) & (frequency < 2)
     groups = (fast, slow, ~fast & ~slow)
-    known = [error[group & np.isfinite(error)] for group in groups]
-    means = [float(part.mean()) if part.size else float("nan") for part in known]
+    group_errors = [error[group & np.isfinite(error)] for group in groups]
+    means = [float(values.mean()) if values.size else float("nan") for values in group_errors]
     return share_within(errors, 20)[0], share_within(errors, 35)[0], means[0], means[1], means[2]
 
 

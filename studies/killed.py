@@ -41,7 +41,7 @@ class Trial:
 
     def row(self, number, kind):
         """Kill once, look, go on; a row of the table."""
-        at, stages, child = self._killed(number, kind)
+        killed_at_s, stages, child = self._killed(number, kind)
         faults = []
         # the other stages of a killed one go on, and then the run ends by itself
         quiet = seconds_until_quiet(
@@ -54,26 +54,26 @@ class Trial:
         time.sleep(1)
         if state(self.folder) != before:
             faults.append("written after the end")
-        left = look(self.folder, self.whole)
-        faults += [f"partial {name}" for name in left.partial]
-        said = self._said(number)
-        if kind == STAGE and (code != 4 or "killed (SIGKILL)" not in said):
-            faults.append(f"exit status {code}, said: {said[-300:]}")
+        leftovers = look(self.folder, self.whole)
+        faults += [f"partial {name}" for name in leftovers.partial]
+        output_text = self._output_text(number)
+        if kind == STAGE and (code != 4 or "killed (SIGKILL)" not in output_text):
+            faults.append(f"exit status {code}, said: {output_text[-300:]}")
         lock = self._resume(number, faults)
         self.faults += [f"kill {number}: {fault}" for fault in faults]
         ended = "-" if kind == STAGE else f"{quiet:.1f}"
         return (
-            f"| {number} | {kind} | {at:.1f} | {', '.join(stages) or '-'} | {left.complete} of "
-            f"{len(self.whole)} | {left.rests} | {ended} | {lock} | {'; '.join(faults) or 'same bytes'} |"
+            f"| {number} | {kind} | {killed_at_s:.1f} | {', '.join(stages) or '-'} | {leftovers.complete} of "
+            f"{len(self.whole)} | {leftovers.rests} | {ended} | {lock} | {'; '.join(faults) or 'same bytes'} |"
         )
 
     def _killed(self, number, kind):
         for _ in range(_TRIES):
             fresh(self.folder)
-            at = self.random.uniform(0.02, 0.98) * self.seconds
+            killed_at_s = self.random.uniform(0.02, 0.98) * self.seconds
             child = start(self.folder, self.place / f"killed{number}.txt")
             began = time.monotonic()
-            time.sleep(at)
+            time.sleep(killed_at_s)
             hit, stages = kill(child, kind, self.random.random())
             if hit:
                 return time.monotonic() - began, stages, child
@@ -81,17 +81,17 @@ class Trial:
             self.seconds = min(self.seconds, time.monotonic() - began)
         sys.exit("the run was over before it could be killed, again and again")
 
-    def _said(self, number):
+    def _output_text(self, number):
         return (self.place / f"killed{number}.txt").read_text(encoding="utf-8")
 
     def _resume(self, number, faults):
         """Run again; how the lock was dealt with."""
         output = self.place / f"resumed{number}.txt"
         code, lock = run(self.folder, output), "none"
-        said = output.read_text(encoding="utf-8")
-        if "its lock is cleared" in said:
+        output_text = output.read_text(encoding="utf-8")
+        if "its lock is cleared" in output_text:
             lock = "cleared by itself"
-        elif "rftfit run --unlock" in said:
+        elif "rftfit run --unlock" in output_text:
             lock = "after --unlock"
             if run(self.folder, output, "--unlock"):
                 faults.append("--unlock failed")

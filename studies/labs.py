@@ -36,8 +36,8 @@ def run(case, folder, held):
     if done.returncode:
         last = (done.stderr or done.stdout).strip().splitlines()[-3:]
         return f"exit status {done.returncode}", [" ".join(last)]
-    told, wrong = judge(folder, case, held)
-    return f"{seconds:5.0f} s, {told}", wrong
+    summary, wrong = judge(folder, case, held)
+    return f"{seconds:5.0f} s, {summary}", wrong
 
 
 def main():
@@ -46,14 +46,14 @@ def main():
     parser.add_argument("--only", default="", help="cases whose name holds this")
     words = parser.parse_args()
     bad, held = 0, list[bool]()
-    for case in [one for one in CASES if words.only in str(one)]:
+    for case in [case for case in CASES if words.only in str(case)]:
         folder = Path(tempfile.mkdtemp(prefix="rftfit_labs_"))
         try:
-            told, wrong = run(case, folder / "campaign", held)
+            summary, wrong = run(case, folder / "campaign", held)
         finally:
             shutil.rmtree(folder)
         bad += bool(wrong)
-        print(f"{case!s:45} {told}{''.join(f'; WRONG: {one}' for one in wrong)}", flush=True)
+        print(f"{case!s:45} {summary}{''.join(f'; WRONG: {fault}' for fault in wrong)}", flush=True)
     share = float(np.mean(held)) if held else 1.0
     bad += share < CELLS_WITHIN
     print(f"{100 * share:.1f} % of {len(held)} numbers measured with a tare hold the truth")

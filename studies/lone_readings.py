@@ -19,9 +19,9 @@ SHARES = (0.002, 0.01, 0.03, 0.1)
 SIZES_N = (0.5, 2.0, 5.0, 20.0, 100.0)
 
 
-def slope_error_percent(height, readings, kept):
+def slope_error_percent(height, readings, is_kept):
     """Error of the slope of some readings, percent."""
-    below = kept & (height < -1.0)
+    below = is_kept & (height < -1.0)
     depth = -height[below]
     return 100 * abs(float(depth @ readings[below] / (depth @ depth)) / N_PER_CM - 1)
 
@@ -44,8 +44,8 @@ def found_and_errors(share, size_N, pushes):
                 slope_error_percent(height, readings, ~alone),
             )
         )
-    found, before, after = np.array(results).T
-    return found.mean(), np.median(before), np.median(after)
+    found_share, before, after = np.array(results).T
+    return found_share.mean(), np.median(before), np.median(after)
 
 
 def main():
@@ -74,8 +74,8 @@ def main():
             alone = find_spikes(readings)
             shares.append(100 * alone.mean())
             errors = [
-                slope_error_percent(height, readings, kept)
-                for kept in (np.ones(force.size, dtype=bool), ~alone)
+                slope_error_percent(height, readings, is_kept)
+                for is_kept in (np.ones(force.size, dtype=bool), ~alone)
             ]
             changes.append(abs(errors[1] - errors[0]))
         print(f"{happens.__name__}: {np.mean(shares):.2g}, {max(shares):.2g}; {max(changes):.2g}")

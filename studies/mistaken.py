@@ -33,13 +33,13 @@ def main():
     words = parser.parse_args()
     ways: Counter[str] = Counter()
     for seed in range(words.seed, words.seed + words.count):
-        made = mutated(random.Random(seed), words.base)
+        campaign = mutated(random.Random(seed), words.base)
         folder = Folder(Path(tempfile.mkdtemp(prefix="rftfit_mutation_")))
         try:
-            made.write(folder.root)
+            campaign.write(folder.root)
             ways[compare(folder, () if words.whole else MEASURED)] += 1
         except BaseException:
-            print(f"seed {seed}: {made.done}; kept in {folder.root}", file=sys.stderr)
+            print(f"seed {seed}: {campaign.done}; kept in {folder.root}", file=sys.stderr)
             raise
         shutil.rmtree(folder.root)
     print(", ".join(f"{count} {way}" for way, count in sorted(ways.items())))

@@ -429,7 +429,7 @@ def mutated_source(source: str, mutant: Mutant) -> tuple[str, int] | None:
     if span is None:
         return None
     lines = source.splitlines(keepends=True)
-    head, body, rest = lines[: span[0] - 1], lines[span[0] - 1 : span[1]], lines[span[1] :]
+    head, body, tail = lines[: span[0] - 1], lines[span[0] - 1 : span[1]], lines[span[1] :]
     text = "".join(body)
     begin = -1
     for _ in range(mutant.occurrence + 1):
@@ -438,7 +438,7 @@ def mutated_source(source: str, mutant: Mutant) -> tuple[str, int] | None:
             return None
     changed = text[:begin] + mutant.added + text[begin + len(mutant.removed) :]
     first_line = span[0] + text.count("\n", 0, begin)
-    return "".join([*head, changed, *rest]), first_line
+    return "".join([*head, changed, *tail]), first_line
 
 
 # --- judging --------------------------------------------------------------------------------------------------
@@ -759,9 +759,9 @@ def main() -> int:
     """Judge the mutants that are asked for; 1 where one that was noticed is noticed no more."""
     options = parse()
     WORK.mkdir(exist_ok=True)
-    kept = read_mutants(KEPT_CSV)
+    kept_mutants = read_mutants(KEPT_CSV)
     if options.table:
-        print(table(kept))
+        print(table(kept_mutants))
         return 0
     sys.path.insert(0, str(WORK / "tool"))
     shared = WORK / "shared"
@@ -769,11 +769,11 @@ def main() -> int:
         shared.symlink_to(ROOT.parent / "shared")
     recording = record_lines(is_older_enough=options.older_lines)
     if options.draw:
-        kept = draw(recording, options.number, options.seed)
-        write_mutants(kept, KEPT_CSV)
+        kept_mutants = draw(recording, options.number, options.seed)
+        write_mutants(kept_mutants, KEPT_CSV)
         JUDGED.unlink(missing_ok=True)
     if options.show:
-        print(show(kept[options.show - 1], recording))
+        print(show(kept_mutants[options.show - 1], recording))
         return 0
     stamp = WORK / "judged-of-sources"
     digest = digest_of_sources()
@@ -782,20 +782,22 @@ def main() -> int:
         JUDGED.unlink(missing_ok=True)
     stamp.write_text(digest, encoding="utf-8")
     done = {mutant.number: mutant for mutant in read_mutants(JUDGED)}
-    wanted = [
+    requested_mutants = [
         mutant
         for mutant in read_mutants(KEPT_CSV)
         if mutant.module.startswith(options.only) and (mutant.died or not options.noticed)
     ]
-    judge_all([mutant for mutant in wanted if mutant.number not in done], recording, done)
-    judged = [done[mutant.number] for mutant in wanted]
+    judge_all(
+        [mutant for mutant in requested_mutants if mutant.number not in done], recording, done
+    )
+    judged = [done[mutant.number] for mutant in requested_mutants]
     print(table(judged))
-    before = {mutant.number: mutant for mutant in kept}
+    before = {mutant.number: mutant for mutant in kept_mutants}
     revived = [m for m in judged if before[m.number].died and m.verdict == "survived"]
     for mutant in revived:
         print(f"noticed no more: {mutant.number}\n{difference(mutant)}")
     if options.keep:
-        write_mutants([done.get(mutant.number, mutant) for mutant in kept], KEPT_CSV)
+        write_mutants([done.get(mutant.number, mutant) for mutant in kept_mutants], KEPT_CSV)
     return 1 if revived and not options.keep else 0
 
 

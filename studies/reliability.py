@@ -80,12 +80,14 @@ class Kind(NamedTuple):
     least: dict[float, int] = {}  # noqa: RUF012
 
 
-def _dead(made, luck, share):
-    return dead(made, luck, "xz"[luck.integers(2)], share, ("random", "stretch")[luck.integers(2)])
+def _dead(campaign, luck, share):
+    return dead(
+        campaign, luck, "xz"[luck.integers(2)], share, ("random", "stretch")[luck.integers(2)]
+    )
 
 
-def _step(made, luck, mm):
-    return surface(made, luck, mm, 0.5, "stretch")
+def _step(campaign, luck, mm):
+    return surface(campaign, luck, mm, 0.5, "stretch")
 
 
 NO_FAULT, COVERAGE, NARROW = "no-fault", "coverage", "narrow"
@@ -141,20 +143,20 @@ def checked(job):
     case = FEW_THRICE
     if kind.make is None and luck.random() < 0.5:
         case = CASES[luck.integers(len(CASES))] if luck.random() < 0.5 else PAPER_ONCE
-    made = copied(without_fault(job.seed, case))
+    campaign = copied(without_fault(job.seed, case))
     if kind.make is not None:
-        kind.make(made, luck, job.size)
-    found = judged(made)
-    effects = {*found.checks["effect"]}
-    verdict = next((one for one in ("unusable", "doubtful") if one in effects), SOUND)
+        kind.make(campaign, luck, job.size)
+    judgement = judged(campaign)
+    effects = {*judgement.checks["effect"]}
+    verdict = next((effect for effect in ("unusable", "doubtful") if effect in effects), SOUND)
     return _row(
         job,
         told="stated" if is_stated(job.seed) else "default",
         bed=bed_of(job.seed),
         design=str(case),
         verdict=verdict,
-        failed=" ".join(found.failed),
-        flags=" ".join(sorted(found.flags)),
+        failed=" ".join(judgement.failed),
+        flags=" ".join(sorted(judgement.flags)),
     )
 
 
@@ -179,12 +181,12 @@ def without_fault(seed, case):
     if case.grid in GRIDS:
         directions = directions_of(GRIDS[case.grid], seed)
     sizes = sizes_of([*ORDINARY, *(["power=1.1"] if bed == CURVED else [])])
-    told = as_disturbed(sizes).model_dump(exclude_none=True)
+    stated_errors = as_disturbed(sizes).model_dump(exclude_none=True)
     with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():
-        made = enacted(
+        campaign = enacted(
             bed if bed in MEDIA else str(luck.choice(MEDIA)),
             seed,
-            told if is_stated(seed) else None,
+            stated_errors if is_stated(seed) else None,
             directions,
             3 if case == FEW_THRICE else 1,
             sizes,
@@ -192,15 +194,15 @@ def without_fault(seed, case):
             case.tare,
         )
     if is_stated(seed):
-        made.config["transducer"]["slow_noise_N"] = slow_noise(sizes)
-    return made
+        campaign.config["transducer"]["slow_noise_N"] = slow_noise(sizes)
+    return campaign
 
 
 def covered(job):
     """Intervals of a block of campaigns in memory: a row for what is stated, by level the share that hold."""
     sizes, seed = sizes_of([REAL_LAB]), 1000 * job.seed
-    found = campaigns_of(sizes, COVERAGE_OF_ONE_ROW, int(job.size), seed).reset_index()
-    levels = found.pivot_table(index="told", columns="level", values="inside")
+    coverage_rows = campaigns_of(sizes, COVERAGE_OF_ONE_ROW, int(job.size), seed).reset_index()
+    levels = coverage_rows.pivot_table(index="told", columns="level", values="inside")
     return [
         _row(
             job,
@@ -216,25 +218,27 @@ def covered(job):
 def thrice(seed):
     """Re-enact and judge 20 directions made three times each, as the demonstration does; errors stated as 0 or left out."""
     medium = ("poppy_CP", "glass0.3mm_LP")[seed // 2 % 2]
-    made = enacted(medium, seed, stated() if is_stated(seed) else None, [*FEW], 3)
-    return made, judged(made)
+    campaign = enacted(medium, seed, stated() if is_stated(seed) else None, [*FEW], 3)
+    return campaign, judged(campaign)
 
 
 def narrowed(job):
     """Make a mistake of the list: how many cells are narrower with it, and how many of these in silence."""
     (base, sound), name = thrice(job.seed), [*MISTAKES][int(job.size)]
-    found = judged(with_mistake(base, name, job.seed)[0])
-    cells = found.narrower(sound, EQUAL) if name.startswith("copies") else found.narrower(sound)
+    judgement = judged(with_mistake(base, name, job.seed)[0])
+    cells = (
+        judgement.narrower(sound, EQUAL) if name.startswith("copies") else judgement.narrower(sound)
+    )
     return _row(
         job,
         told="stated" if is_stated(job.seed) else "default",
         bed=base.rows[0]["medium"],
         mistake=name,
         narrower=str(len(cells)),
-        silently=str(len(found.silently(sound))),
+        silently=str(len(judgement.silently(sound))),
         least=f"{cells['share'].min():.2f}" if len(cells) else "",
-        failed=" ".join(found.failed.keys() - sound.failed),
-        flags=" ".join(sorted(found.flags - sound.flags)),
+        failed=" ".join(judgement.failed.keys() - sound.failed),
+        flags=" ".join(sorted(judgement.flags - sound.flags)),
     )
 
 
@@ -253,13 +257,13 @@ class Rows:
 
     def __init__(self, folder):
         self.folder = folder
-        self.made: dict[Job, list[Row]] = {}
+        self.by_job: dict[Job, list[Row]] = {}
         for name in ("reliability.csv", *FILES.values()):
             if (folder / name).is_file():
                 with (folder / name).open(newline="", encoding="utf-8") as file:
                     for row in csv.DictReader(file):
                         job = Job(row["kind"], float(row["size"]), int(row["seed"]))
-                        self.made.setdefault(job, []).append(row)
+                        self.by_job.setdefault(job, []).append(row)
 
     def add(self, job, rows):
         """Append the rows of a job."""
@@ -270,7 +274,7 @@ class Rows:
             if new:
                 writer.writeheader()
             writer.writerows(rows)
-        self.made[job] = rows
+        self.by_job[job] = rows
 
 
 def simulated(jobs, processes):
@@ -289,10 +293,15 @@ def report(rows, kinds):
     """Print what the rows of some kinds say; whether that is as good as it must be."""
     good = True
     for name in kinds:
-        own = [row for job, found in rows.made.items() if job.kind == name for row in found]
-        if not own:
+        rows_of_kind = [
+            row
+            for job, rows_of_job in rows.by_job.items()
+            if job.kind == name
+            for row in rows_of_job
+        ]
+        if not rows_of_kind:
             continue
-        table = pd.DataFrame(own)
+        table = pd.DataFrame(rows_of_kind)
         if name == COVERAGE:
             table[[*LEVELS]] = table[[*LEVELS]].astype(float)
             shares = table.groupby("told")[[*LEVELS]].mean()
@@ -312,13 +321,15 @@ def _narrow(table):
     rows = [
         {
             "mistake": mistake,
-            "narrower": own["narrower"].max(),
-            "share left": pd.to_numeric(own["least"]).min(),
-            "silently": own["silently"].max(),
-            "told by": " ".join(sorted({*" ".join([*own["failed"], *own["flags"]]).split()}))
+            "narrower": rows_of_mistake["narrower"].max(),
+            "share left": pd.to_numeric(rows_of_mistake["least"]).min(),
+            "silently": rows_of_mistake["silently"].max(),
+            "told by": " ".join(
+                sorted({*" ".join([*rows_of_mistake["failed"], *rows_of_mistake["flags"]]).split()})
+            )
             or "-",
         }
-        for mistake, own in counts.groupby("mistake", sort=False)
+        for mistake, rows_of_mistake in counts.groupby("mistake", sort=False)
     ]
     print(f"cells with a narrower interval, the most of {table['seed'].nunique()} campaigns:")
     print(pd.DataFrame(rows).to_string(index=False, na_rep=""))
@@ -343,38 +354,39 @@ def _false_alarms(table):
 
 
 def _power(table, kind):
-    said = table["failed"] + " " + table["flags"]
-    told = [not {*kind.told}.isdisjoint(one.split()) for one in said]
+    codes = table["failed"] + " " + table["flags"]
+    is_told = [not {*kind.told}.isdisjoint(cell.split()) for cell in codes]
     size = table["size"].astype(float)
-    table = table.assign(size=size, by=size.abs(), told=told, doubted=table["verdict"] != SOUND)
+    table = table.assign(size=size, by=size.abs(), told=is_told, doubted=table["verdict"] != SOUND)
     good = True
-    for by, own in table.groupby("by"):
-        least = kind.least.get(float(str(by)), 0) * len(own) / 50
-        good &= bool(own["told"].sum() >= least)
+    for magnitude, rows_of_size in table.groupby("by"):
+        least = kind.least.get(float(str(magnitude)), 0) * len(rows_of_size) / 50
+        good &= bool(rows_of_size["told"].sum() >= least)
         print(
-            f"{kind.what}, {by:g}: named by {' or '.join(kind.told)} in {own['told'].sum()} of {len(own)}, "
-            f"doubted in {own['doubted'].sum()}" + (f"; must be {least:g}" if least else "")
+            f"{kind.what}, {magnitude:g}: named by {' or '.join(kind.told)} in {rows_of_size['told'].sum()} of {len(rows_of_size)}, "
+            f"doubted in {rows_of_size['doubted'].sum()}"
+            + (f"; must be {least:g}" if least else "")
         )
     share = 100 * table.pivot_table(index="bed", columns="size", values="told")
     print(f"named, percent, by medium:\n{share.round().to_string()}")
     return good
 
 
-def same(rows, jobs, share, seed, processes):
+def compare_again(rows, jobs, share, seed, processes):
     """Make a share of the rows again; whether they come out as they are kept."""
-    there = [job for job in jobs if job in rows.made]
+    done_jobs = [job for job in jobs if job in rows.by_job]
     luck = np.random.default_rng(seed)
-    chosen = [job for job in there if luck.random() < share] or there[:1]
-    other = [
+    chosen = [job for job in done_jobs if luck.random() < share] or done_jobs[:1]
+    changed_rows = [
         (old, new)
-        for job, found in simulated(chosen, processes)
-        for old, new in zip(rows.made[job], found, strict=True)
+        for job, new_rows in simulated(chosen, processes)
+        for old, new in zip(rows.by_job[job], new_rows, strict=True)
         if old != new
     ]
-    for old, new in other:
+    for old, new in changed_rows:
         print(f"kept: {old}\nmade: {new}")
-    print(f"{len(chosen)} jobs made again, {len(other)} rows came out otherwise")
-    return not other
+    print(f"{len(chosen)} jobs made again, {len(changed_rows)} rows came out otherwise")
+    return not changed_rows
 
 
 def main():
@@ -389,14 +401,17 @@ def main():
     words = parser.parse_args()
     rows, jobs = Rows(words.rows), jobs_of(words.kinds, words.campaigns)
     if words.check:
-        return int(not same(rows, jobs, words.check, words.seed, words.jobs))
-    missing = [job for job in jobs if job not in rows.made]
+        return int(not compare_again(rows, jobs, words.check, words.seed, words.jobs))
+    missing = [job for job in jobs if job not in rows.by_job]
     began = time.perf_counter()
-    for number, (job, found) in enumerate(simulated(missing, words.jobs), 1):
-        rows.add(job, found)
-        each = (time.perf_counter() - began) / number
+    for number, (job, new_rows) in enumerate(simulated(missing, words.jobs), 1):
+        rows.add(job, new_rows)
+        seconds_per_job = (time.perf_counter() - began) / number
         print(
-            f"\r{number} of {len(missing)}, {each:.2f} s each", end="", file=sys.stderr, flush=True
+            f"\r{number} of {len(missing)}, {seconds_per_job:.2f} s each",
+            end="",
+            file=sys.stderr,
+            flush=True,
         )
     print(file=sys.stderr)
     return int(not report(rows, words.kinds))

@@ -40,7 +40,7 @@ class Circumstances:
 
 def circumstances(locales):
     """All of them; the first is what the others are compared with."""
-    made = {"LOCPATH": str(locales)}
+    locale_path = {"LOCPATH": str(locales)}
     return [
         Circumstances("as it is, 2 cores", environment={"PYTHONHASHSEED": "0"}),
         Circumstances(
@@ -61,12 +61,12 @@ def circumstances(locales):
         ),
         Circumstances(
             "`LC_ALL=tr_TR.UTF-8`, `TZ=Asia/Kathmandu`",
-            environment={**made, "LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"},
+            environment={**locale_path, "LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"},
         ),
         Circumstances(
             "`LC_ALL=de_DE.ISO-8859-1`, `PYTHONUTF8=0`, `TZ=America/St_Johns`",
             environment={
-                **made,
+                **locale_path,
                 "LC_ALL": "de_DE.ISO-8859-1",
                 "PYTHONUTF8": "0",
                 "TZ": "America/St_Johns",
@@ -84,18 +84,18 @@ def make_locale(place, name):
     return subprocess.run(words, capture_output=True, check=False).returncode == 0
 
 
-def missing(one, locales):
+def missing(case, locales):
     """Tell why a circumstance cannot be had here, or nothing."""
-    name = one.environment.get("LC_ALL", "C")
+    name = case.environment.get("LC_ALL", "C")
     return "" if name == "C" or make_locale(locales, name) else f"skipped: no locale {name} here"
 
 
-def arrange(one, source, place):
+def arrange(case, source, place):
     """A copy of the campaign, as the circumstances want it."""
-    root = place / one.folder
+    root = place / case.folder
     shutil.copytree(source.root, root)
     rows = (root / SHEET).read_text(encoding="utf-8").splitlines()
-    text = one.line_end.join([*rows, ""])
+    text = case.line_end.join([*rows, ""])
     (root / SHEET).write_bytes(text.encode())
     return Folder(root)
 
@@ -106,7 +106,7 @@ def main():
     parser.add_argument("--whole", action="store_true", help="with legs, sand and robot")
     chosen = parser.parse_args()
     media = ("poppy_LP", "yuma") if chosen.whole else ("poppy_LP",)
-    faults, first = [], dict[str, str]()
+    faults, first_digests = [], dict[str, str]()
     before = dict(os.environ)
     with tempfile.TemporaryDirectory(prefix="rftfit_same_bytes_") as folder:
         place = Path(folder).resolve()
@@ -115,31 +115,37 @@ def main():
         titled = config.read_text(encoding="utf-8").replace("title: ", "title: été ß Ω ", 1)
         config.write_text(titled, encoding="utf-8")
         print("| circumstances | seconds | results |\n|---|---|---|", flush=True)
-        for one in circumstances(place / "locales"):
+        for case in circumstances(place / "locales"):
             (place / "locales").mkdir(exist_ok=True)
-            if why := missing(one, place / "locales"):
-                print(f"| {one.name} | - | {why} |", flush=True)
+            if why := missing(case, place / "locales"):
+                print(f"| {case.name} | - | {why} |", flush=True)
                 continue
-            there = arrange(one, source, place)
-            os.environ.update(one.environment)
-            rights = os.umask(one.umask)
+            campaign = arrange(case, source, place)
+            os.environ.update(case.environment)
+            rights = os.umask(case.umask)
             began = time.monotonic()
-            code = run(there, place / "said.txt", "--cores", str(one.cores))
+            code = run(campaign, place / "said.txt", "--cores", str(case.cores))
             seconds = time.monotonic() - began
             os.umask(rights)
             os.environ.clear()
             os.environ.update(before)
-            found = there.digests()
-            first = first or found
-            other = sorted(name for name in first | found if first.get(name) != found.get(name))
-            said = (place / "said.txt").read_text(encoding="utf-8", errors="replace")
-            told = (
-                f"exit status {code}: {said[-500:]}" if code else f"{len(found)} files, same bytes"
+            digests = campaign.digests()
+            first_digests = first_digests or digests
+            differing = sorted(
+                name
+                for name in first_digests | digests
+                if first_digests.get(name) != digests.get(name)
             )
-            told = f"other bytes: {', '.join(other)}" if other and not code else told
-            faults += [f"{one.name}: {told}"] if other or code else []
-            print(f"| {one.name} | {seconds:.0f} | {told} |", flush=True)
-            shutil.rmtree(there.root)
+            output_text = (place / "said.txt").read_text(encoding="utf-8", errors="replace")
+            verdict = (
+                f"exit status {code}: {output_text[-500:]}"
+                if code
+                else f"{len(digests)} files, same bytes"
+            )
+            verdict = f"other bytes: {', '.join(differing)}" if differing and not code else verdict
+            faults += [f"{case.name}: {verdict}"] if differing or code else []
+            print(f"| {case.name} | {seconds:.0f} | {verdict} |", flush=True)
+            shutil.rmtree(campaign.root)
     if faults:
         sys.exit("\n".join(faults))
 

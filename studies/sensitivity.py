@@ -146,11 +146,11 @@ def sensitivity(
     for unknown, changes in changes_cm.items():
         for change in changes:
             try:
-                found, reasons = values(changed(robot, {unknown: change}))
+                changed_values, reasons = values(changed(robot, {unknown: change}))
             except ValueError as error:
-                found, reasons = [math.nan] * len(names), [str(error)] * len(names)
+                changed_values, reasons = [math.nan] * len(names), [str(error)] * len(names)
             for (name, unit), value, before, why in zip(
-                names, found, reference, reasons, strict=True
+                names, changed_values, reference, reasons, strict=True
             ):
                 rows.append((unknown, change, name, unit, value, before, value - before, why))
     head = ["unknown", "change_cm", "quantity", "unit", "value", "reference", "shift", "reason"]

@@ -64,25 +64,27 @@ def pushed(alpha: FloatArray, places: list[int]) -> Pushes:
 
 def chosen(shapes: Shapes, count: int) -> list[int]:
     """Nodes that `rftfit.plan` would push, the level plate straight down first."""
-    first = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
+    down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
     start = prior_map(shapes)
-    known = estimate(Pushes.of([0], [90], start.alpha[:, [first]], 0.03), shapes)
+    current_map = estimate(Pushes.of([0], [90], start.alpha[:, [down]], 0.03), shapes)
     rig = rftfit.Rig(error_percent=2.0)
-    steps = rftfit.plan("map", known, rig, count - 1).steps[1:]
-    own = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
-    found = [own.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
-    return list(dict.fromkeys([first, *found]))
+    steps = rftfit.plan("map", current_map, rig, count - 1).steps[1:]
+    directions = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
+    planned_nodes = [
+        directions.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions
+    ]
+    return list(dict.fromkeys([down, *planned_nodes]))
 
 
-def score(found: Map, alpha: FloatArray) -> tuple[float, float]:
+def score(medium_map: Map, alpha: FloatArray) -> tuple[float, float]:
     """Error (rms) and mean interval score of alpha on the published grid, % of the largest."""
     lines = slice(BETA_DEG.size)
-    lo, hi = interval(found.draws[..., lines], found.confidence)
+    lo, hi = interval(medium_map.draws[..., lines], medium_map.confidence)
     free = hi - lo > 1e-9
     miss = np.maximum(lo - alpha, 0) + np.maximum(alpha - hi, 0)
     largest = np.abs(alpha).max() / 100
     return (
-        float(np.sqrt(np.mean((found.alpha[:, lines] - alpha) ** 2)) / largest),
+        float(np.sqrt(np.mean((medium_map.alpha[:, lines] - alpha) ** 2)) / largest),
         float((hi - lo + 40 * miss)[free].mean() / largest),
     )
 
@@ -94,9 +96,9 @@ def choose(seconds: float) -> None:
     least = np.inf
     trial = best
     while time.monotonic() < end:
-        found = interval_score(trial)
-        if found < least:
-            least, best = found, trial
+        trial_score = interval_score(trial)
+        if trial_score < least:
+            least, best = trial_score, trial
             print(f"{least:.4f}", best, flush=True)
         moved = np.array(best)
         moved[:8] *= np.exp(0.15 * random.standard_normal(8))
@@ -115,9 +117,9 @@ def interval_score(variation: Variation) -> float:
 
 def planned(shapes: Shapes, count: int) -> list[int]:
     """Nodes of a plan for the whole map that starts from nothing."""
-    own = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
+    directions = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
     steps = rftfit.plan("map", prior_map(shapes), count=count).steps[1:]
-    return [own.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
+    return [directions.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
 
 
 def against_chance(count: int = 6, trials: int = 100) -> None:
@@ -149,39 +151,40 @@ def natural_sands() -> None:
     print("\n| sand | leg | component | measured N | map (interval) | generic |")
     print("|---|---|---|---|---|---|")
     for sand in SANDS:
-        found = estimate(Pushes.of([0], [90], [[slopes[sand]], [0.0]], 0.05 * slopes[sand]))
+        medium_map = estimate(Pushes.of([0], [90], [[slopes[sand]], [0.0]], 0.05 * slopes[sand]))
         paper = rftfit.scale(slopes[sand], 0.05 * slopes[sand]).profile
         for name in LEGS:
-            own = measured[(measured["medium"] == sand) & (measured["leg"] == name)]
-            theta = own["theta_deg"].to_numpy(float)
+            leg_rows = measured[(measured["medium"] == sand) & (measured["leg"] == name)]
+            theta = leg_rows["theta_deg"].to_numpy(float)
             curves = {
                 kind: rftfit.predict(profile, rftfit.model_leg(name), rftfit.rotation(theta))
-                for kind, profile in (("map", found.profile), ("generic", paper))
+                for kind, profile in (("map", medium_map.profile), ("generic", paper))
             }
             turn = rftfit.rotation(theta)
             peaks = {
-                one.name: one for one in find_peaks(found.profile, rftfit.model_leg(name), turn)
+                peak.name: peak
+                for peak in find_peaks(medium_map.profile, rftfit.model_leg(name), turn)
             }
             for c in "zx":
-                force = own[f"force_{c}_N"].to_numpy(float)
+                force = leg_rows[f"force_{c}_N"].to_numpy(float)
                 peak = measured_peak(theta, force, c).force_N
                 our_peak = peaks["lift" if c == "z" else "thrust"]
                 value, lo, hi = our_peak.value, our_peak.lo, our_peak.hi
-                theirs = curves["generic"][f"force_{c}_N"].to_numpy()
-                other = theirs[extreme(theirs, c)]
+                from_generic = curves["generic"][f"force_{c}_N"].to_numpy()
+                generic_peak = from_generic[extreme(from_generic, c)]
                 inside = lo <= peak <= hi
-                misses.append((abs(value - peak) / peak, abs(other - peak) / peak, inside))
+                misses.append((abs(value - peak) / peak, abs(generic_peak - peak) / peak, inside))
                 for kind, curve in curves.items():
                     off = curve[f"force_{c}_N"].to_numpy() - force
                     shapes_off[kind].append(np.sqrt(np.mean(off**2)) / abs(peak))
                 print(
                     f"| {sand} | {name} | {c} | {peak:.2f} | {value:.2f} ({lo:.2f} to {hi:.2f})"
-                    f"{'' if inside else ' missed'} | {other:.2f} |"
+                    f"{'' if inside else ' missed'} | {generic_peak:.2f} |"
                 )
-    ours, theirs, inside = np.array(misses, dtype=float).T
+    from_map, from_generic, inside = np.array(misses, dtype=float).T
     print(
-        f"peaks off by {100 * np.median(ours):.0f} % (map) and {100 * np.median(theirs):.0f} % (generic) in the median, at most "
-        f"{100 * ours.max():.0f} and {100 * theirs.max():.0f} %; {int(inside.sum())} of {inside.size} inside; curves, rms over "
+        f"peaks off by {100 * np.median(from_map):.0f} % (map) and {100 * np.median(from_generic):.0f} % (generic) in the median, at most "
+        f"{100 * from_map.max():.0f} and {100 * from_generic.max():.0f} %; {int(inside.sum())} of {inside.size} inside; curves, rms over "
         f"peak: {100 * np.mean(shapes_off['map']):.0f} and {100 * np.mean(shapes_off['generic']):.0f} %"
     )
 
@@ -191,21 +194,21 @@ def robot() -> None:
     alpha = truth("poppy_LP")
     down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
     shapes = published_shapes(without=("poppy_LP", "poppy_CP"))
-    others = reference_without(("poppy_LP", "poppy_CP"))
-    one = {
+    reference = reference_without(("poppy_LP", "poppy_CP"))
+    profiles = {
         "table": TableProfile.published("poppy_LP"),
         "map from one push": estimate(pushed(alpha, [down]), shapes).profile,
         "map from six pushes": estimate(pushed(alpha, planned(shapes, 6)), shapes).profile,
-        "generic from one push": rftfit.scale(float(alpha[0, down]), 0.005, others).profile,
+        "generic from one push": rftfit.scale(float(alpha[0, down]), 0.005, reference).profile,
     }
     points = load("fig_4c")
     points = points[points["speed_cm_per_s"] > 1]
-    for name, profile in one.items():
+    for name, profile in profiles.items():
         errors = []
         columns = ("curvature_times_Rprime", "stride_frequency_Hz", "speed_cm_per_s")
         for curvature, frequency, measured in points[[*columns]].to_numpy(float):
-            ours = rftfit.simulate(profile, frequency, curvature).speed_cm_per_s
-            errors.append(abs(ours / measured - 1))
+            speed = rftfit.simulate(profile, frequency, curvature).speed_cm_per_s
+            errors.append(abs(speed / measured - 1))
         off = np.nan_to_num(np.array(errors), nan=np.inf)
         print(
             f"{name}: {100 * np.mean(off <= 0.2):.0f} % of {off.size} speeds within 20 %, {100 * np.mean(off <= 0.35):.0f} % "
@@ -215,12 +218,16 @@ def robot() -> None:
 
 def reference_without(left_out: tuple[str, ...]) -> Reference:
     """The published media less some, for the paper's routine."""
-    whole = published_reference()
-    rest = [i for i, name in enumerate(whole.media) if name not in left_out]
-    scaled = whole.scaled[rest]
-    media = tuple(whole.media[i] for i in rest)
+    full_reference = published_reference()
+    included = [i for i, name in enumerate(full_reference.media) if name not in left_out]
+    scaled = full_reference.scaled[included]
+    media = tuple(full_reference.media[i] for i in included)
     return Reference(
-        f"without {', '.join(left_out)}", media, whole.chi[rest], scaled.mean(axis=0), scaled
+        f"without {', '.join(left_out)}",
+        media,
+        full_reference.chi[included],
+        scaled.mean(axis=0),
+        scaled,
     )
 
 
@@ -235,11 +242,11 @@ def picture(path: Path) -> None:
     down = int(np.flatnonzero((BETA_DEG.round() == 0) & (GAMMA_DEG.round() == 90))[0])
     mean, covariance = shapes.moments(*NODES)
     size = float(np.sqrt(np.mean(alpha**2)))
-    known = np.stack([mean, np.sqrt(np.diag(covariance))]).reshape(2, 2, -1) * size
-    rows = {"no push, size known": (known[0], known[1])}
-    for name, own in (("one push", [down]), ("six pushes", places)):
-        found = estimate(pushed(alpha, own), shapes, Nodes(*NODES, BETA_DEG.size))
-        rows[name] = (found.alpha, found.draws.std(axis=0))
+    prior = np.stack([mean, np.sqrt(np.diag(covariance))]).reshape(2, 2, -1) * size
+    rows = {"no push, size known": (prior[0], prior[1])}
+    for name, nodes in (("one push", [down]), ("six pushes", places)):
+        medium_map = estimate(pushed(alpha, nodes), shapes, Nodes(*NODES, BETA_DEG.size))
+        rows[name] = (medium_map.alpha, medium_map.draws.std(axis=0))
     rows["measured"] = (alpha, np.full_like(alpha, np.nan))
     fine = np.meshgrid(
         np.radians(np.arange(-90, 91, 3)), np.radians(np.arange(-90, 91, 3)), indexing="ij"
@@ -254,23 +261,23 @@ def picture(path: Path) -> None:
                 continue
             axes = style.axes_cm(page, left, top, 3.0, 3.0)
             angle_axes(axes, name_beta=column == 0, name_gamma=row == 3)
-            at = TableProfile(values, 0 * values, *NODES).alpha(*fine)[0]
+            alpha_on_grid = TableProfile(values, 0 * values, *NODES).alpha(*fine)[0]
             if column == 2:
-                at = TableProfile(0 * values, values, *NODES).alpha(*fine)[1]
+                alpha_on_grid = TableProfile(0 * values, values, *NODES).alpha(*fine)[1]
             scale = {"vmin": -largest, "vmax": largest, "cmap": "RdBu_r"}
             if column % 2:
                 scale = {"vmin": 0, "vmax": 0.25 * largest, "cmap": "Greys"}
             axes.pcolormesh(
-                *(np.degrees(part) for part in fine[::-1]),
-                at,
+                *(np.degrees(angle) for angle in fine[::-1]),
+                alpha_on_grid,
                 shading="nearest",
                 rasterized=True,
                 **scale,
             )
-            own = {"one push": [down], "six pushes": places}.get(name, [])
+            nodes = {"one push": [down], "six pushes": places}.get(name, [])
             axes.plot(
-                GAMMA_DEG[own],
-                BETA_DEG[own],
+                GAMMA_DEG[nodes],
+                BETA_DEG[nodes],
                 "o",
                 color="#f0e442",
                 markeredgecolor="k",

@@ -158,8 +158,8 @@ def turn(campaign: Campaign, degrees: float) -> np.ndarray:
 
 
 def _late(campaign: Campaign, share: float, faulty: np.ndarray) -> np.ndarray:
-    done = np.arange(campaign.beta.size) / campaign.beta.size
-    return np.where(done >= share, faulty, campaign.alpha)
+    progress = np.arange(campaign.beta.size) / campaign.beta.size
+    return np.where(progress >= share, faulty, campaign.alpha)
 
 
 FAULTS = {
@@ -202,7 +202,7 @@ def judge_sound(job: tuple[int, int]) -> dict[str, object]:
     campaign = make_campaign(KINDS[number % len(KINDS)], random)
     started = time.process_time()
     runs = campaign.slopes()
-    told, _ = find_causes(JointModel(runs, without=campaign.without))
+    told_causes, _ = find_causes(JointModel(runs, without=campaign.without))
     evidence = axes_evidence(runs, campaign.without)
     names = [f"r{run}" for run in range(runs.size)]
     fits = pd.DataFrame({"run_id": names, "beta_deg": runs.beta_deg, "gamma_deg": runs.gamma_deg})
@@ -214,10 +214,10 @@ def judge_sound(job: tuple[int, int]) -> dict[str, object]:
         "kind": campaign.kind,
         "runs": runs.size,
         "seconds": time.process_time() - started,
-        "shared cause": bool(told),
+        "shared cause": bool(told_causes),
         "run apart": bool(apart.any()),
         "axes": max(evidence.values()) > 4,
-        "what": " ".join(f"{cause.cause.kind}/{cause.cause.group}" for cause in told),
+        "what": " ".join(f"{cause.cause.kind}/{cause.cause.group}" for cause in told_causes),
     }
 
 
@@ -228,10 +228,14 @@ def judge_fault(job: tuple[int, int, str, int, int]) -> dict[str, object]:
     kind = ("published", "warped", "3D-RFT")[number % 3]
     campaign = make_campaign(kind, random, directions, repeats, 0.05)
     model = JointModel(put_fault(campaign, fault, random), without=campaign.without)
-    told, scan = find_causes(model)
+    told_causes, scan = find_causes(model)
     kinds, size = FAULTS[fault]
-    by_cause = [cause for cause in told if cause.cause.kind in kinds]
-    row: dict[str, object] = {"fault": fault, "told": bool(told), "by its cause": bool(by_cause)}
+    by_cause = [cause for cause in told_causes if cause.cause.kind in kinds]
+    row: dict[str, object] = {
+        "fault": fault,
+        "told": bool(told_causes),
+        "by its cause": bool(by_cause),
+    }
     if by_cause and by_cause[0].cause.kind == kinds[0]:
         low, high = describe_change(by_cause[0])[1:]
         # of a label the other one may be named
@@ -256,7 +260,7 @@ def judge_axes(job: tuple[int, int, str]) -> dict[str, object]:
     faulty = {"as-given": (z, x), "x-reversed": (z, -x), "z-reversed": (-z, x), "exchanged": (x, z)}
     for axes, alpha in faulty.items():
         evidence = axes_evidence(campaign.slopes(np.stack(alpha)), campaign.without)
-        best = max(evidence, key=lambda other: evidence[other])
+        best = max(evidence, key=lambda candidate: evidence[candidate])
         is_told = best != "as-given" and evidence[best] > 4
         row[axes] = (best == axes and is_told) if axes != "as-given" else is_told
     return row
@@ -274,25 +278,27 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
     """Whether a fault in the logs of plates is told, 20 directions three times, rows in random order."""
     seed, number, fault, medium = job
     random = np.random.default_rng([seed, number])
-    made = enacted(medium, 1000 * seed + number, None, FILE_DIRECTIONS, 3, sizes_of([*ORDINARY]))
-    made.rows = [made.rows[place] for place in random.permutation(len(made.rows))]
-    rows, name = plates(made), fault.partition("-")[0]
+    campaign = enacted(
+        medium, 1000 * seed + number, None, FILE_DIRECTIONS, 3, sizes_of([*ORDINARY])
+    )
+    campaign.rows = [campaign.rows[place] for place in random.permutation(len(campaign.rows))]
+    rows, name = plates(campaign), fault.partition("-")[0]
     size = 0.0 if fault == SOUND else FAULTS[fault][1]
     wet = random.random(len(rows)) < 0.35
     for place, row in enumerate(rows):
-        done, is_wet = place / len(rows), bool(wet[place])
+        progress, is_wet = place / len(rows), bool(wet[place])
         factor, turn_deg, into_x = 1.0, 0.0, 0.0
         if name == "session":
             row["session"] = "wet" if is_wet else "dry"
             factor = 1 + size * is_wet
         elif name == "trend":
-            factor = 1 + size * done
+            factor = 1 + size * progress
         elif name == "mount":
-            turn_deg = size * (done >= 0.5)
+            turn_deg = size * (progress >= 0.5)
         elif name == "crosstalk":
             into_x = size
         elif name in ("gain", "plate"):
-            factor = 1 + size * (done >= (0.7 if name == "plate" else 0.5))
+            factor = 1 + size * (progress >= (0.7 if name == "plate" else 0.5))
 
         def spoil(
             log: np.ndarray,
@@ -309,29 +315,34 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
             log[CHANNELS["z"]] = zero_z + np.sin(angle) * x + np.cos(angle) * z
 
         if (factor, turn_deg, into_x) != (1.0, 0.0, 0.0):
-            change(made, row["force_log"], spoil)
+            change(campaign, row["force_log"], spoil)
     if name == "crosstalk":
         # that of the cell itself: rods show it, too
-        for row in made.rows:
+        for row in campaign.rows:
             if row["kind"] == "rod":
-                change(made, row["force_log"], partial(spoil, factor=1.0, degrees=0.0, share=size))
+                change(
+                    campaign, row["force_log"], partial(spoil, factor=1.0, degrees=0.0, share=size)
+                )
     if name == "session":
-        for row in made.rows:
+        for row in campaign.rows:
             row.setdefault("session", "")
-    found = judged(made)
-    checks = found.checks.set_index("check")
+    judgement = judged(campaign)
+    checks = judgement.checks.set_index("check")
     kinds = () if fault == SOUND else FAULTS[fault][0]
-    told = found.causes[found.causes["verdict"] == "told"]
-    beside = {
-        words.split()[0] for cell in told["inseparable"] for words in cell.split("; ") if words
+    told_causes = judgement.causes[judgement.causes["verdict"] == "told"]
+    kinds_beside = {
+        words.split()[0]
+        for cell in told_causes["inseparable"]
+        for words in cell.split("; ")
+        if words
     }
     return {
         "fault": fault,
         "medium": medium,
         "told": checks.loc["shared", "verdict"] == "failed",
-        "by its cause": not told.empty and any(told["kind"].isin(kinds)),
-        "printed beside": not told.empty and bool(beside & {*kinds}),
-        "inside": _holds_size(found.causes, kinds, size),
+        "by its cause": not told_causes.empty and any(told_causes["kind"].isin(kinds)),
+        "printed beside": not told_causes.empty and bool(kinds_beside & {*kinds}),
+        "inside": _holds_size(judgement.causes, kinds, size),
         "another check": " ".join(
             check for check in checks.index[checks["verdict"] == "failed"] if check != "shared"
         ),
@@ -341,10 +352,10 @@ def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
 
 def _holds_size(causes: pd.DataFrame, kinds: tuple[str, ...], size: float) -> float:
     """Whether the interval of the told cause holds its size; NaN where it is not told by its own kind."""
-    told = causes[(causes["verdict"] == "told") & causes["kind"].isin(kinds[:1])]
-    if told.empty:
+    told_causes = causes[(causes["verdict"] == "told") & causes["kind"].isin(kinds[:1])]
+    if told_causes.empty:
         return np.nan
-    low, high, place = told.iloc[0][["size_lo", "size_hi", "place"]]
+    low, high, place = told_causes.iloc[0][["size_lo", "size_hi", "place"]]
     if place == "dry":
         low, high = 1 / (1 + high) - 1, 1 / (1 + low) - 1
     return float(low <= size <= high)
@@ -370,8 +381,8 @@ def judge_power(job: tuple[int, int, str, str, float]) -> dict[str, object]:
     campaign = make_campaign(kind, random, *DESIGNS[design], 0.05)
     faulty = (1 + size) * campaign.alpha if kind_of_fault == "gain" else turn(campaign, size)
     runs = campaign.slopes(_late(campaign, 0.5, faulty))
-    told, _ = find_causes(JointModel(runs, without=campaign.without))
-    return {"fault": kind_of_fault, "design": design, "size": size, "told": bool(told)}
+    told_causes, _ = find_causes(JointModel(runs, without=campaign.without))
+    return {"fault": kind_of_fault, "design": design, "size": size, "told": bool(told_causes)}
 
 
 def print_power(seed: int, seeds: int) -> None:
@@ -384,9 +395,9 @@ def print_power(seed: int, seeds: int) -> None:
         for number in range(4 * seeds)
     ]
     with Pool() as pool:
-        told = pd.DataFrame(pool.map(judge_power, jobs, chunksize=4))
+        judged_rows = pd.DataFrame(pool.map(judge_power, jobs, chunksize=4))
     print(f"told of {4 * seeds} campaigns in four kinds of media, beds of 5 %:")
-    for kind, rows in told.groupby("fault"):
+    for kind, rows in judged_rows.groupby("fault"):
         counts = rows.pivot_table("told", "design", "size", "sum", sort=False)
         print(f"{kind} from half on\n{counts.astype(int).to_string()}")
 
@@ -411,9 +422,9 @@ def judge_slip(job: tuple[int, int, float]) -> dict[str, object]:
             np.arange(count),
             {},
         )
-        told, _ = find_causes(JointModel(runs, without=campaign.without))
-        if told:
-            by_turn = any(cause.cause.kind == "turn" for cause in told)
+        told_causes, _ = find_causes(JointModel(runs, without=campaign.without))
+        if told_causes:
+            by_turn = any(cause.cause.kind == "turn" for cause in told_causes)
             return {"degrees": degrees, "further": count - SLIPS_AT, "as a turn": by_turn}
     return {"degrees": degrees, "further": np.nan, "as a turn": False}
 
@@ -427,11 +438,11 @@ def print_slips(seed: int, campaigns: int) -> None:
         slips = pd.DataFrame(pool.map(judge_slip, jobs, chunksize=1))
     print(f"mount slips at push {SLIPS_AT} of {SLIP_RUNS}, of {campaigns} campaigns each:")
     for degrees, rows in slips.groupby("degrees"):
-        told = rows["further"].dropna()
-        middle = f", after {told.median():.0f} pushes (median), {told.max():.0f} at most"
+        pushes_until_told = rows["further"].dropna()
+        middle = f", after {pushes_until_told.median():.0f} pushes (median), {pushes_until_told.max():.0f} at most"
         as_turn = int(rows["as a turn"].sum())
         print(
-            f"{degrees:g} degrees: told in {told.size}, as a turn in {as_turn}{middle * bool(told.size)}"
+            f"{degrees:g} degrees: told in {pushes_until_told.size}, as a turn in {as_turn}{middle * bool(pushes_until_told.size)}"
         )
 
 
@@ -472,10 +483,10 @@ def main() -> int:
             files = pd.DataFrame(pool.map(judge_files, jobs_of_files, chunksize=1))
         files["by either"] = files["by its cause"] | files["printed beside"]
         columns = ["told", "by its cause", "by either", "inside"]
-        told = files.groupby("fault", sort=False)[columns].sum()
-        told["sized"] = files.groupby("fault", sort=False)["inside"].count()
+        counts_by_fault = files.groupby("fault", sort=False)[columns].sum()
+        counts_by_fault["sized"] = files.groupby("fault", sort=False)["inside"].count()
         print(f"through files, of {chosen.files} seeds in each of {len(FILE_MEDIA)} media:")
-        print(told.to_string())
+        print(counts_by_fault.to_string())
         for row in files[~files["told"]].to_dict("records"):
             print(row["fault"], row["medium"], "not told:", row["another check"], row["words"])
         return 0

@@ -25,6 +25,6 @@ SLICES: dict[str, Truth] = {
 }
 
 
-def lab_in(found):
+def lab_in(table_function):
     """Let the re-enacted lab push plates into this medium whatever published one is asked for."""
-    return mock.patch.object(truth, "table_s5", found)
+    return mock.patch.object(truth, "table_s5", table_function)

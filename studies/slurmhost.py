@@ -111,7 +111,7 @@ class SlurmHost:
     def _conf(self):
         host = socket.gethostname().partition(".")[0]
         memory = min(8000, psutil.virtual_memory().total // 2**20 // 2)
-        here = self.folder
+        folder = self.folder
         lines = [
             "ClusterName=rftfit",
             f"SlurmctldHost={host}(127.0.0.1)",
@@ -121,12 +121,12 @@ class SlurmHost:
             f"AuthInfo=socket={self.socket}",
             "SlurmUser=root",
             "SlurmdUser=root",
-            f"StateSaveLocation={here / 'state'}",
-            f"SlurmdSpoolDir={here}/spool-%n",
-            f"SlurmctldPidFile={here / 'slurmctld.pid'}",
-            f"SlurmdPidFile={here}/slurmd-%n.pid",
-            f"SlurmctldLogFile={here / 'slurmctld.log'}",
-            f"SlurmdLogFile={here}/slurmd-%n.log",
+            f"StateSaveLocation={folder / 'state'}",
+            f"SlurmdSpoolDir={folder}/spool-%n",
+            f"SlurmctldPidFile={folder / 'slurmctld.pid'}",
+            f"SlurmdPidFile={folder}/slurmd-%n.pid",
+            f"SlurmctldLogFile={folder / 'slurmctld.log'}",
+            f"SlurmdLogFile={folder}/slurmd-%n.log",
             "ProctrackType=proctrack/linuxproc",
             "TaskPlugin=task/none",
             "AccountingStorageType=accounting_storage/none",
@@ -253,9 +253,9 @@ class SlurmHost:
 
 def _kill_tree(process):
     # stopped first, itself before its children: it must not report that they ended, as after a power cut
-    for one in [process, *process.children(recursive=True)]:
+    for member in [process, *process.children(recursive=True)]:
         with contextlib.suppress(psutil.Error):
-            one.suspend()
-    for one in [*process.children(recursive=True), process]:
+            member.suspend()
+    for member in [*process.children(recursive=True), process]:
         with contextlib.suppress(psutil.Error):
-            one.kill()
+            member.kill()

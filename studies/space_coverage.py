@@ -55,26 +55,26 @@ def coverage(trials: int = TRIALS) -> None:
         seen = truth + error * random.standard_normal(truth.shape)
         places = random.permutation(BETA_DEG.size)[:PUSHES]
         pushes = Pushes.of(BETA_DEG[places], GAMMA_DEG[places], seen[:, places], error[:, places])
-        found = estimate(pushes, shapes, Nodes(*NODES, BETA_DEG.size))
-        draws = found.draws.reshape(len(found.draws), -1)
+        medium_map = estimate(pushes, shapes, Nodes(*NODES, BETA_DEG.size))
+        draws = medium_map.draws.reshape(len(medium_map.draws), -1)
         for name, body in bodies().items():
             lo, hi = interval(draws @ linear[name], 0.95)
             force = truth.reshape(-1) @ linear[name]
             inside[name][trial] = (lo <= force) & (force <= hi)
             if trial == 0:  # the program's own draws and sums give the same
-                table = rftfit.predict(found.profile, *body)
+                table = rftfit.predict(medium_map.profile, *body)
                 for end, values in (("lo", lo), ("hi", hi)):
-                    own = table[[one.replace("_N", f"_{end}_N", 1) for one in IN_SPACE]].to_numpy()[
-                        0
-                    ]
-                    np.testing.assert_allclose(values, own, atol=1e-6)
+                    predicted_ends = table[
+                        [column.replace("_N", f"_{end}_N", 1) for column in IN_SPACE]
+                    ].to_numpy()[0]
+                    np.testing.assert_allclose(values, predicted_ends, atol=1e-6)
     print(f"coverage of 95 % intervals, %, {trials} media, {PUSHES} pushes each")
-    for name, one in inside.items():
-        each = ", ".join(
+    for name, is_inside in inside.items():
+        shares = ", ".join(
             f"{what} {100 * share:.1f}"
-            for what, share in zip(IN_SPACE, one.mean(axis=0), strict=True)
+            for what, share in zip(IN_SPACE, is_inside.mean(axis=0), strict=True)
         )
-        print(f"{name}: {each}; all {100 * one.mean():.1f}")
+        print(f"{name}: {shares}; all {100 * is_inside.mean():.1f}")
     print(f"all: {100 * np.mean(list(inside.values())):.1f}")
 
 

@@ -71,7 +71,7 @@ class Legs:
         self.geoms = [model.geom(number).name for number in collides]
         self.stance, self.trot = (
             self.reach(self.home),
-            [self.reach(self.home + self.path(at)) for at in np.arange(50) / 50],
+            [self.reach(self.home + self.path(phase)) for phase in np.arange(50) / 50],
         )
         self.drawn_in = self.reach(self.home + np.array([0, 0, options.lift_cm / 100]))
 
@@ -102,8 +102,10 @@ class Legs:
             errors = places - self.still.geom_xpos[self.feet]
             for foot, joints, error in zip(self.feet, self.joints, errors, strict=True):
                 mujoco.mj_jacGeom(self.model, self.still, jacobian, None, foot)
-                part = jacobian[:, self.model.jnt_dofadr[joints]]
-                moved = part.T @ np.linalg.solve(part @ part.T + 1e-5 * np.eye(3), error)
+                leg_jacobian = jacobian[:, self.model.jnt_dofadr[joints]]
+                moved = leg_jacobian.T @ np.linalg.solve(
+                    leg_jacobian @ leg_jacobian.T + 1e-5 * np.eye(3), error
+                )
                 self.still.qpos[self.model.jnt_qposadr[joints]] += moved
         if np.abs(errors).max() > 0.002:
             sys.exit("a foot cannot reach its path: choose a smaller --stride-cm or --lift-cm")
@@ -114,9 +116,9 @@ class Legs:
         strides = (time_s - STAND_S - REST_S) * self.options.hz
         if strides < 0:
             return self.stance + max(0.0, 1 - time_s) * (self.drawn_in - self.stance)
-        low, part = divmod((strides + 0.25) * 50, 1)
+        low, fraction = divmod((strides + 0.25) * 50, 1)
         now, soon = self.trot[int(low) % 50], self.trot[int(low + 1) % 50]
-        return self.stance + min(1.0, strides) * (now + part * (soon - now) - self.stance)
+        return self.stance + min(1.0, strides) * (now + fraction * (soon - now) - self.stance)
 
 
 def walk(options: argparse.Namespace, step_s: float, delta_mm: float) -> str:
@@ -129,11 +131,11 @@ def walk(options: argparse.Namespace, step_s: float, delta_mm: float) -> str:
     ground = attach(model, data, TableProfile(alpha_z, alpha_x), legs.geoms, delta_mm=delta_mm)
     trunk = model.body_rootid[ground.bodies[0]]
     ends = [STAND_S, *(STAND_S + REST_S + np.arange(STRIDES + 1) / options.hz)]
-    at, taken, tilted, deep, began = [], np.zeros(len(ends)), 0.0, 0.0, time.process_time()
+    positions, taken, tilted, deep, began = [], np.zeros(len(ends)), 0.0, 0.0, time.process_time()
     for number, end in enumerate(ends):
         while data.time < end - step_s / 2:
-            wanted = legs.target(data.time) - data.qpos[legs.places]
-            torque = STIFFNESS * wanted - DAMPING * data.qvel[legs.rates]
+            joint_errors = legs.target(data.time) - data.qpos[legs.places]
+            torque = STIFFNESS * joint_errors - DAMPING * data.qvel[legs.rates]
             data.qfrc_applied[legs.rates] = np.clip(torque, -TORQUE, TORQUE)
             ground.step()
             power = (
@@ -143,18 +145,18 @@ def walk(options: argparse.Namespace, step_s: float, delta_mm: float) -> str:
             taken[number] -= step_s * float(power.sum()) / 100
             tilted = max(tilted, float(np.degrees(np.arccos(min(1.0, data.xmat[trunk, 8])))))
             deep = max(deep, -100 * float(data.geom_xpos[legs.feet, 2].min()))
-        at.append(data.xpos[trunk].copy())
+        positions.append(data.xpos[trunk].copy())
     pace = data.time / (time.process_time() - began)
     if options.picture:
         camera = mujoco.MjvCamera()
-        camera.lookat[:] = [*at[-1][:2], 0.12]
+        camera.lookat[:] = [*positions[-1][:2], 0.12]
         camera.distance, camera.azimuth, camera.elevation = 1.0, 120, -13
         with mujoco.Renderer(model, 400, 640) as renderer:
             renderer.update_scene(data, camera)
             Image.fromarray(renderer.render()).save(options.picture, quality=70)
     (along, aside), drift = (
-        100 * (at[-1] - at[3])[:2] / (STRIDES - 2) * options.hz,
-        1e6 * np.linalg.norm(at[1] - at[0]),
+        100 * (positions[-1] - positions[3])[:2] / (STRIDES - 2) * options.hz,
+        1e6 * np.linalg.norm(positions[1] - positions[0]),
     )
     return (
         f"| {1e3 * step_s:g} | {delta_mm:g} | {along:.1f} | {aside:.1f} | {tilted:.0f} | {deep:.1f} | {drift:.1f} | "

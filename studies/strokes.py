@@ -29,8 +29,12 @@ def judge(noise_mm, seed):
     """Judge the rows of one log: how many are right, wrong and refused, and the first reason of each kind that is not right."""
     pushes = any_pushes(seed, noise_mm / 10, 1 + seed % MOST_LONE)
     rows = pushes.judge()
-    reasons = {how: f"{how}, seed {seed}: {why}; {pushes}" for how, why in rows if how != RIGHT}
-    return Counter(how for how, _ in rows), reasons
+    reasons = {
+        verdict: f"{verdict}, seed {seed}: {why}; {pushes}"
+        for verdict, why in rows
+        if verdict != RIGHT
+    }
+    return Counter(verdict for verdict, _ in rows), reasons
 
 
 def main():
@@ -46,8 +50,8 @@ def main():
             rows: Counter[str] = Counter()
             for counts, reasons in pool.map(partial(judge, noise_mm), range(words.motions)):
                 rows += counts
-                for how, reason in reasons.items():
-                    if how == WRONG or words.verbose:
+                for verdict, reason in reasons.items():
+                    if verdict == WRONG or words.verbose:
                         print(reason, file=sys.stderr)
             share = rows[REFUSED] / rows.total()
             cells = noise_mm, words.motions, rows.total(), rows[RIGHT], rows[WRONG]

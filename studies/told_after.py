@@ -38,17 +38,21 @@ def with_column(content: bytes, column: str, value: str) -> bytes:
     """A log with one value in the whole of a column."""
     lines = content.decode().splitlines()
     head = next(place for place, line in enumerate(lines) if line.startswith("time_s"))
-    at = next(i for i, name in enumerate(lines[head].split(",")) if name.startswith(column))
+    index = next(i for i, name in enumerate(lines[head].split(",")) if name.startswith(column))
     rows = [line.split(",") for line in lines[head + 1 :]]
-    text = [",".join([*row[:at], value, *row[at + 1 :]]) for row in rows]
+    text = [",".join([*row[:index], value, *row[index + 1 :]]) for row in rows]
     return ("\n".join([*lines[: head + 1], *text]) + "\n").encode()
 
 
-def logs_of(rig: LiveRig, kind: str, run: Run, others: Iterable[Run]) -> tuple[bytes, bytes]:
+def logs_of(rig: LiveRig, kind: str, run: Run, later_runs: Iterable[Run]) -> tuple[bytes, bytes]:
     """Force log and motion log of a run, with what goes wrong."""
     if kind == DIRECTION:
         return rig.logs(
-            next(one for one in others if one.kind == run.kind and one.gamma_deg != run.gamma_deg)
+            next(
+                later_run
+                for later_run in later_runs
+                if later_run.kind == run.kind and later_run.gamma_deg != run.gamma_deg
+            )
         )
     if kind == MEDIUM:
         return rig.logs(replace(run, published="glass0.3mm_CP"))
@@ -58,30 +62,30 @@ def logs_of(rig: LiveRig, kind: str, run: Run, others: Iterable[Run]) -> tuple[b
 
 def reports(events: Iterable[Event]) -> set[str]:
     """What the watch says to be wrong."""
-    found = set()
+    findings = set()
     for event in events:
         if event.kind == "medium":
-            found |= {f"check `{one['check']}`" for one in event.facts["checks"]}
+            findings |= {f"check `{check['check']}`" for check in event.facts["checks"]}
         if event.kind == "push":
-            found |= {f"flag `{one['code']}`" for one in event.facts["flags"]}
-            found |= set() if event.facts["state"] in (MEASURED, READ) else {"run refused"}
-    return found
+            findings |= {f"flag `{flag['code']}`" for flag in event.facts["flags"]}
+            findings |= set() if event.facts["state"] in (MEASURED, READ) else {"run refused"}
+    return findings
 
 
 def with_control(rig: LiveRig, plates: list[Run]) -> list[Run]:
     """Each fourth push is one straight down with the level plate, of a bed of its own."""
-    down = next(one for one in rig.plates if one.beta_deg == 0 and one.gamma_deg == 90)
+    down = next(plate for plate in rig.plates if plate.beta_deg == 0 and plate.gamma_deg == 90)
     rod = rig.rods[down.tare_run]
-    for at in range(3, MOST, 4):
-        own = replace(down, run_id=f"{down.run_id}_{at}", tare_run=f"{rod.run_id}_{at}")
-        rig.rods[own.tare_run] = replace(rod, run_id=own.tare_run)
-        plates = [*plates[:at], own, *plates[at:]]
+    for index in range(3, MOST, 4):
+        control = replace(down, run_id=f"{down.run_id}_{index}", tare_run=f"{rod.run_id}_{index}")
+        rig.rods[control.tare_run] = replace(rod, run_id=control.tare_run)
+        plates = [*plates[:index], control, *plates[index:]]
     return plates
 
 
 def told_after(kind: str, seed: int) -> dict[str, int]:
     """Further pushes after which each check or flag comes that was not there before push 12."""
-    found, before = dict[str, int](), set[str]()
+    pushes_by_finding, before = dict[str, int](), set[str]()
     with tempfile.TemporaryDirectory() as folder:
         rig = LiveRig(Path(folder), "poppy_LP", 2013 + seed)
         plates = random.Random(seed).sample(rig.plates, len(rig.plates))
@@ -89,17 +93,23 @@ def told_after(kind: str, seed: int) -> dict[str, int]:
             plates = with_control(rig, plates)
         for number, plate in enumerate(plates[:MOST], start=1):
             is_bad = number == AT or (number > AT and kind not in (DIRECTION, MEDIUM))
-            others = [one for each in plates[MOST:] for one in (each, rig.rods[each.tare_run])]
+            later_runs = [
+                later_run
+                for later_plate in plates[MOST:]
+                for later_run in (later_plate, rig.rods[later_plate.tare_run])
+            ]
             logs = {
-                run: logs_of(rig, kind, run, others) if is_bad else rig.logs(run)
+                run: logs_of(rig, kind, run, later_runs) if is_bad else rig.logs(run)
                 for run in (rig.rods[plate.tare_run], plate)
             }
-            told = reports(rig.record(logs))
+            findings = reports(rig.record(logs))
             if number < AT:
-                before |= told
+                before |= findings
             else:
-                found |= dict.fromkeys(told - before - set(found), number - AT)
-    return found
+                pushes_by_finding |= dict.fromkeys(
+                    findings - before - set(pushes_by_finding), number - AT
+                )
+    return pushes_by_finding
 
 
 def main() -> None:
@@ -111,12 +121,19 @@ def main() -> None:
         f"| at push {AT} | told in | first by | further pushes: median (largest) |\n|---|---|---|---|"
     )
     for kind in (DEAD, *TURNS, DIRECTION, MEDIUM):
-        each = [found for seed in range(orders) if (found := told_after(kind, seed))]
-        first = dict.fromkeys(min(found, key=found.__getitem__) for found in each)
-        after = sorted(min(found.values()) for found in each)
+        pushes_of_orders = [
+            pushes_by_finding
+            for seed in range(orders)
+            if (pushes_by_finding := told_after(kind, seed))
+        ]
+        first_findings = dict.fromkeys(
+            min(pushes_by_finding, key=pushes_by_finding.__getitem__)
+            for pushes_by_finding in pushes_of_orders
+        )
+        after = sorted(min(pushes_by_finding.values()) for pushes_by_finding in pushes_of_orders)
         times = f"{statistics.median(after):g} ({after[-1]})" if after else f"none in {MOST - AT}"
         print(
-            f"| {kind} | {len(each)} of {orders} orders | {', '.join(first) or 'nothing'} "
+            f"| {kind} | {len(pushes_of_orders)} of {orders} orders | {', '.join(first_findings) or 'nothing'} "
             f"| {times} |",
             flush=True,
         )

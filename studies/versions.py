@@ -43,15 +43,17 @@ def read_requirements() -> list[Requirement]:
         *(line for extra in extras.values() for line in extra),
     ]
     lines += [line for group in GROUPS for line in settings["dependency-groups"][group]]
-    found: dict[str, Requirement] = {}
+    requirements: dict[str, Requirement] = {}
     for requirement in map(Requirement, lines):
-        found.setdefault(canonicalize_name(requirement.name), requirement)
-    return [found[name] for name in sorted(found)]
+        requirements.setdefault(canonicalize_name(requirement.name), requirement)
+    return [requirements[name] for name in sorted(requirements)]
 
 
 def lower_bound(requirement: Requirement) -> str:
     """Return the lowest version that a requirement allows."""
-    bounds = [part.version for part in requirement.specifier if part.operator == ">="]
+    bounds = [
+        specifier.version for specifier in requirement.specifier if specifier.operator == ">="
+    ]
     if len(bounds) != 1:
         sys.exit(f"{requirement}: one lower bound is needed, such as {requirement.name}>=1.2")
     return bounds[0]
@@ -77,17 +79,19 @@ class Environment:
     def words(self, requirements: list[Requirement]) -> list[str]:
         """Return what pip is asked for."""
         if self.name == OLDEST:
-            return [f"{one.name}=={lower_bound(one)}" for one in requirements]
+            return [
+                f"{requirement.name}=={lower_bound(requirement)}" for requirement in requirements
+            ]
         return ["--upgrade", "--upgrade-strategy=eager", *map(str, requirements)]
 
     def make(self, requirements: list[Requirement]) -> None:
         """Install the packages and the project; what is there with the same words is kept, but brought up to date."""
         words = self.words(requirements)
-        stamp, wanted = self.folder / "made-from", "\n".join([self.python, *words])
-        made = stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted
-        if made and self.name == OLDEST:
+        stamp, stamp_text = self.folder / "made-from", "\n".join([self.python, *words])
+        is_current = stamp.is_file() and stamp.read_text(encoding="utf-8") == stamp_text
+        if is_current and self.name == OLDEST:
             return
-        if not made:
+        if not is_current:
             subprocess.run([self.python, "-m", "venv", "--clear", str(self.folder)], check=True)
         print(
             f"{self.name}: installing {len(requirements)} packages and what they need ...",
@@ -95,7 +99,7 @@ class Environment:
         )
         self.pip(*words)
         self.pip("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
-        stamp.write_text(wanted, encoding="utf-8")
+        stamp.write_text(stamp_text, encoding="utf-8")
 
     def pip(self, *words: str) -> None:
         """Install."""
@@ -151,15 +155,15 @@ class Environment:
 
 def find_pythons() -> list[str]:
     """Find Pythons that the project allows, older first; this one at least."""
-    found = []
+    programs = []
     for version in PYTHONS:
         program = shutil.which(f"python{version}")
         if (
             program
             and not subprocess.run([program, "-c", ""], check=False, capture_output=True).returncode
         ):
-            found.append(program)
-    return found or [sys.executable]
+            programs.append(program)
+    return programs or [sys.executable]
 
 
 def main() -> None:
@@ -178,7 +182,9 @@ def main() -> None:
         Environment(OLDEST, chosen.oldest_python),
         Environment(NEWEST, chosen.newest_python),
     ]
-    environments = [one for one in environments if chosen.only in (None, one.name)]
+    environments = [
+        environment for environment in environments if chosen.only in (None, environment.name)
+    ]
     PLACE.mkdir(exist_ok=True)
     for environment in environments:
         environment.make(requirements)
@@ -187,10 +193,10 @@ def main() -> None:
     print(f"| package | allowed | {' | '.join(names)} |\n|---|---|{'---|' * len(names)}")
     for requirement in requirements:
         name = canonicalize_name(requirement.name)
-        versions = " | ".join(found.get(name, "-") for found in installed)
+        versions = " | ".join(installed_versions.get(name, "-") for installed_versions in installed)
         print(f"| {name} | {requirement.specifier} | {versions} |", flush=True)
     # what the command line says comes last, so that it wins
-    asked = ["-n", chosen.workers, "-m", "not page", *words]
+    pytest_words = ["-n", chosen.workers, "-m", "not page", *words]
     print("\n| versions | Python | tests |\n|---|---|---|", flush=True)
     failed = False
     for environment in environments:
@@ -200,9 +206,9 @@ def main() -> None:
             capture_output=True,
             text=True,
         ).stdout.strip()
-        code, told = environment.test(asked)
+        code, summary = environment.test(pytest_words)
         failed |= code != 0
-        print(f"| {environment.name} | {version} | {told} |", flush=True)
+        print(f"| {environment.name} | {version} | {summary} |", flush=True)
     sys.exit(int(failed))
 
 

@@ -25,8 +25,12 @@ def main(folder: str) -> None:
     results = rftfit.open(folder)
     for name in results.laboratory:
         table = results[name].alpha
-        whole = torus(*directions(table))
-        completed = whole.beta, whole.gamma, *whole.complete(*alpha_columns(table))
+        directions_of_grid = torus(*directions(table))
+        completed = (
+            directions_of_grid.beta,
+            directions_of_grid.gamma,
+            *directions_of_grid.complete(*alpha_columns(table)),
+        )
         down = cell_at(table, 0, 90)
         for weights, cells in (
             ("before", completed),

@@ -22,21 +22,27 @@ SANDS = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
 
 def left_out(method: str) -> None:
     """Print how the scaled profile fits the table of a medium that it was not made from."""
-    whole = published(method)
+    full_reference = published(method)
     grid = np.meshgrid(np.radians(BETA_DEG), np.radians(GAMMA_DEG), indexing="ij")
-    found = []
+    misfits = []
     for i, medium in enumerate(MEDIA):
-        rest = [j for j in range(len(MEDIA)) if j != i]
-        scaled = whole.scaled[rest]
-        four = Reference("", tuple(MEDIA[j] for j in rest), whole.chi[rest], scaled.mean(0), scaled)
-        own = np.stack(alpha_grid(medium)).ravel()
+        included = [j for j in range(len(MEDIA)) if j != i]
+        scaled = full_reference.scaled[included]
+        four = Reference(
+            "",
+            tuple(MEDIA[j] for j in included),
+            full_reference.chi[included],
+            scaled.mean(0),
+            scaled,
+        )
+        measured = np.stack(alpha_grid(medium)).ravel()
         alpha = alpha_grid(medium)[0][3, -1]
-        ours = np.stack(evaluate(scale(alpha, 0.0, four).coefficients, *grid)).ravel()
-        rms = float(np.sqrt(np.mean((ours - own) ** 2))) / alpha
-        best = float(ours @ own / (ours @ ours))
-        found.append((rms, best))
+        predicted = np.stack(evaluate(scale(alpha, 0.0, four).coefficients, *grid)).ravel()
+        rms = float(np.sqrt(np.mean((predicted - measured) ** 2))) / alpha
+        best = float(predicted @ measured / (predicted @ predicted))
+        misfits.append((rms, best))
         print(f"| {method} | {medium} | {100 * rms:.1f} % | {best:.2f} |")
-    rms, best = np.mean(found, axis=0)
+    rms, best = np.mean(misfits, axis=0)
     print(f"| {method} | mean | {100 * rms:.1f} % | {best:.2f} |")
 
 
@@ -53,8 +59,8 @@ def sands(method: str) -> None:
                 theta, force = (
                     curve[name].to_numpy(float) for name in ("theta_deg", f"force_{c}_N")
                 )
-                ours = getattr(forces, f"force_{c}_N")
-                ratio = ours[extreme(ours, c)] / measured_peak(theta, force, c).force_N
+                predicted = getattr(forces, f"force_{c}_N")
+                ratio = predicted[extreme(predicted, c)] / measured_peak(theta, force, c).force_N
                 cells.append(f"{100 * (ratio - 1):+.0f}")
         print(f"| {method} | {medium} | {' | '.join(cells)} |")
 
@@ -64,9 +70,9 @@ if __name__ == "__main__":
         "| method | medium left out | rms error over alpha_z(0, 90 deg) | factor that fits best |"
     )
     print("|---|---|---|---|")
-    for one in METHODS:
-        left_out(one)
+    for method_name in METHODS:
+        left_out(method_name)
     legs = " | ".join(f"{leg} {c}" for leg in CURVATURES for c in COMPONENTS)
     print(f"\n| method | sand | {legs} |")
-    for one in METHODS:
-        sands(one)
+    for method_name in METHODS:
+        sands(method_name)

@@ -322,8 +322,8 @@ class Results(Tables):
             why = "a column of numbers holds something else"
         else:
             angles = table[["beta_deg", "gamma_deg"]]
-            whole = (angles.notna() & (angles.abs() <= 90)).all(axis=None)
-            if whole and not angles.duplicated().any():
+            angles_in_range = (angles.notna() & (angles.abs() <= 90)).all(axis=None)
+            if angles_in_range and not angles.duplicated().any():
                 return table
             why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
@@ -410,8 +410,8 @@ class Results(Tables):
         -------
         Shapes
         """
-        same = self.config.media[medium].published_as if medium else None
-        profiles = dict(published_shapes([same or ""]).profiles)
+        published_name = self.config.media[medium].published_as if medium else None
+        profiles = dict(published_shapes([published_name or ""]).profiles)
         if self.config.maps.own_media:
             for lab_medium in self.laboratory:
                 profile = TableProfile.from_table(self.alpha_table(lab_medium), lab_medium)

@@ -146,15 +146,15 @@ def _doubt(medium_map: Map) -> str:
 def _map_as_text(
     medium_map: Map, routine: ScaledMedium | None, description: str, level: str
 ) -> str:
-    whole = medium_map.table()
+    map_table = medium_map.table()
     blocks = []
     for component in "zx":
         rows = []
         for beta in _SHOWN_BETA:
             cells = []
             for gamma in _SHOWN_GAMMA:
-                off = (whole["beta_deg"] - beta).abs() + (whole["gamma_deg"] - gamma).abs()
-                near = whole.iloc[int(off.to_numpy().argmin())]
+                off = (map_table["beta_deg"] - beta).abs() + (map_table["gamma_deg"] - gamma).abs()
+                near = map_table.iloc[int(off.to_numpy().argmin())]
                 value, lo, hi = (float(near[column(component, e)]) for e in ("", "_lo", "_hi"))
                 mark = "*" if near["source"] == "measured" else ""
                 ends = f"{lo:.3f} to {hi:.3f}" if hi > lo else "by symmetry"

@@ -76,7 +76,7 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     one plate (beta = -90 and 90 degrees) have one error. Without numbers that have no standard error. Index and columns:
     `COVARIANCE_INDEX`.
     """
-    n, same = len(table), equivalent_rows(table)
+    n, row_of_plate = len(table), equivalent_rows(table)
     se = np.concatenate([table[column(c, "_se")].to_numpy(float) for c in COMPONENTS])
     total, common = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
     for error in common_errors(table).values():
@@ -89,7 +89,7 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
             total += cause.T @ cause
             common += np.square(cause).sum(axis=0)
     alone = np.sqrt(np.maximum(se**2 - common, 0.0))
-    plate = np.concatenate([same, same + n])
+    plate = np.concatenate([row_of_plate, row_of_plate + n])
     total += np.outer(alone, alone) * (plate[:, None] == plate)
     names = [
         (beta, gamma, c)

@@ -38,7 +38,7 @@ def alpha_draws(
 
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
-    result = []
+    draws_by_component = []
     # by direction, so that the order of the rows does not choose the numbers
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
     equivalent = equivalent_rows(table)
@@ -64,8 +64,8 @@ def alpha_draws(
             variance = error_sizes(table, only)[component] ** 2
         if only not in shared:
             moved += np.sqrt(np.maximum(variance, 0.0)) * noise[:, equivalent]
-        result.append(centre + wide * moved)
-    return result[0], result[1]
+        draws_by_component.append(centre + wide * moved)
+    return draws_by_component[0], draws_by_component[1]
 
 
 def _common_normals(
@@ -179,9 +179,9 @@ def interval_of_sum(
     safe = np.where(total > 0, total, 1.0)
     together = 1 / np.maximum(((variance / safe) ** 2 / dof.reshape(shape)).sum(axis=0), 1 / _MANY)
     reach = stdtrit(together, upper) / normal
-    given = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
+    width_drawn = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
     middle = (lo + hi) / 2
-    half = (hi - lo) / 2 * reach / given
+    half = (hi - lo) / 2 * reach / width_drawn
     return middle - half, middle + half
 
 

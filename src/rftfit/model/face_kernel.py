@@ -135,20 +135,20 @@ def face_forces(
     frames: FloatArray,
     elastic: tuple[float, float, float],
     shifts: FloatArray,
-    result: FloatArray,
+    sums: FloatArray,
 ) -> None:
-    """Forces on bodies, each the faces of one range in one frame, written to `result` (p, 7 or 13).
+    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 13).
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `describe`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
-    changed in place; delta 0: the plain law. `result`: force x, y, z (N), moment x, y, z about the reference
+    changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
     point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 13
     columns, also what faces bear without cancellation: sum of the vertical parts, of the horizontal
     ones and of the whole forces (N), and of the latter times the arm x, y, z (N cm).
     """
     passed, delta, tau = elastic
-    bare = result.shape[1] > 7
+    bare = sums.shape[1] > 7
     for p in range(len(ranges)):
         f = frames[p]
         lost = 0.0
@@ -237,7 +237,7 @@ def face_forces(
                 size = math.sqrt(x * x + y * y + z * z)
                 up, level, whole = up + abs(z), level + math.sqrt(x * x + y * y), whole + size
                 cx, cy, cz = cx + size * ax, cy + size * ay, cz + size * az
-        row = result[p]
+        row = sums[p]
         row[0], row[1], row[2], row[3], row[4], row[5], row[6] = sx, sy, sz, mx, my, mz, leaving
         if bare:
             row[7], row[8], row[9], row[10], row[11], row[12] = up, level, whole, cx, cy, cz

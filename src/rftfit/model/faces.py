@@ -46,9 +46,9 @@ def face_alpha(
     `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
     driving parts are turned, and the tangential part is at most this times the normal one.
     """
-    both = np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
+    vector_pairs = np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
     normal, velocity = (
-        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True) for vectors in both
+        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True) for vectors in vector_pairs
     )
     if law == "measured":
         stress = _measured(as_table(profile), normal, velocity)
@@ -115,15 +115,17 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
     cut = (count == 1) | (count == 2)
     heights = (np.where(cut, tip[..., 2] - corner[..., 2], 1.0) for corner in base_corners)
-    first, second = (np.where(cut, tip[..., 2] / height, 0.0) for height in heights)
-    share = first * second
+    along_first, along_second = (np.where(cut, tip[..., 2] / height, 0.0) for height in heights)
+    share = along_first * along_second
     centre = (
-        tip + (_times(first, base_corners[0] - tip) + _times(second, base_corners[1] - tip)) / 3
+        tip
+        + (_times(along_first, base_corners[0] - tip) + _times(along_second, base_corners[1] - tip))
+        / 3
     )
     middle = triangles.mean(axis=-2)
-    rest = (middle - _times(share, centre)) / np.where(share < 1, 1 - share, 1.0)[..., None]
+    other_centre = (middle - _times(share, centre)) / np.where(share < 1, 1 - share, 1.0)[..., None]
     wet = np.where(count == 1, share, np.where(count == 0, 0.0, 1 - share))
-    return wet, np.where((count == 1)[..., None], centre, rest)
+    return wet, np.where((count == 1)[..., None], centre, other_centre)
 
 
 def moving_faces(

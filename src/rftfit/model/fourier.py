@@ -69,10 +69,12 @@ def fit_lsq(
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     nodes = torus(beta, gamma, images=False)
-    result = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
+    coefficients = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
     alphas = nodes.complete(alpha_z, alpha_x)
-    for first, alpha, terms in zip((0, 5), alphas, basis(nodes.beta, nodes.gamma), strict=True):
-        used = np.flatnonzero(keep[first : first + len(terms)])
+    for first_term, alpha, terms in zip(
+        (0, 5), alphas, basis(nodes.beta, nodes.gamma), strict=True
+    ):
+        used = np.flatnonzero(keep[first_term : first_term + len(terms)])
         has_alpha = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
         measured = int(has_alpha.sum())
         if measured < used.size:
@@ -86,8 +88,8 @@ def fit_lsq(
                 "more directions of plate and motion are needed"
             )
         solution = np.einsum("ij,...j->...i", np.linalg.pinv(design.T), alpha[..., has_alpha])
-        result[..., first + used] = solution
-    return result
+        coefficients[..., first_term + used] = solution
+    return coefficients
 
 
 def fit_dft_index(

@@ -44,17 +44,17 @@ _OPTIONS = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "arcp", 
 
 def _step(function: _F) -> _F:
     compiler: Any = numba.njit
-    result: _F = compiler(forceinline=True, _nrt=False, **_OPTIONS)(function)
-    return result
+    compiled: _F = compiler(forceinline=True, _nrt=False, **_OPTIONS)(function)
+    return compiled
 
 
 def _compiled(function: _F) -> _F:
     compiler: Any = numba.njit
     try:
-        result: _F = compiler(cache=True, nogil=True, **_OPTIONS)(function)
+        compiled: _F = compiler(cache=True, nogil=True, **_OPTIONS)(function)
     except RuntimeError:  # no folder that the cache could be written to
-        result = compiler(nogil=True, **_OPTIONS)(function)
-    return result
+        compiled = compiler(nogil=True, **_OPTIONS)(function)
+    return compiled
 
 
 @_step
@@ -78,14 +78,14 @@ def _place(
         half = block[_HALF + i]
         rise = half * abs(tz)
         low = rise - z - z0  # depth of the lower end
-        whole = low - 2 * rise >= 0
-        wet_share = 1.0 if whole else low / (2 * rise)
-        load = (low - rise if whole else 0.5 * low) * wet_share * block[_AREA + i]
+        submerged = low - 2 * rise >= 0
+        wet_share = 1.0 if submerged else low / (2 * rise)
+        load = (low - rise if submerged else 0.5 * low) * wet_share * block[_AREA + i]
         load = 0.0 if low <= 0 else load
         load = 0.0 if vx * vx + vz * vz == 0 else load
         if solid:  # what moves inward, to the left of its tangent, bears nothing
             load = 0.0 if vx * tz - vz * tx <= 0 else load
-        along = 0.0 if whole | (low <= 0) else half * (1 - wet_share)
+        along = 0.0 if submerged | (low <= 0) else half * (1 - wet_share)
         along = -along if tz > 0 else along
         w[_LOAD + i], w[_X + i], w[_Z + i] = load, x + along * tx, z + along * tz
         w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i] = tx, tz, vx, vz
@@ -264,7 +264,7 @@ def pose_forces(
     """
     blocks, w = np.zeros((-(-len(body) // LANES), _AT_REST)), np.zeros(_PLACED)
     _fill(blocks, body, width_cm)
-    result = np.empty((len(poses), 3))
+    forces = np.empty((len(poses), 3))
     for p in range(len(poses)):
         c, s = math.cos(poses[p, 2]), math.sin(poses[p, 2])
         force_z, force_x, moment = _net(
@@ -280,9 +280,9 @@ def pose_forces(
             poses[p, 5],
             w,
         )
-        result[p, 0], result[p, 1] = force_z, force_x
-        result[p, 2] = moment + 0.0 * poses[p, 0]  # none without a place, not even in the air
-    return result
+        forces[p, 0], forces[p, 1] = force_z, force_x
+        forces[p, 2] = moment + 0.0 * poses[p, 0]  # none without a place, not even in the air
+    return forces
 
 
 @_step

@@ -90,13 +90,13 @@ class Mesh:
             )
         vertices, corners = _merge_vertices(vertices, corners)
         notes = []
-        whole = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
-        if lost := len(corners) - len(whole):
+        distinct_corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+        if lost := len(corners) - len(distinct_corners):
             notes.append(f"left out {lost} faces without area")
-        _, first = np.unique(np.sort(whole, axis=1), axis=0, return_index=True)
-        if lost := len(whole) - len(first):
+        _, first_rows = np.unique(np.sort(distinct_corners, axis=1), axis=0, return_index=True)
+        if lost := len(distinct_corners) - len(first_rows):
             notes.append(f"left out {lost} faces that were there twice")
-        corners = whole[np.sort(first)]
+        corners = distinct_corners[np.sort(first_rows)]
         if not sheet:
             _check_closed(vertices, corners)
             if _turned_inside_out(vertices, corners):
@@ -143,18 +143,18 @@ class Mesh:
         -------
         Mesh
         """
-        done, rest = [], self.triangles
-        while len(rest):
-            lengths = np.linalg.norm(np.roll(rest, -1, axis=1) - rest, axis=-1)
+        short_enough, too_long = [], self.triangles
+        while len(too_long):
+            lengths = np.linalg.norm(np.roll(too_long, -1, axis=1) - too_long, axis=-1)
             short = lengths.max(axis=1) <= longest_cm
-            done.append(rest[short])
-            rest, lengths = rest[~short], lengths[~short]
+            short_enough.append(too_long[short])
+            too_long, lengths = too_long[~short], lengths[~short]
             # from the longest edge on
             order = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3
-            a, b, c = np.moveaxis(np.take_along_axis(rest, order[..., None], axis=1), 1, 0)
+            a, b, c = np.moveaxis(np.take_along_axis(too_long, order[..., None], axis=1), 1, 0)
             middle = (a + b) / 2
-            rest = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
-        corners = np.concatenate(done).reshape(-1, 3)
+            too_long = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+        corners = np.concatenate(short_enough).reshape(-1, 3)
         return self._with(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def _with(self, vertices: FloatArray, faces: IntArray) -> Mesh:
@@ -306,10 +306,10 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
     if not size > 0:
         raise ValueError("all vertices are one point")
     place = np.round(vertices[used] / (_SAME * size))
-    _, first, number = np.unique(place, axis=0, return_index=True, return_inverse=True)
-    whole = np.zeros(len(vertices), dtype=np.int64)
-    whole[used] = number.ravel()
-    return vertices[used][first], whole[faces]
+    _, first_rows, number = np.unique(place, axis=0, return_index=True, return_inverse=True)
+    merged_number = np.zeros(len(vertices), dtype=np.int64)
+    merged_number[used] = number.ravel()
+    return vertices[used][first_rows], merged_number[faces]
 
 
 def area_vectors(triangles: FloatArray) -> FloatArray:
@@ -405,8 +405,8 @@ class Motion3D:
             "rotation": (np.eye(3) if matrices is None else matrices, 9),
         }
         arrays = []
-        for label, (given, size) in parts.items():
-            values = np.asarray(given, dtype=float)
+        for label, (argument, size) in parts.items():
+            values = np.asarray(argument, dtype=float)
             if values.size % size or values.shape[-1:] != (3,):
                 raise ValueError(f"{label}: {size} numbers a pose wanted, found {values.shape}")
             arrays.append(values.reshape(-1, size))

@@ -78,10 +78,10 @@ def _forces(
 
     frames = motion.frames
     ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
-    result = np.empty((len(frames), 13))
+    forces = np.empty((len(frames), 13))
     limit = -1.0 if friction is None else float(friction)
-    face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), result)
-    return result
+    face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), forces)
+    return forces
 
 
 def mesh_draws(
@@ -112,14 +112,14 @@ def predict_mesh(
     eps: float = EPS,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
-    whole = mesh_forces(profile, mesh, motion, law, friction)
-    best = _named(whole)
+    best_forces = mesh_forces(profile, mesh, motion, law, friction)
+    best = _named(best_forces)
     extremes = extremes_in_space(best)
-    is_finite = np.asarray(np.isfinite(whole[:, :6]).all(axis=1))
+    is_finite = np.asarray(np.isfinite(best_forces[:, :6]).all(axis=1))
     alpha = model = None
     ends: Ends = {}
     model_ends: Ends = {}
-    draws = whole[None]
+    draws = best_forces[None]
     if isinstance(profile.spread, Profile):
         draws = mesh_draws(profile.spread, mesh, motion, law, friction)
         alpha = DrawStatistics(IN_SPACE, extremes, confidence)
@@ -160,7 +160,7 @@ def predict_mesh(
             columns |= dict(zip(next_end_names(name), of_bed, strict=True))
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * whole[:, 6]
+    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best_forces[:, 6]
     why = profile.reason or "a position, rotation or velocity is missing"
     places = next(iter(motion.columns.values()))
     bounds: dict[str, tuple[FloatArray, FloatArray]] = {}
@@ -189,9 +189,9 @@ def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -
     """Errors of the model in each draw (draws, p, 13): (draws, p, 6), or of many draws about a single one."""
     poses = draws.shape[1]
     bare = np.nan_to_num(draws[..., 7:])
-    whole = bare[..., 2]
-    centre = bare[..., 3:] / np.where(whole > 0, whole, 1.0)[..., None]
-    loaded = (whole > 0).any(axis=0).astype(float)
+    total_load = bare[..., 2]
+    centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
+    loaded = (total_load > 0).any(axis=0).astype(float)
     size = errors.size_of(np.hypot(bare[..., 0], bare[..., 1])) * loaded
     load = errors.Load(np.arange(poses), size, centre, loaded)
     count = len(draws) if len(draws) > 1 else errors.DRAWS

@@ -163,9 +163,9 @@ def _outline_load(
     size = np.hypot(force_z.sum(axis=1), force_x.sum(axis=1)).T.astype(float)
     if not with_centre:
         return size, np.zeros((*size.shape, 0))
-    both = np.sqrt(force_z**2 + force_x**2)
-    total = both.sum(axis=1)
-    moved = np.einsum("pnd,pnc->dpc", both, arm.astype(np.float32), optimize=True)
+    force_size = np.sqrt(force_z**2 + force_x**2)
+    total = force_size.sum(axis=1)
+    moved = np.einsum("pnd,pnc->dpc", force_size, arm.astype(np.float32), optimize=True)
     middle = moved / np.where(total > 0, total, 1.0).T[..., None]
     return size, middle.astype(float)
 
@@ -252,9 +252,9 @@ def error_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
 def _short_paths(progress: bytes, draws: int, axes: int) -> FloatArray:
     places = np.frombuffer(progress)
     paths = [*_make_paths(places, draws, axes, max(places.size, 1))]
-    whole = paths[0] if paths else np.zeros((draws, axes, 0))
-    whole.setflags(write=False)
-    return whole
+    all_paths = paths[0] if paths else np.zeros((draws, axes, 0))
+    all_paths.setflags(write=False)
+    return all_paths
 
 
 def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
@@ -272,10 +272,10 @@ def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
             if pose and (gap := gaps[pose - 1]) > 0:
                 value, rate = _next(value, rate, float(gap), random)
             block[pose - start] = value
-        both = np.concatenate([block, -block], axis=1)[:, :draws]
+        antithetic = np.concatenate([block, -block], axis=1)[:, :draws]
         # ranks choose normal scores: quantiles of every pose are those of a normal, without the noise of few draws
-        even = np.empty_like(both)
-        np.put_along_axis(even, both.argsort(axis=1), scores, axis=1)
+        even = np.empty_like(antithetic)
+        np.put_along_axis(even, antithetic.argsort(axis=1), scores, axis=1)
         yield even.transpose(1, 2, 0)
 
 
@@ -289,13 +289,13 @@ def _next(
     new_value = max(1 - a * a - b * b, 0.0)
     across = b * (a - c)
     new_rate = max(1 - b * b - c * c, 0.0)
-    first = math.sqrt(new_value)
-    shared = across / first if first > 0 else 0.0
-    second = math.sqrt(max(new_rate - shared * shared, 0.0))
+    value_sd = math.sqrt(new_value)
+    shared = across / value_sd if value_sd > 0 else 0.0
+    rate_sd = math.sqrt(max(new_rate - shared * shared, 0.0))
     normals = random.standard_normal((2, *value.shape))
     return (
-        a * value + b * rate + first * normals[0],
-        c * rate - b * value + shared * normals[0] + second * normals[1],
+        a * value + b * rate + value_sd * normals[0],
+        c * rate - b * value + shared * normals[0] + rate_sd * normals[1],
     )
 
 

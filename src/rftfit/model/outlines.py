@@ -289,9 +289,9 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
     problems = []
     seen: dict[tuple[float, float], int] = {}
     for index, (x, z) in enumerate((points[:-1] if closed else points).tolist()):
-        first = seen.setdefault((x, z), index)
-        if first != index:
-            text = f"every point once; this is the point of row {rows[first]} again"
+        first_index = seen.setdefault((x, z), index)
+        if first_index != index:
+            text = f"every point once; this is the point of row {rows[first_index]} again"
             place = Place(file, rows[index])
             problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
     if problems:

@@ -78,10 +78,10 @@ class DrawStatistics:
     @property
     def ends(self) -> Ends:
         """Intervals by pose."""
-        whole = {
+        intervals = {
             name: np.concatenate(parts, axis=1) for name, parts in self._parts.items() if parts
         }
-        return {name: (lo, hi) for name, (lo, hi) in whole.items()}
+        return {name: (lo, hi) for name, (lo, hi) in intervals.items()}
 
     def peak_ends(self, extreme: Extreme, value: float) -> tuple[float, float] | None:
         """Interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
@@ -139,9 +139,16 @@ def pick_peaks(
         of_bed = extreme.sign * np.array(of_next_bed(value, widest, bed))
         # the greatest force of one sign is none of the other one
         lo, hi = sorted(extreme.sign * np.maximum(of_bed, 0.0) + 0.0)
-        both = *ends[1], float(lo), float(hi)
+        model_and_bed_ends = *ends[1], float(lo), float(hi)
         peaks.append(
-            Peak(extreme.name, extreme.quantity, value, *ends[0], float(places[row]), *both)
+            Peak(
+                extreme.name,
+                extreme.quantity,
+                value,
+                *ends[0],
+                float(places[row]),
+                *model_and_bed_ends,
+            )
         )
     return peaks
 

@@ -293,8 +293,8 @@ def plan(
         places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
         seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
         covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
-        left = np.maximum(np.diag(covariance)[size:], 0.0)
-        steps.append(Step(directions, runs, quantile * np.sqrt(left)))
+        variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
+        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left)))
     return Plan(target.name, target.parts, tuple(steps), confidence)
 
 

@@ -146,12 +146,12 @@ def _origin(profile: Map | TableProfile) -> dict[str, Any]:
 def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     """Alpha of the nodes and its draws, each direction once; the pushes where they are not just these."""
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
-    first, listed = each_once(beta, gamma)
+    cells, listed = each_once(beta, gamma)
 
     def alpha_at_nodes(of: TableProfile) -> FloatArray:
         return np.stack(listed.complete(*of.parameters))
 
-    rows = np.concatenate([np.degrees([beta[first], gamma[first]]), alpha_at_nodes(table)])
+    rows = np.concatenate([np.degrees([beta[cells], gamma[cells]]), alpha_at_nodes(table)])
     numbers: dict[str, Any] = {"directions": _columns(("beta_deg", "gamma_deg", *_ALPHA), rows)}
     listed_alone = rows[:, np.isfinite(rows[2:]).any(axis=0)]
     if listed_alone.shape != pushed[:4].shape or not np.allclose(
@@ -161,7 +161,7 @@ def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     if isinstance(table.spread, TableProfile):
         draws = alpha_at_nodes(table.spread)
         if not np.isnan(draws).all():
-            short = [_numbers(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, first.size)]
+            short = [_numbers(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, cells.size)]
             half = len(short) // 2
             numbers["errors"] = dict(zip(_DRAWS, (short[:half], short[half:]), strict=True))
     return numbers
@@ -187,7 +187,9 @@ def _text(value: Any, depth: int = 1) -> str:
     """JSON with a line for each key and each draw."""
     before, after = "\n" + " " * depth, "\n" + " " * (depth - 1)
     if isinstance(value, dict) and value:
-        lines = (f"{json.dumps(name)}: {_text(item, depth + 1)}" for name, item in value.items())
+        lines = (
+            f"{json.dumps(name)}: {_text(member, depth + 1)}" for name, member in value.items()
+        )
         return "{" + before + f",{before}".join(lines) + after + "}"
     if isinstance(value, list) and value and isinstance(value[0], list):
         return "[" + before + f",{before}".join(map(_text, value)) + after + "]"
@@ -378,8 +380,8 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
-    first, _ = each_once(beta, gamma)
-    for index in sorted({*range(beta.size)} - {*first.tolist()}):
+    listed, _ = each_once(beta, gamma)
+    for index in sorted({*range(beta.size)} - {*listed.tolist()}):
         direction_deg = f"({np.degrees(beta[index]):g}, {np.degrees(gamma[index]):g})"
         text = "directions once, without mirror images; this one was listed before"
         file.note(("directions", "gamma_deg", index), "twice", direction_deg, text)

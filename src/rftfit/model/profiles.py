@@ -93,12 +93,12 @@ def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
         return np.tensordot(values, weights, axes=(-1, -1))
     # relative, because a sum over elements carries a unit
     counts = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
-    result = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
+    total = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
     flat = missing.reshape(-1, missing.shape[-1])
     if (flat.any(axis=0) == flat.all(axis=0)).all():  # the same in all draws
         missing = np.asarray(flat.any(axis=0))
     lost = np.tensordot(missing.astype(float), counts.astype(float), axes=(-1, -1)) > 0
-    return np.where(lost, np.nan, result)
+    return np.where(lost, np.nan, total)
 
 
 ANY_DEPTH = (0.0, float("inf"))
@@ -324,11 +324,11 @@ class TableProfile(Profile):
         if not every.any():
             return ""
         # a plate at -90 degrees is the one at 90, a push straight down its own mirror image
-        whole = torus(*cells)
-        lost = np.isnan(whole.complete(*values)).any(axis=0)
+        directions = torus(*cells)
+        lost = np.isnan(directions.complete(*values)).any(axis=0)
         lost = lost.reshape(-1, lost.shape[-1]).any(axis=0)
         places = []
-        for number in np.unique(whole.cell[lost][whole.sign[lost] > 0]):
+        for number in np.unique(directions.cell[lost][directions.sign[lost] > 0]):
             if number < 0:
                 continue
             place = _place(*(np.degrees(angle[number]) for angle in cells))
@@ -362,8 +362,8 @@ class TableProfile(Profile):
         Raises ValueError where they are not.
         """
         grid = crossings(torus(beta, gamma))
-        first = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
-        if grid is None or first > 1e-9 or (grid.node < 0).any():
+        offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
+        if grid is None or offset > 1e-9 or (grid.node < 0).any():
             raise ValueError("the directions are no whole grid")
         profile = cls.__new__(cls)
         profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
@@ -419,8 +419,8 @@ class TableProfile(Profile):
 
     def _packed(self) -> Pack:
         ends = (slice(None, -1), slice(1, None))
-        both = (self.alpha_z, self.alpha_x)
-        corners = [alpha[row, column] for alpha in both for row in ends for column in ends]
+        alphas = (self.alpha_z, self.alpha_x)
+        corners = [alpha[row, column] for alpha in alphas for row in ends for column in ends]
         return make_pack(TABLE, np.zeros(0), self.beta, self.gamma, np.stack(corners, axis=-1))
 
     def _corners(
@@ -430,18 +430,18 @@ class TableProfile(Profile):
         beta, gamma = wrap_beta(beta), wrap_gamma(gamma)
         row, u = _interval(self.beta, beta)
         col, v = _interval(self.gamma, gamma)
-        for first, weight_u in ((0, 1 - u), (1, u)):
-            for second, weight_v in ((0, 1 - v), (1, v)):
-                yield row + first, col + second, weight_u * weight_v
+        for row_step, weight_u in ((0, 1 - u), (1, u)):
+            for column_step, weight_v in ((0, 1 - v), (1, v)):
+                yield row + row_step, col + column_step, weight_u * weight_v
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Weights of the nodes; one and the same array for z and x."""
-        result = np.zeros((beta.size, self.beta.size * self.gamma.size))
+        weights = np.zeros((beta.size, self.beta.size * self.gamma.size))
         points = np.arange(beta.size)
         for row, col, weight in self._corners(beta.ravel(), gamma.ravel()):
-            result[points, row * self.gamma.size + col] += weight
-        result = result.reshape(*beta.shape, -1)
-        return result, result
+            weights[points, row * self.gamma.size + col] += weight
+        weights = weights.reshape(*beta.shape, -1)
+        return weights, weights
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> csr_array:
         """`basis` of directions (n,) as a sparse matrix, shape (n, nodes)."""
@@ -463,13 +463,13 @@ class TableProfile(Profile):
         corners = list(self._corners(beta, gamma))
 
         def total(values: FloatArray) -> FloatArray:
-            result = np.zeros((*values.shape[:-2], *beta.shape))
+            sums = np.zeros((*values.shape[:-2], *beta.shape))
             for row, col, weight in corners:
                 corner_values = values[..., row, col]
                 # a node without weight may be missing
                 idle = (weight < NEGLIGIBLE) & np.isnan(corner_values)
-                result += np.where(idle, 0.0, weight * corner_values)
-            return result
+                sums += np.where(idle, 0.0, weight * corner_values)
+            return sums
 
         return total(self.alpha_z), total(self.alpha_x)
 
@@ -527,8 +527,8 @@ def _triangulated(
 
     def laid(alpha: FloatArray, sign: float) -> FloatArray:
         # where four directions lie on a circle, either diagonal will do: take both
-        both = (weights + sign * weights[image]) / 2
-        values = (both @ alpha.reshape(-1, alpha.shape[-1]).T).T
+        symmetric_weights = (weights + sign * weights[image]) / 2
+        values = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
         values = np.where(near & near[image], values, np.nan)
         return values.reshape(*lead, rows.size, columns.size)
 

@@ -142,10 +142,10 @@ class Shapes:
         mean, prior = self.moments(*_GRID)
         free = np.diag(prior) > _ZERO_VARIANCE
         exact = 1e-6 * np.abs(mean).max() * np.eye(int(free.sum()))
-        whole = _Likelihood(
+        likelihood = _Likelihood(
             mean[free], prior[np.ix_(free, free)], mean[free], exact**2, np.linalg.inv(exact)
         )
-        allowed = whole.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
+        allowed = likelihood.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
     def horizontal_error(self, seen: float) -> float:
@@ -319,11 +319,11 @@ def _alike(
 def _smooth(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Kernel of K over chords."""
     smooth = np.hypot(beta / variation.smooth_beta, gamma / variation.smooth_gamma)
-    result: FloatArray = variation.smooth * np.exp(-(smooth**2) / 2)
-    result += (1 - variation.smooth) * _matern(
+    kernel: FloatArray = variation.smooth * np.exp(-(smooth**2) / 2)
+    kernel += (1 - variation.smooth) * _matern(
         np.hypot(beta / variation.rough_beta, gamma / variation.rough_gamma)
     )
-    return result
+    return kernel
 
 
 def _rough(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
@@ -503,12 +503,12 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
         beta_deg, gamma_deg, numbers(column("z"), column("x")), numbers("se_z", "se_x")
     )
     order = np.lexsort([sorted_out.alpha[1], sorted_out.alpha[0], gamma_deg, beta_deg])
-    both = np.concatenate([order, order.size + order])
+    component_rows = np.concatenate([order, order.size + order])
     return Pushes(
         sorted_out.beta[order],
         sorted_out.gamma[order],
         sorted_out.alpha[:, order],
-        sorted_out.covariance[np.ix_(both, both)],
+        sorted_out.covariance[np.ix_(component_rows, component_rows)],
     )
 
 
@@ -590,28 +590,28 @@ def merged(pushes: Pushes) -> Pushes:
     covariance = np.where(np.outer(is_known, is_known), pushes.covariance, 0.0)
     least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
     weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least), 0.0)
-    first, rows = [], np.zeros((2, 0, 2 * count))
-    left = np.ones(count, dtype=bool)
+    first_pushes, rows = [], np.zeros((2, 0, 2 * count))
+    is_unmerged = np.ones(count, dtype=bool)
     for push in range(count):
-        if not left[push]:
+        if not is_unmerged[push]:
             continue
-        same, turned = _same_direction(
+        same_direction, turned = _same_direction(
             pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
         )
-        left[same] = False
-        first.append(push)
+        is_unmerged[same_direction] = False
+        first_pushes.append(push)
         row = np.zeros((2, 1, 2 * count))
-        for component, sign in enumerate((np.ones(same.size), turned)):
-            places = component * count + same
+        for component, sign in enumerate((np.ones(same_direction.size), turned)):
+            places = component * count + same_direction
             total = float(weight[places].sum())
             row[component, 0, places] = sign * weight[places] / total if total else np.nan
         rows = np.concatenate([rows, row], axis=1)
-    mean = rows.reshape(2 * len(first), -1)
+    mean = rows.reshape(2 * len(first_pushes), -1)
     alpha = (np.nan_to_num(mean) @ np.where(is_known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
     lost = np.isnan(mean).any(axis=1).reshape(2, -1)
     return Pushes(
-        pushes.beta[first],
-        pushes.gamma[first],
+        pushes.beta[first_pushes],
+        pushes.gamma[first_pushes],
         np.where(lost, np.nan, alpha),
         np.nan_to_num(mean) @ covariance @ np.nan_to_num(mean).T,
     )
@@ -675,10 +675,10 @@ def estimate(
         prior, seen[used], y[used], errors[np.ix_(used, used)], shapes.variation, size
     )
     sorted_nodes = nodes.beta[order], nodes.gamma[order]
-    kept = _PushedNodes(sorted_nodes, pushes, used)
-    drawn, share = posterior.draws(sorted_nodes, coarse, kept, pushes, used, shapes.tilt)
+    pushed_nodes = _PushedNodes(sorted_nodes, pushes, used)
+    drawn, share = posterior.draws(sorted_nodes, coarse, pushed_nodes, pushes, used, shapes.tilt)
     back = np.argsort(order)
-    draws, measured = drawn[..., back], kept.measured[back]
+    draws, measured = drawn[..., back], pushed_nodes.measured[back]
     usual = posterior.given[0]
     expected = usual.expected(size)
     horizontal, seen_error = usual.horizontal(np.flatnonzero(used) >= pushes.beta.size, expected)
@@ -806,7 +806,7 @@ class _Posterior:
         self,
         nodes: Angles,
         coarse: int,
-        kept: _PushedNodes,
+        pushed_nodes: _PushedNodes,
         pushes: Pushes,
         used: npt.NDArray[np.bool_],
         tilt: float,
@@ -821,13 +821,13 @@ class _Posterior:
         random = np.random.default_rng(SEED)
         some = nodes[0][:coarse], nodes[1][:coarse]
         kept_there = _PushedNodes(some, pushes, used)
-        first = 2 * (pushes.beta.size + coarse)
+        place_count = 2 * (pushes.beta.size + coarse)
         draws_kept: list[FloatArray] = []
-        tried = passive = whole = 0
+        tried = passive = completed = 0
         least = np.nan
-        while tried < _MOST_DRAWN and whole < DRAWS:
-            batch = self._begin(first, random)
-            draws = self._nodes(batch, slice(first - 2 * coarse, first))
+        while tried < _MOST_DRAWN and completed < DRAWS:
+            batch = self._begin(place_count, random)
+            draws = self._nodes(batch, slice(place_count - 2 * coarse, place_count))
             # of the medium itself: the error of a push is not of its shape
             efforts = mean_effort(draws, some)
             kept_there.put(draws.reshape(len(draws), -1), self.y - batch.noise)
@@ -842,11 +842,11 @@ class _Posterior:
                 least = float(effort.min()) if np.isnan(least) else least
                 chance = np.exp(-tilt * np.maximum(effort - least, 0.0))
                 chosen = chosen[random.random(chance.size) < chance]
-            alpha = self._between(batch.of(chosen), draws[chosen], nodes, kept, random)
-            whole += len(alpha)
+            alpha = self._between(batch.of(chosen), draws[chosen], nodes, pushed_nodes, random)
+            completed += len(alpha)
             draws_kept.append(alpha)
         share = 1 - passive / (tried * DRAWS)
-        if whole < FEWEST_DRAWS:
+        if completed < FEWEST_DRAWS:
             raise ValueError(
                 f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
                 "at the signs of alpha and at the angles"
@@ -855,11 +855,11 @@ class _Posterior:
         # of what was measured the mean is the number itself
         flat = drawn.reshape(len(drawn), -1)
         centre = flat.mean(axis=0)
-        kept.put(centre, self.y)
+        pushed_nodes.put(centre, self.y)
         flat += centre - flat.mean(axis=0)
         return drawn, share
 
-    def _begin(self, first: int, random: np.random.Generator) -> _Batch:
+    def _begin(self, place_count: int, random: np.random.Generator) -> _Batch:
         """Draws of size, departure and roughness, and of the shape as far as the first places of the prior need it.
 
         A medium and errors are drawn from what is known beforehand and corrected by what its pushes would
@@ -870,18 +870,18 @@ class _Posterior:
         share_index, departure, size = np.unravel_index(chosen, self.weights.shape)
         s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
         noise = random.standard_normal((DRAWS, self.y.size)) @ self._noise
-        normals = random.standard_normal((DRAWS, first), np.float32)
+        normals = random.standard_normal((DRAWS, place_count), np.float32)
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * wide
-        for place, given in enumerate(self.given):
-            mine = share_index == place
+        for place, likelihood in enumerate(self.given):
+            of_share = share_index == place
             # a root is triangular: the first places need the first normal numbers only
             root = self._roots[place][: self.seen[-1] + 1, self.seen]
-            shape = self.prior.mean[self.seen] + np.sqrt(wide[mine]) * (
-                normals[mine, : len(root)] @ root
+            shape = self.prior.mean[self.seen] + np.sqrt(wide[of_share]) * (
+                normals[of_share, : len(root)] @ root
             )
-            off = self.y - s[mine] * shape - noise[mine]
-            pull[mine] = variance[mine] * given.solved(off, variance[mine])
+            off = self.y - s[of_share] * shape - noise[of_share]
+            pull[of_share] = variance[of_share] * likelihood.solved(off, variance[of_share])
         return _Batch(share_index, s, wide, normals, pull, noise)
 
     def _between(
@@ -889,54 +889,61 @@ class _Posterior:
         batch: _Batch,
         draws: FloatArray,
         nodes: Angles,
-        kept: _PushedNodes,
+        pushed_nodes: _PushedNodes,
         random: np.random.Generator,
     ) -> FloatArray:
         """Complete draws at the nodes of the published grid (draws, 2, n) by the nodes between its lines.
 
         Beside a push that gives energy back, as errors may make it, no completion takes energy: then the last one stays.
         """
-        first, size = batch.normals.shape[1], self.prior.mean.size
-        if first == size:
+        place_count, size = batch.normals.shape[1], self.prior.mean.size
+        if place_count == size:
             return draws
-        between = slice(first, size)
+        between = slice(place_count, size)
         largest = np.abs(draws).max(axis=(1, 2), initial=0.0)
         # what the numbers on the lines make those between them, without what they leave open
         expected = self._nodes(batch, between)
         alpha = np.empty((len(draws), 2, nodes[0].size))
-        left = np.arange(len(draws))
+        unfinished = np.arange(len(draws))
         for _ in range(_MOST_COMPLETED):
-            if not left.size:
+            if not unfinished.size:
                 break
-            normals = random.standard_normal((left.size, size - first), np.float32)
-            completed = expected[left] + self._left_open(batch.of(left), normals, between)
-            whole = np.concatenate([draws[left], completed], axis=-1)
-            kept.put(whole.reshape(left.size, 2 * nodes[0].size), self.y - batch.noise[left])
-            alpha[left] = whole
-            left = left[~_takes_energy(whole, nodes[1], largest[left], kept.measured)]
+            normals = random.standard_normal((unfinished.size, size - place_count), np.float32)
+            completed = expected[unfinished] + self._left_open(
+                batch.of(unfinished), normals, between
+            )
+            all_nodes = np.concatenate([draws[unfinished], completed], axis=-1)
+            pushed_nodes.put(
+                all_nodes.reshape(unfinished.size, 2 * nodes[0].size),
+                self.y - batch.noise[unfinished],
+            )
+            alpha[unfinished] = all_nodes
+            unfinished = unfinished[
+                ~_takes_energy(all_nodes, nodes[1], largest[unfinished], pushed_nodes.measured)
+            ]
         return alpha
 
     def _nodes(self, batch: _Batch, places: slice) -> FloatArray:
         """Alpha in some places of the prior as far as the normal numbers of a batch reach, shape (draws, 2, n)."""
         reach = min(places.stop, batch.normals.shape[1])
-        result = np.empty((len(batch.share_index), places.stop - places.start))
+        alpha = np.empty((len(batch.share_index), places.stop - places.start))
         for place, (root, towards) in enumerate(zip(self._roots, self._towards, strict=True)):
-            mine = batch.share_index == place
-            drawn = batch.normals[mine, :reach] @ root[:reach, places]
-            shape = self.prior.mean[places] + np.sqrt(batch.wide[mine]) * drawn
-            result[mine] = batch.s[mine] * shape + batch.pull[mine] @ towards[:, places]
-        return result.reshape(len(result), 2, result.shape[1] // 2)
+            of_share = batch.share_index == place
+            drawn = batch.normals[of_share, :reach] @ root[:reach, places]
+            shape = self.prior.mean[places] + np.sqrt(batch.wide[of_share]) * drawn
+            alpha[of_share] = batch.s[of_share] * shape + batch.pull[of_share] @ towards[:, places]
+        return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
     def _left_open(
         self, batch: _Batch, normals: npt.NDArray[np.float32], places: slice
     ) -> FloatArray:
         """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
-        result = np.empty((len(batch.share_index), places.stop - places.start))
+        alpha = np.empty((len(batch.share_index), places.stop - places.start))
         for place, root in enumerate(self._roots):
-            mine = batch.share_index == place
-            drawn = normals[mine] @ root[places, places]
-            result[mine] = batch.s[mine] * np.sqrt(batch.wide[mine]) * drawn
-        return result.reshape(len(result), 2, result.shape[1] // 2)
+            of_share = batch.share_index == place
+            drawn = normals[of_share] @ root[places, places]
+            alpha[of_share] = batch.s[of_share] * np.sqrt(batch.wide[of_share]) * drawn
+        return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
 
 class _Batch(NamedTuple):
@@ -991,7 +998,7 @@ def _rows(covariance: FloatArray) -> FloatArray:
 
 
 def _weighed(
-    given: list[_Likelihood],
+    likelihoods: list[_Likelihood],
     departures: FloatArray,
     beforehand: FloatArray,
     fixed_size: float | None,
@@ -1001,16 +1008,16 @@ def _weighed(
     Sizes are equally likely beforehand in their logarithm, but those that the errors would hide in
     themselves: a push where a medium has no force would fit the weakest one best.
     """
-    middle = given[0].first if fixed_size is None else fixed_size
+    middle = likelihoods[0].first if fixed_size is None else fixed_size
     low, high = np.log(middle / _WIDEST), np.log(middle * _WIDEST)
     for _ in range(3):  # to where the likelihood is
         sizes = (
             np.exp(np.linspace(low, high, _SIZES)) if fixed_size is None else np.array([fixed_size])
         )
         logarithm = beforehand + np.stack(
-            [likelihood.likelihood(sizes, departures) for likelihood in given]
+            [likelihood.likelihood(sizes, departures) for likelihood in likelihoods]
         )
-        logarithm += np.log(sizes / (sizes + _HIDDEN_BELOW_SE * given[0].least_error))
+        logarithm += np.log(sizes / (sizes + _HIDDEN_BELOW_SE * likelihoods[0].least_error))
         weights = np.exp(logarithm - logarithm.max())
         likely = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(likely[0] - 1, 0)])
@@ -1064,8 +1071,8 @@ class _Likelihood:
 
     def distance(self, size: float) -> float:
         """Squared distance of the numbers from the shape of this size: chi^2 where the medium belongs."""
-        rest = (self._y - size * self._mean) ** 2 / (1 + size**2 * self._values)
-        return float(rest.sum())
+        squares = (self._y - size * self._mean) ** 2 / (1 + size**2 * self._values)
+        return float(squares.sum())
 
     def horizontal(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Strength of alpha_x relative to alpha_z, as the known media have it 1, and error of its logarithm.
@@ -1141,8 +1148,8 @@ def _same_direction(
         )
         nodes.append(np.flatnonzero(near))
         signs.append(np.full(nodes[-1].size, sign))
-    places, first = np.unique(np.concatenate(nodes), return_index=True)
-    return places, np.concatenate(signs)[first]
+    places, first_places = np.unique(np.concatenate(nodes), return_index=True)
+    return places, np.concatenate(signs)[first_places]
 
 
 @dataclass(frozen=True)

@@ -61,16 +61,16 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     rows = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)
     columns = np.round((gamma_deg + 180) * _PER_DEGREE).astype(np.int64) % (360 * _PER_DEGREE)
     key = rows * (360 * _PER_DEGREE) + columns
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    _, first_cells, place = np.unique(key, return_index=True, return_inverse=True)
     order = np.argsort(place, kind="stable")
     slot = np.arange(key.size) - np.searchsorted(place[order], place[order])
-    cell = np.full((first.size, int(slot.max(initial=-1)) + 1), -1)
+    cell = np.full((first_cells.size, int(slot.max(initial=-1)) + 1), -1)
     sign = np.ones(cell.shape)
     cell[place[order], slot] = order % beta.size if beta.size else 0
     sign[place[order], slot] = np.where(order < beta.size, 1.0, -1.0)
     return Torus(
-        np.radians((beta_deg[first] + 90) % 180 - 90) if first.size else np.empty(0),
-        np.radians((gamma_deg[first] + 180) % 360 - 180) if first.size else np.empty(0),
+        np.radians((beta_deg[first_cells] + 90) % 180 - 90) if first_cells.size else np.empty(0),
+        np.radians((gamma_deg[first_cells] + 180) % 360 - 180) if first_cells.size else np.empty(0),
         cell,
         sign,
     )
@@ -83,20 +83,20 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     """
     edge = np.pi / 2 + 1e-9
     order = np.lexsort((gamma, beta, beta < 1e-9 - np.pi / 2, np.abs(gamma) > edge))
-    whole = torus(beta[order], gamma[order])
-    cell = np.where(whole.cell < 0, beta.size, whole.cell)
+    sorted_torus = torus(beta[order], gamma[order])
+    cell = np.where(sorted_torus.cell < 0, beta.size, sorted_torus.cell)
     slot = cell.argmin(axis=1, keepdims=True)
-    first = np.take_along_axis(cell, slot, axis=1)[:, 0]
+    first_cells = np.take_along_axis(cell, slot, axis=1)[:, 0]
     # of a direction and its mirror image, which have the same cells, the one that the first cell has itself
-    unmirrored = np.flatnonzero(np.take_along_axis(whole.sign, slot, axis=1)[:, 0] > 0)
-    unmirrored = unmirrored[np.argsort(first[unmirrored])]
+    unmirrored = np.flatnonzero(np.take_along_axis(sorted_torus.sign, slot, axis=1)[:, 0] > 0)
+    unmirrored = unmirrored[np.argsort(first_cells[unmirrored])]
     listed = Torus(
-        whole.beta[unmirrored],
-        whole.gamma[unmirrored],
-        np.where(whole.cell[unmirrored] < 0, -1, order[whole.cell[unmirrored]]),
-        whole.sign[unmirrored],
+        sorted_torus.beta[unmirrored],
+        sorted_torus.gamma[unmirrored],
+        np.where(sorted_torus.cell[unmirrored] < 0, -1, order[sorted_torus.cell[unmirrored]]),
+        sorted_torus.sign[unmirrored],
     )
-    return order[first[unmirrored]], listed
+    return order[first_cells[unmirrored]], listed
 
 
 class Rectangle(NamedTuple):
@@ -154,17 +154,17 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
     )
 
 
-def crossings(whole: Torus) -> Rectangle | None:
+def crossings(directions: Torus) -> Rectangle | None:
     """Grid on which directions lie as they are, with no line moved; None where they are scattered."""
-    rows, row = np.unique(whole.beta.round(9), return_inverse=True)
-    columns, column = np.unique(whole.gamma.round(9), return_inverse=True)
+    rows, row = np.unique(directions.beta.round(9), return_inverse=True)
+    columns, column = np.unique(directions.gamma.round(9), return_inverse=True)
     if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
         return None
     node = np.full((rows.size, columns.size), -1)
     node[row, column] = np.arange(row.size)
     # the angles themselves, not the rounded ones
-    rows[row], columns[column] = whole.beta, whole.gamma
-    return Rectangle(rows, columns, whole, node)
+    rows[row], columns[column] = directions.beta, directions.gamma
+    return Rectangle(rows, columns, directions, node)
 
 
 def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:

@@ -58,7 +58,7 @@ class Parts:
         relative to the body, rad and rad/s.
         """
         x0, z0, pitch, vx0, vz0, spin = state
-        result = []
+        groups = []
         for index, (body, width_cm) in enumerate(zip(self.bodies, self.widths_cm, strict=True)):
             x, z, turns = self.hips[self.group == index].T
             x, z = x * np.cos(pitch) + z * np.sin(pitch), z * np.cos(pitch) - x * np.sin(pitch)
@@ -70,8 +70,8 @@ class Parts:
                 vz0 - spin * x,
                 spin + turns * rate,
             )
-            result.append(place(body, width_cm, np.stack(parts, axis=-1)))
-        return result
+            groups.append(place(body, width_cm, np.stack(parts, axis=-1)))
+        return groups
 
 
 def assemble(robot: Robot, curvature_times_R: float) -> Parts:

@@ -116,9 +116,9 @@ class Robot(Model):
     def _names_differ(cls, body: Body) -> Body:
         seen: dict[str, str] = {}
         for name in body.plates:
-            twin = seen.setdefault(name.casefold(), name)
-            if twin != name:
-                raise ValueError(f"the names {twin!r} and {name!r} differ by case only")
+            earlier_name = seen.setdefault(name.casefold(), name)
+            if earlier_name != name:
+                raise ValueError(f"the names {earlier_name!r} and {name!r} differ by case only")
         return body
 
     @model_validator(mode="after")

@@ -47,13 +47,13 @@ def element_series(
     angles = np.radians(series.leg_angle_deg[::every])
     states = zip(series.states[::every], angles, strict=True)
     samples = [parts.place(state, angle, rate) for state, angle in states]
-    result = {}
+    series_of_parts = {}
     for name, placed in zip(parts.names, zip(*samples, strict=True), strict=True):
         elements = np.stack(placed)
         x, z, tx, tz, half = np.moveaxis(elements, -1, 0)[:5]
         force_z, force_x, at_x, at_z = np.moveaxis(element_forces(profile, elements), -1, 0)
         ends = np.array([-1.0, 1.0])
-        result[name] = ElementSeries(
+        series_of_parts[name] = ElementSeries(
             x[..., None] + ends * (half * tx)[..., None],
             z[..., None] + ends * (half * tz)[..., None],
             force_x,
@@ -61,7 +61,7 @@ def element_series(
             at_x,
             at_z,
         )
-    return result
+    return series_of_parts
 
 
 # --- Pictures of the running robot for the report page: poses and the force on every element.

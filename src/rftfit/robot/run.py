@@ -113,11 +113,11 @@ def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics)
     if len(ends) - 1 < 3 * stretch:
         return False
     before, middle, last = ends[-1 - 2 * stretch], ends[-1 - stretch], ends[-1]
-    first, second = (
+    earlier_speed, later_speed = (
         (b[0] - a[0]) / (stretch * stride_s) for a, b in ((before, middle), (middle, last))
     )
-    near = max(numerics.settled_share * abs(second), numerics.settled_cm_per_s)
-    moved = np.abs([second - first, *(last - middle)[1:3]])
+    near = max(numerics.settled_share * abs(later_speed), numerics.settled_cm_per_s)
+    moved = np.abs([later_speed - earlier_speed, *(last - middle)[1:3]])
     return bool((moved <= [near, SETTLED_Z_CM, SETTLED_PITCH]).all())
 
 
@@ -225,8 +225,12 @@ def simulate(
         stepper.stride()
         ends = np.array(stepper.ends)
         steady_run = steady_run or tipped_or_buried(parts, ends, numerics)
-        whole = (len(ends) - 1) % stretch == 0
-        if steady_run is None and whole and settled(ends, stretch, stepper.stride_s, numerics):
+        is_stretch_end = (len(ends) - 1) % stretch == 0
+        if (
+            steady_run is None
+            and is_stretch_end
+            and settled(ends, stretch, stepper.stride_s, numerics)
+        ):
             steady_run = Assessment("steady", averaged=stretch)
     speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
     steady_run = steady_run or irregular(speeds, numerics)

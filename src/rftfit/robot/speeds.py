@@ -201,18 +201,22 @@ def speed_errors(
         row: Any
         for row in measured.itertuples():
             run = by_condition.get((row.curvature_times_R, row.frequency_Hz))
-            lo = hi = ours = math.nan
+            lo = hi = simulated_speed = math.nan
             reasons: list[Remark] = []
             if math.isnan(row.speed_cm_per_s):
                 reasons = [remark("speed-unmeasured", why=next(iter(reason_of(row._asdict())), ""))]
             if run is not None:
-                ours, lo, hi = run.speed_cm_per_s, run.speed_lo_cm_per_s, run.speed_hi_cm_per_s
-                reasons += reason_of(run._asdict()) if math.isnan(ours) else ()
+                simulated_speed, lo, hi = (
+                    run.speed_cm_per_s,
+                    run.speed_lo_cm_per_s,
+                    run.speed_hi_cm_per_s,
+                )
+                reasons += reason_of(run._asdict()) if math.isnan(simulated_speed) else ()
             elif not reasons:
                 reasons.append(remark("not-simulated"))
             error = math.nan
-            if row.speed_cm_per_s > 0 and not math.isnan(ours):
-                error = 100 * (ours / row.speed_cm_per_s - 1)
+            if row.speed_cm_per_s > 0 and not math.isnan(simulated_speed):
+                error = 100 * (simulated_speed / row.speed_cm_per_s - 1)
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
             condition = (row.curvature_times_R, row.frequency_Hz)
@@ -220,8 +224,16 @@ def speed_errors(
             place = (row.medium, profile, row.condition, *condition)
             head = (*place, row.speed_cm_per_s, row.speed_sd_cm_per_s, row.trials)
             wider = half_of_model.get((profile, *condition), math.nan)
-            of_model = ours - wider, ours + wider
-            simulated = (ours, ours - wide, ours + wide, *of_model, lo, hi, error)
+            of_model = simulated_speed - wider, simulated_speed + wider
+            simulated = (
+                simulated_speed,
+                simulated_speed - wide,
+                simulated_speed + wide,
+                *of_model,
+                lo,
+                hi,
+                error,
+            )
             rows.append((*head, *simulated, row.calibrated, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 

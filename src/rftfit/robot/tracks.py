@@ -68,13 +68,13 @@ def read_trials(
         for column in COLUMNS
     ]
     drafts, problems = read_rows(path, Schema("robot-sheet", tuple(columns), "trials"), file)
-    first: dict[tuple[str, str], int] = {}
+    first_row: dict[tuple[str, str], int] = {}
     conditions: dict[str, DraftRow] = {}
     for draft in drafts:
         for name in ("run_id", "track"):
             word = draft.text[name]
             # names become part of file names and ledgers: case alone must not tell them apart
-            row = first.setdefault((name, folded(word)), draft.row)
+            row = first_row.setdefault((name, folded(word)), draft.row)
             if word and row != draft.row:
                 allowed = f"a {name} of its own; row {row} has this one"
                 draft.note(name, "repeated", word, allowed)
@@ -91,9 +91,9 @@ def read_trials(
 
 def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
     name = "curvature_times_R"
-    first = conditions.setdefault(draft.text["condition"], draft)
-    if first.number[name] != draft.number[name]:
-        allowed = f"{first.number[name]:g}, as in row {first.row} of the same condition"
+    first_draft = conditions.setdefault(draft.text["condition"], draft)
+    if first_draft.number[name] != draft.number[name]:
+        allowed = f"{first_draft.number[name]:g}, as in row {first_draft.row} of the same condition"
         draft.note(name, "condition", draft.text[name], f"{allowed} {draft.text['condition']}")
 
 
@@ -220,8 +220,8 @@ def mean_stride_speed(
     that it does not matter at which moments of a stride the track begins and ends.
     """
     if len(track.time_s) < _FEWEST_ROWS:
-        few = f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}"
-        raise TrackError("few-rows", few)
+        shortage = f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}"
+        raise TrackError("few-rows", shortage)
     flags: list[Remark] = []
     source = "sheet"
     if math.isnan(frequency_Hz):
@@ -230,17 +230,17 @@ def mean_stride_speed(
     time, x = track.time_s, track.x_cm
     strides = float(time[-1] * frequency_Hz)
     if strides < FEWEST_STRIDES - 1e-6:
-        few = f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s"
+        shortage = f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s"
         least = f"at least {FEWEST_STRIDES} are needed for a mean speed"
-        raise TrackError("few-strides", f"{few}; {least}")
+        raise TrackError("few-strides", f"{shortage}; {least}")
     flags += _gaps(track, frequency_Hz)
     velocity = _mean_stride(time, x, frequency_Hz)
     speed = float(velocity.mean())
-    whole = int(strides + 1e-6)
+    whole_strides = int(strides + 1e-6)
     # the last strides: a run-up comes first
-    ends = time[-1] - np.arange(whole, -1, -1) / frequency_Hz
+    ends = time[-1] - np.arange(whole_strides, -1, -1) / frequency_Hz
     speeds = np.diff(np.interp(ends, time, x)) * frequency_Hz
-    half = whole // 2
+    half = whole_strides // 2
     first, last = float(speeds[:half].mean()), float(speeds[-half:].mean())
     if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
         flags.append(remark("speed-changes", first=first, last=last))
@@ -298,10 +298,12 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
 def _detrended(time: FloatArray, values: FloatArray) -> FloatArray:
     """Take off a slow trend, and bring outliers to the edge of the rest."""
     scaled = time / time[-1]
-    rest = values - np.polyval(np.polyfit(scaled, values, 2), scaled)
-    middle = float(np.median(rest))
-    limit = _OUTLIER_SD * 1.4826 * float(np.median(np.abs(rest - middle)))
-    clipped: FloatArray = np.clip(rest, middle - limit, middle + limit) if limit > 0 else rest
+    residuals = values - np.polyval(np.polyfit(scaled, values, 2), scaled)
+    middle = float(np.median(residuals))
+    limit = _OUTLIER_SD * 1.4826 * float(np.median(np.abs(residuals - middle)))
+    clipped: FloatArray = (
+        np.clip(residuals, middle - limit, middle + limit) if limit > 0 else residuals
+    )
     again: FloatArray = clipped - np.polyval(np.polyfit(scaled, clipped, 2), scaled)
     # a marker that does not move leaves rounding only
     return again if again.std() > 1e-9 * (1 + np.abs(values).max()) else np.zeros_like(again)
@@ -312,8 +314,8 @@ def _refine(time: FloatArray, values: FloatArray, near: float, step: float) -> f
 
     def misfit(frequency: float) -> float:
         waves = _waves(time, frequency, 2)
-        rest = values - waves @ np.linalg.lstsq(waves, values, rcond=None)[0]
-        return float(rest @ rest)
+        residuals = values - waves @ np.linalg.lstsq(waves, values, rcond=None)[0]
+        return float(residuals @ residuals)
 
     minimum = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
     return float(minimum.x)
