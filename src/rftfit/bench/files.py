@@ -23,10 +23,10 @@ class _Seen(NamedTuple):
 def stamp_of(path: str) -> Stamp:
     """Read size and time of change of a file."""
     try:
-        found = os.stat(path)  # noqa: PTH116 (thousands of files, twice a second)
+        status = os.stat(path)  # noqa: PTH116 (thousands of files, twice a second)
     except (OSError, ValueError):
         return None
-    return found.st_size, found.st_mtime_ns
+    return status.st_size, status.st_mtime_ns
 
 
 class Files:
@@ -46,25 +46,27 @@ class Files:
         if not same or base not in self._folders or not self._turn % _TURNS:
             self._folders, self._below = {}, []
             for folder, _, names in os.walk(base):
-                here = Path(folder).as_posix()
-                self._folders[here] = stamp_of(here)
-                self._below += [f"{here}/{name}" for name in names if name[0] != "."]
+                folder_path = Path(folder).as_posix()
+                self._folders[folder_path] = stamp_of(folder_path)
+                self._below += [f"{folder_path}/{name}" for name in names if name[0] != "."]
         return self._below
 
-    def look(self, paths: Iterable[str], now: float) -> bool:
+    def check_changes(self, paths: Iterable[str], now: float) -> bool:
         """Check the files that may have changed; True if one changed, stopped changing, appeared or disappeared."""
         self._turn += 1
         before, self.seen = self.seen, {}
         for place, path in enumerate(paths):
-            known = before.get(path)
-            if known is None or not known.still or not (place + self._turn) % _TURNS:
+            state = before.get(path)
+            if state is None or not state.still or not (place + self._turn) % _TURNS:
                 stamp = stamp_of(path)
-                since = known.since if known and known.stamp == stamp else now
-                known = _Seen(stamp, since, now - since >= self.wait_s)
-            self.seen[path] = known
+                since = state.since if state and state.stamp == stamp else now
+                state = _Seen(stamp, since, now - since >= self.wait_s)
+            self.seen[path] = state
         return before != self.seen
 
     def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
         """Stamps of some files; None where one of them still changes."""
-        found = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
-        return tuple(one.stamp for one in found) if all(one.still for one in found) else None
+        states = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
+        return (
+            tuple(state.stamp for state in states) if all(state.still for state in states) else None
+        )

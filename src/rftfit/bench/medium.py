@@ -89,37 +89,39 @@ class Medium:
 def measure(
     campaign: Campaign,
     medium: str,
-    wanted: Collection[str],
+    run_ids: Collection[str],
     moving: Collection[str],
     clocks: SessionClocks | None,
 ) -> Iterator[tuple[str, Measured]]:
     """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
-    every, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*wanted]
+    run_by_id, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*run_ids]
     for first in range(0, len(names), _AT_A_TIME):
-        part = names[first : first + _AT_A_TIME]
-        chosen = {every[name].tare_run for name in part}.difference(["", *moving]).union(part)
-        own = replace(campaign, runs=tuple(every[name] for name in every if name in chosen))
+        batch = names[first : first + _AT_A_TIME]
+        chosen = {run_by_id[name].tare_run for name in batch}.difference(["", *moving]).union(batch)
+        batch_campaign = replace(
+            campaign, runs=tuple(run_by_id[name] for name in run_by_id if name in chosen)
+        )
         # between the stages tables are as their files hold them, so that results are the same
-        results = Results(own)
-        samples, status, book_of_ingest = ingest_medium(own, medium, clocks)
+        results = Results(batch_campaign)
+        samples, status, book_of_ingest = ingest_medium(batch_campaign, medium, clocks)
         status = results.hold_as_csv(f"runs/{medium}.csv", status)
-        tared, tares, book_of_tare = tare_medium(own, medium, samples, status)
+        tared, tares, book_of_tare = tare_medium(batch_campaign, medium, samples, status)
         tares = results.hold_as_csv(f"tares/{medium}.csv", tares)
         fits, windows, book_of_slopes = fit_medium(
-            campaign, medium, status, tared, tares, only=part
+            campaign, medium, status, tared, tares, only=batch
         )
         fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
         tables = zip(_CSV, (status, tares, fits), strict=True)
         rows = {
-            name: {str(row["run_id"]): row for row in one.to_dict("records")}
-            for name, one in tables
+            name: {str(row["run_id"]): row for row in table.to_dict("records")}
+            for name, table in tables
         }
         where, columns = (
             split_runs(tared),
             tared.assign(window=windows["why"]).drop(columns="run_id"),
         )
         books = dict(zip(FLAGGING, (book_of_ingest, book_of_tare, book_of_slopes), strict=True))
-        for name in part:
+        for name in batch:
             flags = {
                 stage: [flag for flag in book.flags if flag.run_id == name]
                 for stage, book in books.items()
@@ -128,7 +130,11 @@ def measure(
             yield (
                 name,
                 Measured(
-                    {table: own[name] for table, own in rows.items() if name in own},
+                    {
+                        table: rows_of_table[name]
+                        for table, rows_of_table in rows.items()
+                        if name in rows_of_table
+                    },
                     {str(key): values.to_numpy().copy() for key, values in stroke.items()},
                     flags,
                 ),
@@ -139,13 +145,13 @@ def hold(results: Results, medium: Medium, runs: Collection[Run]) -> None:
     """Give the measured runs to `results`, as if `rftfit run` had written their tables."""
     kept = {run.run_id: medium.runs[run.run_id] for run in runs}
     for name, columns in _CSV.items():
-        rows = [one.rows[name] for one in kept.values() if name in one.rows]
+        rows = [measured.rows[name] for measured in kept.values() if name in measured.rows]
         results.hold_as_csv(f"{name}/{medium.name}.csv", pd.DataFrame(rows, columns=columns))
     for stage in FLAGGING:
         flags = [flag for measured in kept.values() for flag in measured.flags[stage]]
         table = flag_table(medium.name, stage, flags)
         results.hold_as_csv(f"flags/{stage}/{medium.name}.csv", table)
-    parts = {name: one.tared for name, one in kept.items() if one.tared["why"].size}
+    parts = {name: measured.tared for name, measured in kept.items() if measured.tared["why"].size}
     tared = join_runs(parts, [*next(iter(kept.values())).tared])
     windows = tared[["run_id"]].assign(why=tared["window"])
     results.hold(f"tared/{medium.name}.parquet", tared.drop(columns="window"))

@@ -22,12 +22,12 @@ def page_of(watch: Watch, query: str) -> str:
     if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _problems(watch)
     asked = {key: values[-1] for key, values in parse_qs(query).items()}
-    newest = max(watch.media.values(), key=lambda one: one.measured_at)
+    newest = max(watch.media.values(), key=lambda medium: medium.measured_at)
     medium = watch.media.get(asked.get("medium", ""), newest)
     run = asked["run"] if asked.get("run") in medium.runs else medium.last
     tabs = "".join(
-        _link(watch.campaign.titles[name], medium is one, medium=name)
-        for name, one in watch.media.items()
+        _link(watch.campaign.titles[name], medium is tab_medium, medium=name)
+        for name, tab_medium in watch.media.items()
     )
     parts = (
         _problems(watch),
@@ -40,20 +40,20 @@ def page_of(watch: Watch, query: str) -> str:
 
 def _link(words: str, is_here: bool, **query: str) -> str:
     """A link to another view of the page; it keeps the focus when the page is sent anew."""
-    where, here = escape(urlencode(query)), " aria-current=true" if is_here else ""
-    return f'<a id="{where}" href="?{where}"{here}>{escape(words)}</a>'
+    where, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
+    return f'<a id="{where}" href="?{where}"{current_mark}>{escape(words)}</a>'
 
 
 def _items(words: Iterable[str], kind: str = "") -> str:
-    return "".join(f'<li class="{kind}">{escape(one)}</li>' for one in words if one)
+    return "".join(f'<li class="{kind}">{escape(text)}</li>' for text in words if text)
 
 
 def _problems(watch: Watch) -> str:
     loose = (
-        f"{one['file']}: no row names it"
-        + (f"; a row for it has {one['row']}" if one["row"] else "")
-        for one in watch.unnamed.values()
-        if one
+        f"{facts['file']}: no row names it"
+        + (f"; a row for it has {facts['row']}" if facts["row"] else "")
+        for facts in watch.unnamed.values()
+        if facts
     )
     lines = _items(watch.problems, "bad") + _items(loose)
     return f"<h2>To be put right</h2><ul>{lines}</ul>" if lines else ""
@@ -63,14 +63,18 @@ def _push(watch: Watch, medium: Medium, name: str) -> str:
     """The push that is looked at: its stress, its numbers, its flags, and repeats beside it."""
     if not name or "fits" not in medium.runs[name].rows:
         return ""
-    facts, run, one = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
+    facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
     cells = {
-        key: _cell_of(each.rows["fits"]) for key, each in medium.runs.items() if "fits" in each.rows
+        key: _cell_of(candidate.rows["fits"])
+        for key, candidate in medium.runs.items()
+        if "fits" in candidate.rows
     }
     same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
-    drawn = stress(one, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same])
+    drawn = stress(
+        measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
+    )
     numbers = "".join(
         f'<li class="{c}">alpha_{c} = {facts[column(c)]:.4g} '
         f"[{facts[column(c, '_lo')]:.4g}, {facts[column(c, '_hi')]:.4g}] N/cm³</li>"
@@ -96,7 +100,9 @@ def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
 def _map(watch: Watch, medium: Medium) -> str:
     """How well the target is known, the map with its interval, failed checks, and the next pushes."""
     summary = watch.summary(medium)
-    checks = (f"{one['check']}, {one['effect']}: {one['sentence']}" for one in summary["checks"])
+    checks = (
+        f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
+    )
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
         width = f"Known to {medium.width:.2g} %, half of the interval"
@@ -122,10 +128,12 @@ def _map(watch: Watch, medium: Medium) -> str:
 
 def _runs(watch: Watch, medium: Medium, shown: str) -> str:
     rows = []
-    for name, row in sorted(watch.rows[medium.name].items(), key=lambda item: -item[1].run.row):
-        state, one = watch.state(medium.name, name), medium.runs.get(name)
-        fit = one.rows.get("fits", {}) if one else {}
-        words = "; ".join(one.doubts) or one.why if one else ""
+    for name, row in sorted(
+        watch.rows[medium.name].items(), key=lambda name_and_row: -name_and_row[1].run.row
+    ):
+        state, measured = watch.state(medium.name, name), medium.runs.get(name)
+        fit = measured.rows.get("fits", {}) if measured else {}
+        words = "; ".join(measured.doubts) or measured.why if measured else ""
         numbers = (
             fit.get(key, np.nan) for key in ("beta_deg", "gamma_deg", column("z"), column("x"))
         )
@@ -136,7 +144,7 @@ def _runs(watch: Watch, medium: Medium, shown: str) -> str:
             f"<tr><td>{row.run.row}<td>{link}<td{kind}>{state}<td>{'<td>'.join(cells)}"
             f'<td class="words">{escape(words)}'
         )
-    head = "".join(f'<th scope="col">{one}</th>' for one in _HEAD)
+    head = "".join(f'<th scope="col">{heading}</th>' for heading in _HEAD)
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
     return (
         f'<h2>Runs</h2><div class="wide" tabindex="0" role="region" aria-label="Runs">{table}</div>'

@@ -20,8 +20,8 @@ _BOX = (46.0, 412.0, 206.0, 10.0)
 _CELL = 16
 
 
-def _text(x: float, y: float, words: object, anchor: str = "middle", more: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{more}>{words}</text>'
+def _text(x: float, y: float, words: object, anchor: str = "middle", attributes: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{attributes}>{words}</text>'
 
 
 def _svg(wide: int, high: int, label: str, parts: Sequence[str]) -> str:
@@ -29,9 +29,9 @@ def _svg(wide: int, high: int, label: str, parts: Sequence[str]) -> str:
     return f"<svg {box}>{''.join(parts)}</svg>"
 
 
-def stress(one: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Measured]) -> str:
+def stress(measured: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Measured]) -> str:
     """Stress of a run over depth (horizontal: over its path), its fit, and those of repeats, dashed."""
-    fit, tared = one.rows["fits"], one.tared
+    fit, tared = measured.rows["fits"], measured.tared
     level = fit["direction"] == "horizontal"
     along = tared["path_cm" if level else "depth_cm"]
     good = tared["window"] == RowStatus.GOOD
@@ -54,7 +54,7 @@ def stress(one: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Meas
     for c, values in curves.items():
         dots = "".join(f"M{point}h0" for point in points(along[thin], values[thin]))
         parts.append(f'<path class="dots {c}" d="{dots}"/>')
-        for kind, run in [("", one), *((" other", run) for run in repeats)]:
+        for kind, run in [("", measured), *((" other", run) for run in repeats)]:
             line = " ".join(points(window, run.rows["fits"][column(c)] * depth))
             parts.append(f'<polyline class="law {c}{kind}" points="{line}"/>')
     words = "path, cm" if level else "depth, cm"
@@ -65,7 +65,7 @@ def stress(one: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Meas
         _text(right, bottom + 14, f"{ends[1]:.1f}"),
     ]
     parts += [_text(220, bottom + 28, words)]
-    parts += [_text(12, 110, "stress, N/cm²", more=' transform="rotate(-90 12,110)"')]
+    parts += [_text(12, 110, "stress, N/cm²", attributes=' transform="rotate(-90 12,110)"')]
     return _svg(424, 240, f"Stress over {words}, vertical and horizontal", parts)
 
 
@@ -74,7 +74,7 @@ def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool)
 
     Directions that were pushed have a frame; the next pushes have their number.
     """
-    betas, gammas = (np.sort(table[f"{one}_deg"].unique()) for one in ("beta", "gamma"))
+    betas, gammas = (np.sort(table[f"{angle}_deg"].unique()) for angle in ("beta", "gamma"))
     alpha, low, high = (table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi"))
     half = (high - low) / 2
     largest = float(table[[column(c) for c in "zx"]].abs().max().max()) or 1.0

@@ -32,7 +32,7 @@ class Client:
 
     query: str
     content: str = ""
-    there: Event = field(default_factory=Event)
+    content_ready: Event = field(default_factory=Event)
     is_new: bool = True
 
 
@@ -74,7 +74,7 @@ class Page(ThreadingHTTPServer):
         self.asked.clear()
         for client in [client for client in self.clients if changed or client.is_new]:
             client.content, client.is_new = content(client.query), False
-            client.there.set()
+            client.content_ready.set()
 
     def close(self) -> None:
         """End the server and what it still sends."""
@@ -82,7 +82,7 @@ class Page(ThreadingHTTPServer):
         self.shutdown()
         self.server_close()
         for client in list(self.clients):
-            client.there.set()
+            client.content_ready.set()
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -92,12 +92,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer a request that names this host, comes from this page or from none, and has the token."""
-        here = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
-        _, token, rest = [*self.path.split("/", 2), "", ""][:3]
-        name, _, query = rest.partition("?")
-        is_ours = self.headers.get("Origin") in (None, *(f"http://{one}" for one in here))
+        page_hosts = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
+        _, token, page_and_query = [*self.path.split("/", 2), "", ""][:3]
+        name, _, query = page_and_query.partition("?")
+        is_ours = self.headers.get("Origin") in (None, *(f"http://{host}" for host in page_hosts))
         is_known = hmac.compare_digest(token.encode(), self.server.token.encode())
-        if self.headers.get("Host") not in here or not is_ours or not is_known:
+        if self.headers.get("Host") not in page_hosts or not is_ours or not is_known:
             self._head(403)
         elif name == "":
             nonce = secrets.token_hex(8)
@@ -137,8 +137,8 @@ class _Handler(BaseHTTPRequestHandler):
         with suppress(OSError):  # the browser has gone
             self.wfile.write(b"retry: 1000\n\n")
             while not page.closed:
-                is_new = client.there.wait(_BEAT_S)
-                client.there.clear()  # before the content is taken, so that newer content is sent too
+                is_new = client.content_ready.wait(_BEAT_S)
+                client.content_ready.clear()  # before the content is taken, so that newer content is sent too
                 text = f"data: {json.dumps(client.content)}" if is_new else ": still here"
                 self.wfile.write(f"{text}\n\n".encode())
         page.clients.remove(client)

@@ -92,7 +92,7 @@ class Watch:
         """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
         below = self._files.below(self.campaign.raw.as_posix())
         now = time.monotonic() if now is None else now
-        is_new = self._files.look(dict.fromkeys([*self._settings(), *below]), now)
+        is_new = self._files.check_changes(dict.fromkeys([*self._settings(), *below]), now)
         if not (is_new or self._has_to_look_again):
             return
         self._has_to_look_again = False
@@ -117,8 +117,8 @@ class Watch:
         config, raw = self.campaign.config, self.campaign.raw.as_posix()
         names, contact = [config.force_log.calibration], config.rigid_contact
         names += [contact.force_log, contact.motion_log] if contact else []
-        own = [self.config.as_posix(), self.campaign.sheet.as_posix()]
-        return own + [f"{raw}/{name}" for name in names if name]
+        config_and_sheet = [self.config.as_posix(), self.campaign.sheet.as_posix()]
+        return config_and_sheet + [f"{raw}/{name}" for name in names if name]
 
     def _reread(self) -> Iterator[Event]:
         """Read config and run sheet again where they changed and are still."""
@@ -126,12 +126,18 @@ class Watch:
         if stamps is None or stamps == self._read_from:
             return
         campaign, problems = check_campaign(self.config, good_rows=True)
-        old = self.problems
-        self.problems = {str(one): one for one in problems if one.code not in _PASSING}
-        for text, one in (old | self.problems).items():
-            if (text in old) != (text in self.problems):
-                facts = {"row": one.place.row, "code": one.code, "severity": one.severity}
-                yield Event("problem", facts | {"text": text, "solved": text in old})
+        old_problems = self.problems
+        self.problems = {
+            str(problem): problem for problem in problems if problem.code not in _PASSING
+        }
+        for text, problem in (old_problems | self.problems).items():
+            if (text in old_problems) != (text in self.problems):
+                facts = {
+                    "row": problem.place.row,
+                    "code": problem.code,
+                    "severity": problem.severity,
+                }
+                yield Event("problem", facts | {"text": text, "solved": text in old_problems})
         if campaign is not None:
             self.campaign = campaign
             if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
@@ -139,14 +145,14 @@ class Watch:
         self._read_from = stamps
 
     def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
-        found, raw = {}, self.campaign.raw.as_posix()
+        rows, raw = {}, self.campaign.raw.as_posix()
         for run in self.campaign.runs_of(medium):
             names = (run.force_log, run.motion_log, run.zero_log)
             logs = {f"{raw}/{name}" for name in names if name}
             if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
                 logs.update(name for name in below if name.startswith(bags))
-            found[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
-        return found
+            rows[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
+        return rows
 
     # --- runs
 
@@ -168,8 +174,8 @@ class Watch:
                 key = settings, row.cells, stamps
                 before = self._aligned.get(name)
                 if before is None or before[0] != key:
-                    alone = replace(self.campaign, runs=(row.run,))
-                    before = key, align_medium(alone, medium)
+                    campaign_of_run = replace(self.campaign, runs=(row.run,))
+                    before = key, align_medium(campaign_of_run, medium)
                 aligned[name] = before
         self._aligned = aligned
         return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
@@ -179,28 +185,36 @@ class Watch:
         rows, first = self.rows[medium.name], medium.alpha.empty
         stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
-        wanted = {}
+        keys_to_measure = {}
         for name, row in rows.items():
             tare = rows.get(row.run.tare_run)
-            by = tare and stamps[tare.run.run_id]
-            waits = tare and by is None and (row.run.kind == "leg" or name in medium.runs)
-            sessions = {one.run.session for one in (row, tare) if one}
-            lie = clocks and tuple(clocks.of_session(label) for label in sorted(sessions))
-            key = row.cells, stamps[name], tare and (tare.cells, by), plates, lie
+            tare_stamps = tare and stamps[tare.run.run_id]
+            waits = tare and tare_stamps is None and (row.run.kind == "leg" or name in medium.runs)
+            sessions = {sheet_row.run.session for sheet_row in (row, tare) if sheet_row}
+            session_clocks = clocks and tuple(
+                clocks.of_session(label) for label in sorted(sessions)
+            )
+            key = (
+                row.cells,
+                stamps[name],
+                tare and (tare.cells, tare_stamps),
+                plates,
+                session_clocks,
+            )
             if stamps[name] is not None and not waits and medium.keys.get(name) != key:
-                wanted[name] = key
+                keys_to_measure[name] = key
         moving = [name for name, stamp in stamps.items() if stamp is None]
-        for name, one in measure(self.campaign, medium.name, wanted, moving, clocks):
+        for name, measured in measure(self.campaign, medium.name, keys_to_measure, moving, clocks):
             read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
             if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
                 continue  # written while it was read: it is measured when it is still
-            if not one.is_of_the_log:
+            if not measured.is_of_the_log:
                 self._has_to_look_again = True
                 continue
-            was = medium.runs.get(name)
-            medium.runs[name], medium.keys[name] = one, wanted[name]
+            previous = medium.runs.get(name)
+            medium.runs[name], medium.keys[name] = measured, keys_to_measure[name]
             facts = self.facts(medium, name)
-            if facts["state"] == WAITING and was and was.is_read:
+            if facts["state"] == WAITING and previous and previous.is_read:
                 yield _withdrawn(medium, name, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
@@ -215,24 +229,24 @@ class Watch:
 
     def state(self, medium: str, name: str) -> str:
         """State of a run by now."""
-        row, one = self.rows[medium][name], self.media[medium].runs.get(name)
+        row, measured = self.rows[medium][name], self.media[medium].runs.get(name)
         stamps = self._files.stamps(row.files)
         if row.run.excluded:
             return EXCLUDED
-        if one is None or stamps is None:
+        if measured is None or stamps is None:
             return GROWING
         if None in stamps:
             return WAITING
         tare = row.run.tare_run
         bare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
-        if one.is_read and one.why and bare:
+        if measured.is_read and measured.why and bare:
             return BARE
-        return REFUSED if one.why else MEASURED if row.run.kind == "plate" else READ
+        return REFUSED if measured.why else MEASURED if row.run.kind == "plate" else READ
 
     def facts(self, medium: Medium, name: str) -> dict[str, Any]:
         """What is told of a run: its state, alpha with its interval, flags, or why there is no number."""
-        row, one = self.rows[medium.name][name], medium.runs[name]
-        run, fit = row.run, one.rows.get("fits", {})
+        row, measured = self.rows[medium.name][name], medium.runs[name]
+        run, fit = row.run, measured.rows.get("fits", {})
         numbers = [f"{angle}_deg" for angle in ("beta", "gamma")]
         numbers += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
         changed = max((stamp[1] / 1e9 for stamp in _stamps_now(row) if stamp), default=np.nan)
@@ -246,10 +260,10 @@ class Watch:
             **{number: fit.get(number, np.nan) for number in numbers},
             "flags": [
                 {"code": flag.code, "text": str(flag)}
-                for flags in one.flags.values()
+                for flags in measured.flags.values()
                 for flag in flags
             ],
-            "reason": one.why,
+            "reason": measured.why,
             "seconds_since_change": round(time.time() - changed, 3),
         }
 
@@ -279,16 +293,16 @@ class Watch:
         nodes = map_nodes(*zip(*planned, strict=True)) if planned else None
         shapes = results.shapes(medium.name)
         try:
-            known = medium.map = results[medium.name].map()
+            known_map = medium.map = results[medium.name].map()
             if planned:
                 pushes = pushes_of(medium.alpha, config)
-                known = estimate(pushes, shapes, nodes, confidence=known.confidence)
+                known_map = estimate(pushes, shapes, nodes, confidence=known_map.confidence)
         except InputError:
-            medium.map, known = None, prior_map(shapes, nodes)
+            medium.map, known_map = None, prior_map(shapes, nodes)
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
         with suppress(ValueError):  # of a target that has no number in this medium
-            medium.plan = plan(self.target, known, rig, _NEXT, config.fit.confidence)
+            medium.plan = plan(self.target, known_map, rig, _NEXT, config.fit.confidence)
             medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: Medium) -> dict[str, Any]:
@@ -308,20 +322,23 @@ class Watch:
     def next_rows(self, medium: Medium) -> list[dict[str, str]]:
         """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
         runs = [run for run in self.campaign.runs if run.medium == medium.name]
-        own = [run for run in runs if run.kind == "plate"]
-        depths, found = self.campaign.config.fit.horizontal_depths_cm, []
+        plate_runs = [run for run in runs if run.kind == "plate"]
+        depths, rows = self.campaign.config.fit.horizontal_depths_cm, []
         names = (f"{medium.name}_{number:03d}" for number in count(1 + len(runs)))
-        steps = medium.plan.steps[1:] if medium.plan and own else ()
+        steps = medium.plan.steps[1:] if medium.plan and plate_runs else ()
         for push in chain.from_iterable(push_rows(step, depths) for step in steps):
-            name, like = next(one for one in names if one not in self.campaign.by_id), own[-1]
-            tare = f"{name}_rod" if like.tare_run and not like.tare_shared else ""
+            name, last_run = (
+                next(name for name in names if name not in self.campaign.by_id),
+                plate_runs[-1],
+            )
+            tare = f"{name}_rod" if last_run.tare_run and not last_run.tare_shared else ""
             for run_id, kind in ((name, "plate"), (tare, "rod"))[: 2 if tare else 1]:
                 row = {"run_id": run_id, "kind": kind, "medium": medium.name} | push
-                row |= {"intruder": like.intruder, "tare_run": tare if kind == "plate" else ""}
+                row |= {"intruder": last_run.intruder, "tare_run": tare if kind == "plate" else ""}
                 for log in ("force_log", "motion_log"):
-                    row[log] = getattr(like, log).replace(like.run_id, run_id)
-                found.append(row)
-        return found
+                    row[log] = getattr(last_run, log).replace(last_run.run_id, run_id)
+                rows.append(row)
+        return rows
 
     # --- files that no row names
 
@@ -330,10 +347,12 @@ class Watch:
         if self._files.stamps(self._settings()) is None:
             return  # a row for them may be in the sheet that is being written
         raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot
-        named = {file for rows in self.rows.values() for row in rows.values() for file in row.files}
-        named |= {*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md"}
+        named_files = {
+            file for rows in self.rows.values() for row in rows.values() for file in row.files
+        }
+        named_files |= {*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md"}
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
-        loose = [path for path in below if path not in named and not path.startswith(tracks)]
+        loose = [path for path in below if path not in named_files and not path.startswith(tracks)]
         self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
         for path, facts in self.unnamed.items():
             if facts or not self._files.stamps([path]):

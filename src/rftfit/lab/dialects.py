@@ -48,7 +48,7 @@ def _delimited(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # n
 
 
 def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
-    time, *others = columns
+    time, *channels = columns
     step = f"{np.median(np.diff(time.values)):.6f}"
 
     def row(key: str, cells: Sequence[str]) -> str:
@@ -64,14 +64,14 @@ def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
         "Time\t00:00:00",
         "***End_of_Header***",
         "",
-        row("Channels", [str(len(others))]),
-        row("Y_Unit_Label", [c.unit for c in others]),
-        row("X_Dimension", ["Time"] * len(others)),
-        row("Delta_X", [step] * len(others)),
-        row("Date", ["2013/03/22"] * len(others)),
-        row("Time", ["00:00:00"] * len(others)),
+        row("Channels", [str(len(channels))]),
+        row("Y_Unit_Label", [c.unit for c in channels]),
+        row("X_Dimension", ["Time"] * len(channels)),
+        row("Delta_X", [step] * len(channels)),
+        row("Date", ["2013/03/22"] * len(channels)),
+        row("Time", ["00:00:00"] * len(channels)),
         "***End_of_Header***",
-        row("X_Value", [c.name for c in others]),
+        row("X_Value", [c.name for c in channels]),
     ]
     return ("\n".join(lines) + "\n" + _rows(columns).replace(",", "\t")).encode()
 
@@ -146,13 +146,13 @@ WRITERS = {
 
 def dialect_of(config: Config) -> str:
     """Return the dialect that the config would read force and motion logs by, if it can be written."""
-    found = {
+    dialect_names = {
         "delimited" if source.text is not None else source.dialect or config.dialect
         for source in (config.force_log, config.motion_log)
     }
-    if len(found) > 1 or not found <= WRITERS.keys():
+    if len(dialect_names) > 1 or not dialect_names <= WRITERS.keys():
         raise InputError(
-            f"config, dialect: found {', '.join(sorted(found))}; allowed in a re-enactment: one for force "
+            f"config, dialect: found {', '.join(sorted(dialect_names))}; allowed in a re-enactment: one for force "
             f"and motion, of {', '.join(WRITERS)}"
         )
-    return found.pop()
+    return dialect_names.pop()

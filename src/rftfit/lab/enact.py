@@ -73,9 +73,12 @@ class Reenactment:
         write_marker(raw, files, self.made_by, complete=True)
         return n_bytes
 
-    def logs(self, run: Run, *more: str) -> dict[str, bytes | None]:
-        """Logs of a run as `run_logs` makes them, with its faults and some `more`."""
-        faults = (*(fault.name for fault in self.faults if fault.changed == run.run_id), *more)
+    def logs(self, run: Run, *extra_faults: str) -> dict[str, bytes | None]:
+        """Logs of a run as `run_logs` makes them, with its faults and `extra_faults`."""
+        faults = (
+            *(fault.name for fault in self.faults if fault.changed == run.run_id),
+            *extra_faults,
+        )
         return run_logs(run, self.config, self.seed, faults, self.protocol, self.lab)
 
     def sheet(self, runs: Iterable[Run]) -> str:
@@ -92,7 +95,7 @@ class Reenactment:
         tares = {run.tare_run for run in self.runs}
         # a tare before the first run that names it
         plates = "plate", "leg"
-        order = sorted(self.runs, key=lambda one: (one.tare_run or one.run_id, one.kind in plates))
+        order = sorted(self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in plates))
         robot = self.config.robot
         tracks = track_files(self.config, self.seed) if robot and robot.medium in self.media else {}
         names = set[str]().union(*(run.logs for run in order))
@@ -107,10 +110,10 @@ class Reenactment:
             logs = {raw / name: log for name, log in self.logs(run, *fault).items() if log}
             for path in logs:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            for part in range(_PARTS):
+            for piece in range(_PARTS):
                 for path, log in logs.items():
-                    begin, end = (k * len(log) // _PARTS for k in (part, part + 1))
-                    with path.open("wb" if part == 0 else "ab") as file:
+                    begin, end = (k * len(log) // _PARTS for k in (piece, piece + 1))
+                    with path.open("wb" if piece == 0 else "ab") as file:
                         file.write(log[begin:end])
                 time.sleep(pace_s / 2 / _PARTS)
             yield f"{run.run_id} recorded" + (f", with the fault {fault[0]}" if fault else "")
@@ -145,14 +148,16 @@ def prepare(
     line. `lab`: Whose forces and noise the logs have.
     """
     chosen = media_of(config.media, media)
-    there = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
-    runs = [run for run in plan_runs(config, media, directions) if there[run.kind]]
+    is_included = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
+    runs = [run for run in plan_runs(config, media, directions) if is_included[run.kind]]
     if not tare:
         runs = [replace(run, tare_run="", tare_shared=False) for run in runs]
     check_protocol(protocol, config, runs)
     suffix = WRITERS[dialect := dialect_of(config)].suffix
     runs = [replace(run, suffix=suffix) for run in with_files(runs, protocol)]
-    found = resolve(faults, {run.run_id: run for run in runs}, chosen[0] if chosen else "")
+    resolved_faults = resolve(
+        faults, {run.run_id: run for run in runs}, chosen[0] if chosen else ""
+    )
     facts = {
         "media": ", ".join(chosen),
         "faults": ", ".join(faults) or "none",
@@ -165,7 +170,7 @@ def prepare(
     made_by = ", ".join(f"{name}: {fact}" for name, fact in facts.items() if fact)
     made_by = f"rftfit {__version__}, rftfit reenact, seed {seed}, {made_by}"
     return Reenactment(
-        config, seed, tuple(chosen), tuple(runs), tuple(found), protocol, lab, made_by
+        config, seed, tuple(chosen), tuple(runs), tuple(resolved_faults), protocol, lab, made_by
     )
 
 

@@ -49,27 +49,27 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     if raw.exists() and not raw.is_dir():
         raise InputError(f"{raw}: this is no folder, so no logs can be written into it")
     marker = raw / MARKER
-    there = {path for path in _walk(raw) if path not in (marker, raw / "README.md")}
-    there.discard(sheet)
+    earlier_files = {path for path in _walk(raw) if path not in (marker, raw / "README.md")}
+    earlier_files.discard(sheet)
     if sheet.is_file() and not _only_a_header(sheet):
-        there.add(sheet)
+        earlier_files.add(sheet)
     if not marker.is_file():
-        if there:
+        if earlier_files:
             raise InputError(
-                f"{raw}: {_are(there, raw)} not from a re-enactment (no {MARKER} says so), so "
+                f"{raw}: {_are(earlier_files, raw)} not from a re-enactment (no {MARKER} says so), so "
                 "nothing was written. Original logs are never overwritten: name another folder as "
                 "`raw` and another `run_sheet` in the config, or move these files away"
             )
         return []
     sizes = _read_marker(marker, raw, sheet)
-    foreign = {path for path in there if not _is_ours(path, sizes)}
+    foreign = {path for path in earlier_files if not _is_ours(path, sizes)}
     if foreign:
         raise InputError(
             f"{raw}: {_are(foreign, raw)} not as the re-enactment wrote them (see {MARKER}), so "
             "nothing was written; move these files away, then re-enact again"
         )
     # the sheet first: while it is there, so are all the logs that it names
-    return sorted(there, key=lambda path: (path != sheet, path))
+    return sorted(earlier_files, key=lambda path: (path != sheet, path))
 
 
 def clear(files: Sequence[Path]) -> None:
@@ -98,17 +98,17 @@ def _walk(raw: Path) -> list[Path]:
         # a folder that cannot be looked into may hold anything
         raise InputError(f"{error.filename}: cannot be looked into: {error.strerror}") from error
 
-    found = []
+    paths = []
     for folder, folders, names in os.walk(raw, onerror=stop if raw.is_dir() else None):
-        found += [Path(folder) / name for name in names]
+        paths += [Path(folder) / name for name in names]
         # a link to a folder elsewhere is somebody's too: logs must not be written through it
-        found += [Path(folder) / name for name in folders if (Path(folder) / name).is_symlink()]
-    return found
+        paths += [Path(folder) / name for name in folders if (Path(folder) / name).is_symlink()]
+    return paths
 
 
 def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]:
     try:
-        head, found, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
+        head, list_heading, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
     except (OSError, ValueError) as error:
         raise InputError(
             f"{marker}: cannot be read: {error}; delete the folder yourself if no original log is in it"
@@ -120,10 +120,10 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
         # an edited list must not reach outside
         inside = path.is_relative_to(raw) or path == sheet
         if not name or not inside or not (size == _UNFINISHED or size.isdecimal()):
-            found = ""
+            list_heading = ""
             break
         sizes[path] = None if size == _UNFINISHED else int(size)
-    if not head or not found:
+    if not head or not list_heading:
         raise InputError(
             f"{marker}: this list has been changed, so it is not known which logs are re-enacted "
             "and nothing was written; delete the folder yourself if no original log is in it"
@@ -132,10 +132,10 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
 
 
 def _is_ours(path: Path, sizes: dict[Path, int | None]) -> bool:
-    part = _PART.match(path.name)
-    if part:
+    part_match = _PART.match(path.name)
+    if part_match:
         # left by a writer that was killed
-        return path.with_name(f"{part['stem']}{part['suffix'] or ''}") in sizes
+        return path.with_name(f"{part_match['stem']}{part_match['suffix'] or ''}") in sizes
     return path in sizes and not path.is_symlink() and sizes[path] in (None, path.stat().st_size)
 
 

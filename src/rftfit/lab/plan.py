@@ -78,8 +78,8 @@ class Run:
     @property
     def motion_log(self) -> str:
         """Path of the motion log relative to raw."""
-        own = f"{self.folder}/{self.run_id}_motion{self.suffix}"
-        return self.force_log if self.one_file else own
+        separate_path = f"{self.folder}/{self.run_id}_motion{self.suffix}"
+        return self.force_log if self.one_file else separate_path
 
     @property
     def zero_log(self) -> str:
@@ -111,15 +111,15 @@ def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
 
 def media_of(media: Mapping[str, Medium], asked: Sequence[str] | None = None) -> list[str]:
     """Return the media to re-enact, in the order of the config; by default all that are published."""
-    known = [
+    published_media = [
         name
         for name, medium in media.items()
         if medium.published_as
         in (reference.MEDIA if medium.role == "laboratory" else reference.SANDS)
     ]
     for name in asked or ():
-        choose("medium with published measurements", name, known)
-    return [name for name in known if asked is None or name in asked]
+        choose("medium with published measurements", name, published_media)
+    return [name for name in published_media if asked is None or name in asked]
 
 
 def _digits(angle: float) -> str:
@@ -167,30 +167,36 @@ def directions_of(text: str, seed: int) -> list[tuple[float, float]]:
         return _scattered(int(text[10:]), seed)
     try:
         if "x" in text:
-            beta, gamma = ([float(one) for one in part.split(",")] for part in text.split("x"))
-            found = [(b, g) for b in beta for g in gamma]
+            beta, gamma = (
+                [float(angle) for angle in angle_list.split(",")] for angle_list in text.split("x")
+            )
+            directions = [(b, g) for b in beta for g in gamma]
         else:
-            found = [(float(b), float(g)) for b, g in (pair.split(":") for pair in text.split(","))]
+            directions = [
+                (float(b), float(g)) for b, g in (pair.split(":") for pair in text.split(","))
+            ]
     except ValueError:
-        found = []
-    if not found or not all(abs(angle) <= 90 for pair in found for angle in pair):
+        directions = []
+    if not directions or not all(abs(angle) <= 90 for pair in directions for angle in pair):
         raise InputError(
             f"--grid: found {text!r}; allowed: angles from -90 to 90 degrees as lists "
             "'-30,0,30 x -45,0,45,90', as pairs '0:90,30:45', or 'scattered:40' (1 to 100)"
         )
-    return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in found))
+    return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in directions))
 
 
 def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     random = np.random.default_rng(seed)
-    found = [(0.0, 90.0)]
-    while len(found) < count:
+    directions = [(0.0, 90.0)]
+    while len(directions) < count:
         # shallower paths leave no window between surface, walls and bottom
         beta, gamma = random.integers(-89, 91), random.integers(20, 91) * random.choice([-1, 1])
-        near = (max(abs((beta - b + 90) % 180 - 90), abs(gamma - g)) for b, g in found)
-        if min(near) >= _APART_DEG:
-            found.append((float(beta), float(gamma)))
-    return found
+        distances_deg = (
+            max(abs((beta - b + 90) % 180 - 90), abs(gamma - g)) for b, g in directions
+        )
+        if min(distances_deg) >= _APART_DEG:
+            directions.append((float(beta), float(gamma)))
+    return directions
 
 
 def _laboratory(config: Config, first: Run, directions: Sequence[Direction]) -> Iterator[Run]:
@@ -253,7 +259,7 @@ def plan_runs(
     legs = legs_of(config.legs).items() if chosen else ()
     air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
     # one day of work a medium: the clock depends on the place in it, not on the other media
-    placed = (one for group in (*groups, air) for one in enumerate(group))
+    placed = (numbered_run for group in (*groups, air) for numbered_run in enumerate(group))
     runs = [replace(run, clock_s=_DAY_STARTS_S + _RUN_EVERY_S * place) for place, run in placed]
     return sorted(runs, key=lambda run: run.run_id)
 
@@ -370,15 +376,18 @@ def segments(
 ) -> tuple[Segment, ...]:
     """Rests and moves of a run; `raised` lifts the whole path into the air; `pause`: at the surface."""
     parts = _segments(run, config, raised)
-    if pause or not any(part.phase == "pause" for part in parts):
+    if pause or not any(segment.phase == "pause" for segment in parts):
         return parts
-    going = [part for part in parts if part.phase != "pause"]
-    first = next(i for i, part in enumerate(going) if part.moving)
-    one, other = going[first : first + 2]
-    if one.start[0] == other.end[0]:  # straight down or up: one move through the surface
-        speed = max(one.speed, other.speed)
-        going[first : first + 2] = [_move("stroke", one.start, other.end, speed)]
-    return tuple(going)
+    without_pause = [segment for segment in parts if segment.phase != "pause"]
+    first = next(i for i, segment in enumerate(without_pause) if segment.moving)
+    first_move, second_move = without_pause[first : first + 2]
+    # straight down or up: one move through the surface
+    if first_move.start[0] == second_move.end[0]:
+        speed = max(first_move.speed, second_move.speed)
+        without_pause[first : first + 2] = [
+            _move("stroke", first_move.start, second_move.end, speed)
+        ]
+    return tuple(without_pause)
 
 
 def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
@@ -407,32 +416,34 @@ def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
 
 def duration(parts: tuple[Segment, ...]) -> float:
     """Duration of a run in s."""
-    return sum(part.duration_s for part in parts)
+    return sum(segment.duration_s for segment in parts)
 
 
-def _travelled(part: Segment, time_s: FloatArray) -> FloatArray:
+def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
     """Distance since the segment's start: trapezoidal speed with ramps of `RAMP_S`."""
-    if not part.moving:
+    if not segment.moving:
         return np.zeros_like(time_s)
-    gain = part.speed / RAMP_S
-    left = part.duration_s - time_s
-    cruise = part.speed * (time_s - RAMP_S / 2)
-    speeding, braking = gain * time_s**2 / 2, part.distance - gain * left**2 / 2
+    gain = segment.speed / RAMP_S
+    left = segment.duration_s - time_s
+    cruise = segment.speed * (time_s - RAMP_S / 2)
+    speeding, braking = gain * time_s**2 / 2, segment.distance - gain * left**2 / 2
     return np.where(time_s < RAMP_S, speeding, np.where(left < RAMP_S, braking, cruise))
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
     """Position of the intruder's reference point at times since the start; it stays where it ends."""
-    ends = np.cumsum([part.duration_s for part in parts])
+    ends = np.cumsum([segment.duration_s for segment in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
     index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)
     place = np.empty((3, clipped.size))
     travel = np.zeros(clipped.size)
-    for number, part in enumerate(parts):
-        here = index == number
-        travel[here] = _travelled(part, clipped[here] - (ends[number] - part.duration_s))
-        share = travel[here] / part.distance if part.moving else 0.0
-        for row, (first, last) in enumerate(zip(part.start, part.end, strict=True)):
-            place[row, here] = first + (last - first) * share
-    moving = np.array([part.moving for part in parts])[index]
+    for number, segment in enumerate(parts):
+        in_segment = index == number
+        travel[in_segment] = _travelled(
+            segment, clipped[in_segment] - (ends[number] - segment.duration_s)
+        )
+        share = travel[in_segment] / segment.distance if segment.moving else 0.0
+        for row, (first, last) in enumerate(zip(segment.start, segment.end, strict=True)):
+            place[row, in_segment] = first + (last - first) * share
+    moving = np.array([segment.moving for segment in parts])[index]
     return ArmMotion(clipped, place[0], place[1], place[2], travel, index, moving)

@@ -38,11 +38,13 @@ def check_protocol(protocol: str, config: Config, runs: Sequence[Run]) -> None:
     if protocol in _SET_TO_ZERO and config.zero.method != "stated":
         missing.append("zero: {method: stated, sd_N: 0.02}")
     if protocol == "constant-speed":
-        others = [run.run_id for run in runs if run.gamma_deg != 90 or run.direction != "intrusion"]
-        if others:
+        unsuitable_runs = [
+            run.run_id for run in runs if run.gamma_deg != 90 or run.direction != "intrusion"
+        ]
+        if unsuitable_runs:
             raise InputError(
                 f"--protocol {protocol}: only pushes straight down have a position that is known from "
-                f"their speed; found {len(others)} others, such as {others[0]}. Use --no-legs, --media and "
+                f"their speed; found {len(unsuitable_runs)} others, such as {unsuitable_runs[0]}. Use --no-legs, --media and "
                 "--grid '... x 90'"
             )
         z = config.motion_log.columns.get("z")
@@ -61,33 +63,36 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
     if protocol in (PAPER, "no-pause"):
         return recording, None
     # one logger, one clock
-    one = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
+    aligned = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
     if protocol in ("one-file", "cyclic"):
-        return _on_force_clock(one), None
-    unloaded = one.rows(one.in_air, np.zeros_like(one.motion_stroke))
+        return _on_force_clock(aligned), None
+    unloaded = aligned.rows(aligned.in_air, np.zeros_like(aligned.motion_stroke))
     if protocol in _SET_TO_ZERO:
-        zero = one.channels_N[one.in_air].mean(axis=0)
-        one = replace(one, channels_N=one.channels_N - zero)
-    stroke = one.rows(one.stroke, one.motion_stroke)
+        zero = aligned.channels_N[aligned.in_air].mean(axis=0)
+        aligned = replace(aligned, channels_N=aligned.channels_N - zero)
+    stroke = aligned.rows(aligned.stroke, aligned.motion_stroke)
     return stroke, unloaded if protocol == "separate-zero" else None
 
 
-def _on_force_clock(one: Recording) -> Recording:
-    at, names = one.force_time_s, ("x_mm", "z_mm", "angle_deg")
-    moved = {name: np.interp(at, one.motion_time_s, getattr(one, name)) for name in names}
-    return replace(one, motion_time_s=at, **moved)
+def _on_force_clock(recording: Recording) -> Recording:
+    force_time_s, names = recording.force_time_s, ("x_mm", "z_mm", "angle_deg")
+    moved = {
+        name: np.interp(force_time_s, recording.motion_time_s, getattr(recording, name))
+        for name in names
+    }
+    return replace(recording, motion_time_s=force_time_s, **moved)
 
 
 def in_one_log(cycles: Sequence[Recording]) -> Recording:
     """Put the recordings of several strokes one behind the other; force and motion have one clock."""
     first = cycles[0]
     late = [0.0]
-    for done in cycles[:-1]:
-        late.append(late[-1] + float(np.ptp(done.force_time_s)) + _BETWEEN_S)
-    parts = {name: [getattr(one, name) for one in cycles] for name in vars(first)}
+    for cycle in cycles[:-1]:
+        late.append(late[-1] + float(np.ptp(cycle.force_time_s)) + _BETWEEN_S)
+    parts = {name: [getattr(cycle, name) for cycle in cycles] for name in vars(first)}
     for name in ("force_time_s", "motion_time_s"):
         parts[name] = [time + shift for time, shift in zip(parts[name], late, strict=True)]
-    return Recording(**{name: np.concatenate(each) for name, each in parts.items()})
+    return Recording(**{name: np.concatenate(arrays) for name, arrays in parts.items()})
 
 
 def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:

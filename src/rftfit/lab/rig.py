@@ -248,9 +248,9 @@ def record(
     clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
     arm = motion_at(parts, (clock - begin) / rate)
     wobble = stroke.random(2).normal(0, 1, (3, ticks))
-    in_stroke = np.array([part.phase == "stroke" for part in parts])
+    in_stroke = np.array([segment.phase == "stroke" for segment in parts])
     # a leg rests in air at both ends, a plate where it is above the surface
-    in_air = np.array([part.phase == "rest" and part.start[1] > 0 for part in parts])
+    in_air = np.array([segment.phase == "rest" and segment.start[1] > 0 for segment in parts])
     return Recording(
         force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,
         arm_moving=motion.moving.astype(np.int64),
@@ -329,9 +329,13 @@ class Fault:
 
 def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
     ending = run.tare_run.removeprefix(run.medium)
-    for other in runs.values():
-        if run.kind == "plate" and other.medium != run.medium and other.run_id.endswith(ending):
-            return other.run_id
+    for other_run in runs.values():
+        if (
+            run.kind == "plate"
+            and other_run.medium != run.medium
+            and other_run.run_id.endswith(ending)
+        ):
+            return other_run.run_id
     raise InputError(
         f"fault wrong_medium_tare: {run.run_id} has no tare of another medium among these runs; "
         "name a plate run and re-enact at least two media of its kind"
@@ -343,15 +347,17 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
 
     `runs`: All runs by run_id. `first_medium`: Where faults without a run go.
     """
-    found = []
+    faults = []
     for text in asked:
         name, _, run_id = text.partition(":")
         choose("fault", name, list(FAULTS))
         if not run_id:
             run_id = f"{first_medium}_{FAULTS[name][0]}"
             if run_id not in runs:
-                own = (r for r in runs.values() if r.medium == first_medium and r.kind == "plate")
-                run_id = next((run.run_id for run in own), run_id)
+                plate_runs = (
+                    r for r in runs.values() if r.medium == first_medium and r.kind == "plate"
+                )
+                run_id = next((run.run_id for run in plate_runs), run_id)
         choose(f"run for the fault {name}", run_id, list(runs))
         run = runs[run_id]
         if name == "flipped_beta" and run.beta_deg in (None, 0.0, 90.0):
@@ -359,9 +365,9 @@ def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) ->
         if name == "never_touches" and run.leg:
             raise InputError(f"fault never_touches: {run_id} is a leg; name a plate or rod run")
         changed = (run.tare_run or run_id) if name == "missing_tare" else run_id
-        other = _other_tare(run, runs) if name == "wrong_medium_tare" else ""
-        found.append(Fault(name, run_id, changed, other))
-    return found
+        other_tare = _other_tare(run, runs) if name == "wrong_medium_tare" else ""
+        faults.append(Fault(name, run_id, changed, other_tare))
+    return faults
 
 
 def damage_recording(names: Sequence[str], whole: Recording, transducer: Transducer) -> Recording:

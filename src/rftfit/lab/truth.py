@@ -50,23 +50,27 @@ def force_over_run(
     force = np.zeros((2, motion.elapsed_s.size))
     last = np.zeros(2)
     began = 0.0
-    for number, part in enumerate(parts):
-        here = motion.segment == number
-        if part.moving:
-            travel = motion.travel[here]
+    for number, segment in enumerate(parts):
+        in_segment = motion.segment == number
+        if segment.moving:
+            travel = motion.travel[in_segment]
             grown = released = _share(travel, BUILD_UP)
-            if level and part.phase == "stroke":
+            if level and segment.phase == "stroke":
                 grown, released = 1 - np.exp(-travel / START_UP_CM), _share(travel, _RELEASE_CM)
-            places = (motion.x_cm[here], motion.z_cm[here], motion.angle_deg[here])
-            developed = np.array(law(part, *places))
-            force[:, here] = grown * developed + (1 - released) * last[:, None]
-            x, z, angle = (np.array([value]) for value in part.end)
-            last = np.array(law(part, x, z, angle))[:, 0]
+            places = (
+                motion.x_cm[in_segment],
+                motion.z_cm[in_segment],
+                motion.angle_deg[in_segment],
+            )
+            developed = np.array(law(segment, *places))
+            force[:, in_segment] = grown * developed + (1 - released) * last[:, None]
+            x, z, angle = (np.array([value]) for value in segment.end)
+            last = np.array(law(segment, x, z, angle))[:, 0]
         else:
-            age = motion.elapsed_s[here] - began
-            force[:, here] = last[:, None] * (_KEPT + (1 - _KEPT) * np.exp(-age / _RELAX_S))
+            age = motion.elapsed_s[in_segment] - began
+            force[:, in_segment] = last[:, None] * (_KEPT + (1 - _KEPT) * np.exp(-age / _RELAX_S))
             last = _KEPT * last
-        began += part.duration_s
+        began += segment.duration_s
     return force[0], force[1]
 
 
@@ -88,7 +92,7 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
         _between(reference.BETA_DEG, beta_deg),
         _between(reference.GAMMA_DEG, gamma_deg),
     )
-    cells = (one[row : row + 2, column : column + 2] for one in reference.alpha_grid(medium))
+    cells = (grid[row : row + 2, column : column + 2] for grid in reference.alpha_grid(medium))
     z, x = (float(np.array([1 - u, u]) @ corners @ [1 - v, v]) for corners in cells)
     return z, x
 
@@ -96,9 +100,9 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
 def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
     """Line below an angle, and the share of the way to the next; on a line where that is meant."""
     nearest = int(np.abs(lines - angle).argmin())
-    at = lines[nearest] if abs(lines[nearest] - angle) < _ROUNDING_DEG else angle
-    line = int(np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2))
-    return line, float((at - lines[line]) / (lines[line + 1] - lines[line]))
+    snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _ROUNDING_DEG else angle
+    line = int(np.clip(np.searchsorted(lines, snapped_angle, side="right") - 1, 0, lines.size - 2))
+    return line, float((snapped_angle - lines[line]) / (lines[line + 1] - lines[line]))
 
 
 def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[float, float]:
@@ -153,10 +157,10 @@ def plate_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law:
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
 
-    def law(part: Segment, x_cm: FloatArray, z_cm: FloatArray, _: FloatArray) -> Forces:
-        alpha_z, alpha_x = alpha(run, part.phase)
+    def law(segment: Segment, x_cm: FloatArray, z_cm: FloatArray, _: FloatArray) -> Forces:
+        alpha_z, alpha_x = alpha(run, segment.phase)
         load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
-        if run.direction == "horizontal" and part.phase == "stroke":
+        if run.direction == "horizontal" and segment.phase == "stroke":
             # the published value IS the mean over the steady part, so no wall factor here
             load = load * (1 + _STICK_SLIP * np.sin(2 * np.pi * x_cm / _STICK_SLIP_CM))
         else:
@@ -198,7 +202,7 @@ def sand_law(run: Run, config: Config) -> Law:
     plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
 
-    def law(_part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
+    def law(_segment: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
         touching = np.clip(1 - z_cm / half_z, 0.0, 1.0)
         force_z = plate.area_cm2 * touching * sand_stress(run.published, -z_cm)
         return force_z, np.zeros_like(force_z)
@@ -222,7 +226,7 @@ def leg_law(run: Run) -> Law:
     figure = "fig_s12" if run.natural else "fig_s5"
     theta, *published = _rotation(figure, run.published, run.leg)
 
-    def law(_part: Segment, _x: FloatArray, _z: FloatArray, angle_deg: FloatArray) -> Forces:
+    def law(_segment: Segment, _x: FloatArray, _z: FloatArray, angle_deg: FloatArray) -> Forces:
         outside = np.maximum(theta[0] - angle_deg, angle_deg - theta[-1])
         fade = np.clip(1 - outside / _TAPER_DEG, 0.0, 1.0)
         force_z, force_x = (fade * np.interp(angle_deg, theta, curve) for curve in published)
@@ -254,8 +258,8 @@ def rod_law(run: Run) -> Law:
     size = strength(run)
     beta = math.radians(run.beta_deg or 0.0)
 
-    def law(part: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
-        vx, vz = np.subtract(part.end[:2], part.start[:2]) / part.distance
+    def law(segment: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
+        vx, vz = np.subtract(segment.end[:2], segment.start[:2]) / segment.distance
         depth = np.maximum(-z_cm, 0.0)
         mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
         load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)

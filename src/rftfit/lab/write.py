@@ -92,6 +92,8 @@ def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
             row["stroke"] = 1
         sheet.writerow(row)
         for cycle in range(2, run.cycles + 1):
-            again = {key: f"{row[key]}_{cycle}" for key in ("run_id", "tare_run") if row[key]}
-            sheet.writerow(row | again | {"stroke": cycle})
+            ids_of_cycle = {
+                key: f"{row[key]}_{cycle}" for key in ("run_id", "tare_run") if row[key]
+            }
+            sheet.writerow(row | ids_of_cycle | {"stroke": cycle})
     return buffer.getvalue()

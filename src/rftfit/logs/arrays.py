@@ -54,7 +54,7 @@ class ArrayColumn(NamedTuple):
     blank: bool = False
 
 
-Found = Iterator[tuple[str, ArrayColumn | str]]
+NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Columns by name; of what is none, what it is."""
 
 
@@ -79,41 +79,45 @@ class ArraysReader(base.Reader):
             base.check_size(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            every = dict(_columns(path, head))
-        found = {name: column for name, column in every.items() if not isinstance(column, str)}
-        others = [f"{name} ({what})" for name, what in every.items() if isinstance(what, str)]
-        return self._log(path, found, others)
+            contents = dict(_columns(path, head))
+        array_columns = {
+            name: column for name, column in contents.items() if not isinstance(column, str)
+        }
+        omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
+        return self._log(path, array_columns, omitted)
 
-    def _log(self, path: Path, found: dict[str, ArrayColumn], others: list[str]) -> base.Log:
-        names, in_names = names_and_units(found)
+    def _log(
+        self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
+    ) -> base.Log:
+        names, in_names = names_and_units(array_columns)
         columns, units = {}, {}
         notes = []
         stated_blank = set()
-        for name, unit, column in zip(names, in_names, found.values(), strict=True):
+        for name, unit, column in zip(names, in_names, array_columns.values(), strict=True):
             columns[name], units[name] = column.values, column.unit or unit
             notes += [column.note] if column.note else []
             if column.blank:
                 stated_blank.add(name)
         if not columns:
-            listed = f"; found {', '.join(others)}: save plain arrays" if others else ""
+            listed = f"; found {', '.join(omitted)}: save plain arrays" if omitted else ""
             raise base.LogError(
                 "header_only", f"{path}: no array of numbers with more than one value{listed}"
             )
-        if others:
-            notes.append(f"no arrays of numbers, left out: {', '.join(others)}")
-        wanted = self.wanted(columns)
-        sizes = {name: values.size for name, values in columns.items() if name in wanted}
+        if omitted:
+            notes.append(f"no arrays of numbers, left out: {', '.join(omitted)}")
+        columns_to_read = self.choose_columns(columns)
+        sizes = {name: values.size for name, values in columns.items() if name in columns_to_read}
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
-        others = [f"{name} ({n})" for name, n in sizes.items() if n != size]
-        if others and set(wanted) != set(columns):
+        omitted = [f"{name} ({n})" for name, n in sizes.items() if n != size]
+        if omitted and set(columns_to_read) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise base.LogError(
                 "lengths",
                 f"{path}: the columns of a log have one length, found {size} values of {same}, and "
-                f"others: {', '.join(others)}",
+                f"others: {', '.join(omitted)}",
                 max(sizes.values()),
             )
-        notes += [f"arrays of another length, left out: {', '.join(others)}"] if others else []
+        notes += [f"arrays of another length, left out: {', '.join(omitted)}"] if omitted else []
         kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
         units = {name: units[name] for name in kept}
         if self.rate:
@@ -137,7 +141,7 @@ def _is_often(rows: np.ndarray) -> bool:
     return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
 
 
-def _columns(path: Path, head: bytes) -> Found:
+def _columns(path: Path, head: bytes) -> NamedColumns:
     if head.startswith(_MAT5):
         for name, value in read_mat5(path):
             yield from _of_array(name, value)
@@ -169,24 +173,24 @@ def _columns(path: Path, head: bytes) -> Found:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
 
-def _of_hdf5(path: Path) -> Found:
+def _of_hdf5(path: Path) -> NamedColumns:
     with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
         import h5py
     _check_heaps(path)
 
-    def look() -> None:
+    def list_tables() -> None:
         with base.limited_memory(_OF_NAMES), h5py.File(path, "r") as file:
             list(_tables_of_hdf5(path, file))
 
-    base.refuse_what_ends_a_process(path, "damaged", look)
+    base.refuse_what_ends_a_process(path, "damaged", list_tables)
     # the library takes as much memory as a damaged file states of its names and texts
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
     with file:
         with base.limited_memory(_OF_NAMES):
             read = [*_tables_of_hdf5(path, file)]
-        for name, item, attributes in read:
-            yield from _of_dataset(name, item, attributes)
+        for name, dataset, attributes in read:
+            yield from _of_dataset(name, dataset, attributes)
 
 
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
@@ -195,31 +199,31 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
 
     datasets: dict[str, Any] = {}
 
-    def visit(name: str, item: Any) -> None:
+    def visit(name: str, node: Any) -> None:
         # no link to another file is followed
-        if isinstance(item, h5py.Dataset):
-            datasets[name] = item
+        if isinstance(node, h5py.Dataset):
+            datasets[name] = node
 
     file.visititems(visit)
-    for name, item in datasets.items():
-        if others := _others(item, datasets):
+    for name, dataset in datasets.items():
+        if sources := _foreign_sources(dataset, datasets):
             raise base.LogError(
                 "other_file",
-                f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, others))}; "
+                f"{path}: the values of {name!r} are in another file, {', '.join(map(repr, sources))}; "
                 "allowed: values in the log itself (external storage and virtual datasets: "
                 "h5repack -l CONTI OLD NEW)",
             )
     # MATLAB keeps what its references lead to in a group of its own
     read = [
-        (name, item)
-        for name, item in datasets.items()
-        if not name.startswith("#") and _is_table(item)
+        (name, dataset)
+        for name, dataset in datasets.items()
+        if not name.startswith("#") and _is_table(dataset)
     ]
-    base.check_unpacked(path, sum(_unpacked(item.shape, item.dtype) for _, item in read))
-    for name, item in read:
-        _check_stored(path, item)
-        _check_chunks(path, item)
-        yield name.replace("/", "."), item, _attributes_of(item)
+    base.check_unpacked(path, sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset in read))
+    for name, dataset in read:
+        _check_stored(path, dataset)
+        _check_chunks(path, dataset)
+        yield name.replace("/", "."), dataset, _attributes_of(dataset)
 
 
 _PACKING = ("scale_factor", "add_offset", "unitSI")
@@ -228,11 +232,11 @@ _NO_VALUE = ("_FillValue", "missing_value")
 """Attributes of netCDF: stored numbers that stand for no value."""
 
 
-def _attributes_of(item: Any) -> dict[str, Any]:
+def _attributes_of(dataset: Any) -> dict[str, Any]:
     """Attributes of a dataset that may say what its values are: numbers, and units; the library stumbles over damaged texts."""
-    kinds = {name: item.attrs.get_id(name).dtype.kind for name in item.attrs}
+    kinds = {name: dataset.attrs.get_id(name).dtype.kind for name in dataset.attrs}
     return {
-        name: item.attrs[name]
+        name: dataset.attrs[name]
         for name, kind in kinds.items()
         if kind in "biuf" or "unit" in name.casefold() or name in (*_PACKING, *_NO_VALUE)
     }
@@ -242,15 +246,15 @@ _OF_LIBRARIES = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|uni
 """Attributes by which libraries and conventions say something else than what a value is."""
 
 
-def _of_dataset(name: str, item: Any, attributes: dict[str, Any]) -> Found:
+def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
     """Yield the columns of a dataset as its attributes say: unpacked, and without values that stand for none."""
-    stored = item[()]
+    stored = dataset[()]
     if stored.dtype.names:
         units = _units_of_fields(attributes, stored.dtype.names)
-        for column, found in _of_array(name, stored):
+        for column, content in _of_array(name, stored):
             field = column.removeprefix(f"{name}.").partition(" column ")[0]
             unit = units.get(field, "")
-            yield column, found if isinstance(found, str) else ArrayColumn(found.values, unit)
+            yield column, content if isinstance(content, str) else ArrayColumn(content.values, unit)
         return
     unit = unit_word(_text_of(attributes.get("unit", attributes.get("units", ""))))
     packing = {key: _number_of(attributes[key]) for key in _PACKING if key in attributes}
@@ -331,7 +335,7 @@ def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
     """
     for key in ("units", "unit"):
         stated = attributes.get(key)
-        listed = [_text_of(one) for one in np.ravel(stated)] if stated is not None else []
+        listed = [_text_of(unit) for unit in np.ravel(stated)] if stated is not None else []
         if len(listed) == 1 and listed[0].count(",") == len(fields) - 1 > 0:
             listed = listed[0].split(",")
         if len(listed) == len(fields):
@@ -384,24 +388,24 @@ def _check_heaps(path: Path) -> None:
             place = content.find(_HEAP, place + 16)
 
 
-def _others(item: Any, own: Collection[str]) -> list[str]:
-    """Name what a dataset takes its values from, but for the `own` datasets of its file."""
-    found = [name for name, _, _ in item.external or ()]
-    for source in item.virtual_sources() if item.is_virtual else ():
+def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
+    """Name what a dataset takes its values from, but for the datasets of its file, `names_in_file`."""
+    sources = [name for name, _, _ in dataset.external or ()]
+    for source in dataset.virtual_sources() if dataset.is_virtual else ():
         # of its own file too, a path may go through a link to another one
         if source.file_name != ".":
-            found.append(source.file_name)
-        elif source.dset_name.strip("/") not in own:
-            found.append(source.dset_name)
-    return list(dict.fromkeys(found))
+            sources.append(source.file_name)
+        elif source.dset_name.strip("/") not in names_in_file:
+            sources.append(source.dset_name)
+    return list(dict.fromkeys(sources))
 
 
-def _is_table(item: Any) -> bool:
-    shape = item.shape or ()  # None of a dataset without values
+def _is_table(dataset: Any) -> bool:
+    shape = dataset.shape or ()  # None of a dataset without values
     wide = [length for length in shape if length > 1]
-    few = len(wide) < 2 or (len(wide) == 2 and min(wide) <= MOST_COLUMNS)
-    number = item.dtype.kind in "biufV" and item.attrs.get("MATLAB_class", b"") != b"char"
-    return bool(shape) and few and number
+    is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= MOST_COLUMNS)
+    is_numeric = dataset.dtype.kind in "biufV" and dataset.attrs.get("MATLAB_class", b"") != b"char"
+    return bool(shape) and is_narrow and is_numeric
 
 
 # --- What arrays take in memory, by what the file says of them, before they are read
@@ -429,35 +433,35 @@ def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _check_stored(path: Path, item: Any) -> None:
+def _check_stored(path: Path, dataset: Any) -> None:
     """Refuse a dataset of which hardly anything is in the file: the library makes up the rest."""
-    stated = math.prod(item.shape) * item.dtype.itemsize
-    stored = item.id.get_storage_size()
-    if item.chunks:
-        stored = item.id.get_num_chunks() * math.prod(item.chunks) * item.dtype.itemsize
-    if stated - stored > MOST_MADE_UP and not item.is_virtual:
-        text = f"{item.name!r} has {stated} bytes, and {stored} of them are in the file"
+    stated = math.prod(dataset.shape) * dataset.dtype.itemsize
+    stored = dataset.id.get_storage_size()
+    if dataset.chunks:
+        stored = dataset.id.get_num_chunks() * math.prod(dataset.chunks) * dataset.dtype.itemsize
+    if stated - stored > MOST_MADE_UP and not dataset.is_virtual:
+        text = f"{dataset.name!r} has {stated} bytes, and {stored} of them are in the file"
         raise base.LogError("damaged", f"{path}: {text}")
 
 
-def _check_chunks(path: Path, item: Any) -> None:
+def _check_chunks(path: Path, dataset: Any) -> None:
     """Refuse a dataset with a block that unpacks to more than a block holds: the library unpacks it all."""
-    block = math.prod(item.chunks or (0,)) * item.dtype.itemsize
+    block = math.prod(dataset.chunks or (0,)) * dataset.dtype.itemsize
     base.check_unpacked(path, block)
-    plan = item.id.get_create_plist()
+    plan = dataset.id.get_create_plist()
     filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
-    for number in range(item.id.get_num_chunks() if _DEFLATE in filters else 0):
-        place = item.id.get_chunk_info(number).chunk_offset
-        left_out, content = item.id.read_direct_chunk(place)
+    for number in range(dataset.id.get_num_chunks() if _DEFLATE in filters else 0):
+        place = dataset.id.get_chunk_info(number).chunk_offset
+        left_out, content = dataset.id.read_direct_chunk(place)
         if left_out >> filters.index(_DEFLATE) & 1:
             continue
         unpacked = zlib.decompressobj().decompress(content, block + _CHECKSUMS + 1)
         if len(unpacked) > block + _CHECKSUMS or filters.count(_DEFLATE) > 1:
-            text = f"a block of {item.name!r} unpacks to more than its size, {block} bytes"
+            text = f"a block of {dataset.name!r} unpacks to more than its size, {block} bytes"
             raise base.LogError("damaged", f"{path}: {text}")
 
 
-def _of_array(path: str, value: Any, unit: str = "") -> Found:
+def _of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
     """Yield the columns of an array: itself, its fields, the columns of a table."""
     if isinstance(value, NoArray):
         yield path, value.what
@@ -484,8 +488,8 @@ def _of_array(path: str, value: Any, unit: str = "") -> Found:
             yield f"{path} column {number}".strip(), ArrayColumn(values, unit)
 
 
-def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
-    """Yield the columns of a cell array, or of a field of a struct array; `each`: path of one, # its number."""
+def _of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedColumns:
+    """Yield the columns of a cell array, or of a field of a struct array; `cell_path`: path of one, # its number."""
     if array.dtype != object or array.size == 1:
         yield from _of_array(path, array if array.dtype != object else array.flat[0], unit)
         return
@@ -499,4 +503,4 @@ def _of_cells(path: str, each: str, array: np.ndarray, unit: str) -> Found:
         yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
     else:
         for number, cell in enumerate(cells, start=1):
-            yield from _of_array(each.replace("#", str(number)), cell, unit)
+            yield from _of_array(cell_path.replace("#", str(number)), cell, unit)

@@ -36,10 +36,10 @@ class AtiDaqReader(TextReader):
         lines = lines_of(head, 3)
         if len(lines) < 3 or not lines[2].whole:
             raise ValueError("the file ends within its three lines of header: cut short?")
-        given = [cell.strip() for cell in lines[1].text.split(",")]
-        while given and not given[-1]:
-            given.pop()
-        names = unique(given)
+        header_cells = [cell.strip() for cell in lines[1].text.split(",")]
+        while header_cells and not header_cells[-1]:
+            header_cells.pop()
+        names = unique(header_cells)
         setting = lines[2].text.split(",")[0]
         rate = self.rate or number_or_zero(setting)
         if not 0 < rate < 1e9:
@@ -53,7 +53,7 @@ class AtiDaqReader(TextReader):
 
         source = "the config" if self.rate else "line 3"
         notes = [f"time is the row number / {rate:g} Hz ({source})"]
-        twice = sorted({name for name in given if given.count(name) > 1})
+        twice = sorted({name for name in header_cells if header_cells.count(name) > 1})
         notes += [f"the name {name} stands more than once in line 2" for name in twice]
         return Plan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 

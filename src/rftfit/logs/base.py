@@ -151,7 +151,7 @@ class Reader:
     `description`: One line on which program writes such files.
     `evidence`: By what it is recognised, to complete "recognised by ...".
     `marks`: First bytes of its files, for the default of `detect`.
-    `takes`: Names of its options, and `given`: the values that the config gives them.
+    `takes`: Names of its options, and `options`: the values that the config gives them.
     `asked`: Columns to be read, where a reader can choose; None: all.
     `where`: Words that rows hold in some columns, by column; other rows are of other sources. `selects`: Whether
         the dialect can tell them apart.
@@ -163,7 +163,7 @@ class Reader:
     evidence = "its content"
     marks: tuple[bytes, ...] = ()
     takes: tuple[str, ...] = ()
-    given: Mapping[str, Any] = {}  # never changed, only replaced
+    options: Mapping[str, Any] = {}  # never changed, only replaced
     asked: frozenset[str] | None = None
     keeps_blanks = True
     where: Mapping[str, tuple[str, ...]] = {}
@@ -190,7 +190,7 @@ class Reader:
         reader.keeps_blanks = keeps_blanks
         return reader
 
-    def wanted(self, names: Collection[str]) -> Collection[str]:
+    def choose_columns(self, names: Collection[str]) -> Collection[str]:
         """Return the columns to be read: all where one that is asked for is not among the `names`.
 
         Whoever asked finds out then which columns there are.
@@ -234,13 +234,13 @@ class Reader:
             ):
                 raise ValueError(f"{name}: found {value!r}; allowed: {what}")
         reader = copy(self)
-        reader.given = options
+        reader.options = options
         return reader
 
     @property
     def rate(self) -> float | None:
         """Rate of the rows, Hz, where the config states it."""
-        return self.given.get("rate_Hz")
+        return self.options.get("rate_Hz")
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a file in blocks of the same columns and units, at least one, so that memory stays bounded.
@@ -329,11 +329,11 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
         first.path,
         dict(zip(names, joined, strict=True)),
         first.units,
-        sum(part.rows for part in parts),
-        add_counts(*(part.dropped for part in parts)),
-        add_counts(*(part.missing for part in parts)),
-        tuple(dict.fromkeys(note for part in parts for note in part.notes)),
-        add_counts(*(part.not_finite for part in parts)),
+        sum(block.rows for block in parts),
+        add_counts(*(block.dropped for block in parts)),
+        add_counts(*(block.missing for block in parts)),
+        tuple(dict.fromkeys(note for block in parts for note in block.notes)),
+        add_counts(*(block.not_finite for block in parts)),
         first.unread,
         first.places,
     )
@@ -451,8 +451,8 @@ _LIMITING = Lock()
 
 
 @contextmanager
-def limited_memory(more: int) -> Iterator[None]:
-    """Let this process take at most `more` bytes, where it runs on Linux.
+def limited_memory(extra_bytes: int) -> Iterator[None]:
+    """Let this process take at most `extra_bytes` more, where it runs on Linux.
 
     For libraries that take as much memory as a damaged file states. Not for long: all threads are limited.
     """
@@ -463,7 +463,7 @@ def limited_memory(more: int) -> Iterator[None]:
 
     with _LIMITING:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        limit = pages * resource.getpagesize() + more
+        limit = pages * resource.getpagesize() + extra_bytes
         before = resource.getrlimit(resource.RLIMIT_AS)
         if before[0] != resource.RLIM_INFINITY:
             limit = min(limit, before[0])
@@ -483,8 +483,10 @@ def check_size(path: Path, most: int = 2 << 30) -> None:
 def check_unpacked(path: Path, size: float) -> None:
     """Refuse a log whose content takes more than `MOST_UNPACKED` bytes: a small file can unpack to any size."""
     if size > MOST_UNPACKED:
-        found = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
-        raise LogError("too_large", f"{path}: {found}: export only the columns of one run")
+        size_text = (
+            f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
+        )
+        raise LogError("too_large", f"{path}: {size_text}: export only the columns of one run")
 
 
 def number_or_zero(text: str) -> float:
@@ -556,12 +558,12 @@ class MixedClocksError(LogError):
     """A log whose channels have clocks of their own; `groups`: the channels that share one."""
 
     def __init__(
-        self, path: Path, found: str, groups: Sequence[Sequence[str]], rows: int = 0
+        self, path: Path, clocks_text: str, groups: Sequence[Sequence[str]], rows: int = 0
     ) -> None:
         super().__init__(
             "clocks",
             f"{path}: its channels were not sampled at the same times, and a log has one time: found "
-            f"{found}. Name those of one clock under force_log.columns and those of the other under "
+            f"{clocks_text}. Name those of one clock under force_log.columns and those of the other under "
             "motion_log.columns, or export them on one clock",
             rows,
         )
@@ -574,11 +576,11 @@ class ChannelClock(NamedTuple):
     start: float
     step: float
 
-    def same(self, other: ChannelClock, samples: int) -> bool:
+    def same(self, other_clock: ChannelClock, samples: int) -> bool:
         """Tell whether so many samples of two channels were taken at the same times."""
-        unknown = math.isnan(self.start) and math.isnan(other.start)
-        apart = 0.0 if unknown else abs(self.start - other.start)
-        return apart + samples * abs(self.step - other.step) <= SAME_S
+        unknown = math.isnan(self.start) and math.isnan(other_clock.start)
+        apart = 0.0 if unknown else abs(self.start - other_clock.start)
+        return apart + samples * abs(self.step - other_clock.step) <= SAME_S
 
 
 def common_clock(
@@ -586,10 +588,10 @@ def common_clock(
     clocks: Mapping[str, ChannelClock],
     samples: int,
     *,
-    others: Iterable[str] = (),
+    other_channels: Iterable[str] = (),
     rows: int = 0,
 ) -> ChannelClock:
-    """Return the clock that all channels share, or refuse the log; `others` are looked at elsewhere."""
+    """Return the clock that all channels share, or refuse the log; `other_channels` are looked at elsewhere."""
     by_first: dict[str, list[str]] = {}
     for name, clock in clocks.items():
         same = (first for first in by_first if clocks[first].same(clock, samples))
@@ -598,9 +600,9 @@ def common_clock(
     if len(groups) == 1:
         return clocks[groups[0][0]]
     zero = min((c.start for c in clocks.values() if not math.isnan(c.start)), default=0.0)
-    found = "; ".join(
+    clocks_text = "; ".join(
         f"{name!r} from {round(clock.start - zero, 6):.12g} s, every {clock.step:.9g} s"
         for name, clock in clocks.items()
     )
-    unclear = [list(others)] if others else []
-    raise MixedClocksError(path, found, [*groups, *unclear], rows)
+    unclear = [list(other_channels)] if other_channels else []
+    raise MixedClocksError(path, clocks_text, [*groups, *unclear], rows)

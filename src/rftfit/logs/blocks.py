@@ -94,5 +94,5 @@ def limit_blocks() -> None:
     open_packed = library.zstd.open
     library.zstd = SimpleNamespace(
         decompress=unpack_zstd,
-        open=lambda *words, **named: LimitedFile(open_packed(*words, **named)),
+        open=lambda *words, **options: LimitedFile(open_packed(*words, **options)),
     )

@@ -70,9 +70,9 @@ class DelimitedReader(TextReader):
         if text is None:
             raise ValueError("the dialect delimited needs `text` in the config: the format")
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
-        every = each_line(head, text.encoding)
-        skipped = list(islice(every, text.skip_lines))
-        counted = (one for one in every if _counts(one, text.comment))
+        head_lines = each_line(head, text.encoding)
+        skipped = list(islice(head_lines, text.skip_lines))
+        counted = (line for line in head_lines if _counts(line, text.comment))
         lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
         printed = printed_marks([line.text for line in lines], delimiter)
         lines = [line._replace(text=printed.plain(line.text)) for line in lines]
@@ -80,24 +80,28 @@ class DelimitedReader(TextReader):
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
         below_names = "units below the row of names (units: true)"
-        for wanted, what in ((text.names, where), (text.units, below_names)):
-            if wanted and not (lines and lines[0].whole):
+        for is_stated, what in ((text.names, where), (text.units, below_names)):
+            if is_stated and not (lines and lines[0].whole):
                 raise ValueError(f"no row of {what}")
-            start = lines[0].stop if wanted else start
-            header.append(_cells(lines.pop(0), delimiter) if wanted else [])
-        given, below = header
-        if printed.arrow and given and is_stamp(given[0].strip()):
-            given[0] = "time"
-        given = given or list(printed.labels)
-        if not given:
-            given, below = _columns_of_gef(skipped)
+            start = lines[0].stop if is_stated else start
+            header.append(_cells(lines.pop(0), delimiter) if is_stated else [])
+        name_cells, below = header
+        if printed.arrow and name_cells and is_stamp(name_cells[0].strip()):
+            name_cells[0] = "time"
+        name_cells = name_cells or list(printed.labels)
+        if not name_cells:
+            name_cells, below = _columns_of_gef(skipped)
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
         first_rows = [_cells(line, delimiter) for line in lines if line.whole]
         rows = first_rows[:KIND_LINES]
-        given, below = without_mark(given, rows), without_mark(below, rows)
-        width = _width(rows, len(given), len(given) - bool(given and not given[-1].strip()))
-        names, units = names_and_units([*given, *[""] * (width - len(given))][:width], below)
+        name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
+        width = _width(
+            rows, len(name_cells), len(name_cells) - bool(name_cells and not name_cells[-1].strip())
+        )
+        names, units = names_and_units(
+            [*name_cells, *[""] * (width - len(name_cells))][:width], below
+        )
         rate = text.rate_Hz
 
         def further() -> Iterator[list[str]]:
@@ -109,10 +113,10 @@ class DelimitedReader(TextReader):
         notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
         clocks: dict[str, RestartingClock] = {}
         for name, stamp in seen.stamps.items():
-            found = note_of(stamp, seen.dates)
-            notes += [found.replace("time", name, 1)] if found else []
-            if found in PERIOD_S:
-                clocks[name] = RestartingClock(PERIOD_S[found])
+            note = note_of(stamp, seen.dates)
+            notes += [note.replace("time", name, 1)] if note else []
+            if note in PERIOD_S:
+                clocks[name] = RestartingClock(PERIOD_S[note])
         stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
@@ -392,9 +396,9 @@ def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
     mark = _MARK.match(names[0]) if names else None
     if mark is None:
         return names
-    rest = names[0][mark.end() :].strip()
-    if rest:
-        return [rest, *names[1:]]
+    first_name = names[0][mark.end() :].strip()
+    if first_name:
+        return [first_name, *names[1:]]
     widths = [len(cells) for cells in rows]
     return names if not widths or _most_frequent(widths) >= len(names) else names[1:]
 
@@ -410,10 +414,10 @@ def preview(head: bytes) -> dict[str, Any] | None:
     """
     lines = [line for line in lines_of(text_head(head), _HEAD_LINES) if line.whole]
     marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
-    found = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
-    if not found:
+    scored_formats = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
+    if not scored_formats:
         return None
-    _, text = max(found, key=lambda scored: scored[0])
+    _, text = max(scored_formats, key=lambda scored: scored[0])
     proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
     try:
         DelimitedReader(TextFormat.model_validate(proposed)).plan(head)

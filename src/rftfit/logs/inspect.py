@@ -41,13 +41,13 @@ class Extreme(NamedTuple):
         """First of the distinct values, in the order from the end of the column inwards."""
         return cls(float(distinct[0]), int(times[0]), float([*distinct[:2], np.nan][1]))
 
-    def merged(self, other: Extreme, sign: float) -> Extreme:
+    def merged(self, other_extreme: Extreme, sign: float) -> Extreme:
         """That of both parts of a column; `sign`: -1 of the lowest, 1 of the highest."""
-        ends = sorted({self.value, other.value}, key=lambda value: -sign * value)
-        times = sum(part.times for part in (self, other) if part.value == ends[0])
-        inner = [*ends[1:], self.inner, other.inner]
-        known = [sign * value for value in inner if np.isfinite(value)]
-        return Extreme(ends[0], times, sign * max(known) if known else np.nan)
+        ends = sorted({self.value, other_extreme.value}, key=lambda value: -sign * value)
+        times = sum(extreme.times for extreme in (self, other_extreme) if extreme.value == ends[0])
+        inner = [*ends[1:], self.inner, other_extreme.inner]
+        finite_inner = [sign * value for value in inner if np.isfinite(value)]
+        return Extreme(ends[0], times, sign * max(finite_inner) if finite_inner else np.nan)
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class ColumnSummary:
     def codes(self) -> list[float]:
         """Values that seem to mean that there is no data: the same one several times, far outside of all others."""
         codes = []
-        for end, other in zip(self.ends, self.ends[::-1], strict=True):
+        for end, opposite_end in zip(self.ends, self.ends[::-1], strict=True):
             # the other end may be a code, too: what lies inside of it is the range of the others
-            span = min(abs(end.inner - other.value), abs(end.inner - other.inner))
+            span = min(abs(end.inner - opposite_end.value), abs(end.inner - opposite_end.inner))
             if end.times > 1 and abs(end.value - end.inner) > max(span, self.resolution):
                 codes.append(end.value)
         return codes
@@ -225,25 +225,29 @@ def survey(blocks: Iterable[Log]) -> Survey:
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
     """Look at a file: once, or once for each of its clocks, with the reason why it is no one log."""
     try:
-        found = survey(reader.stream(path))
-        dead = {name: "no finite number" for name, n in found.not_finite.items() if n == found.rows}
+        log_survey = survey(reader.stream(path))
+        dead = {
+            name: "no finite number"
+            for name, n in log_survey.not_finite.items()
+            if n == log_survey.rows
+        }
         dead |= {
             column.name: NO_VALUE_AT_ALL
-            for column in found.columns
-            if found.used and not column.values
+            for column in log_survey.columns
+            if log_survey.used and not column.values
         }
-        if dead and len(dead) < len(found.columns):
+        if dead and len(dead) < len(log_survey.columns):
             # a channel that was never connected costs the others nothing
-            names = {column.name for column in found.columns}
+            names = {column.name for column in log_survey.columns}
             alive = reader.only(names - dead.keys(), keeps_blanks=True)
-            found = survey(alive.stream(path))
-            found = replace(found, unread={**found.unread, **dead})
-        return [found], None
+            log_survey = survey(alive.stream(path))
+            log_survey = replace(log_survey, unread={**log_survey.unread, **dead})
+        return [log_survey], None
     except MixedClocksError as error:
         parts = [
             survey_file(reader.only(group, keeps_blanks=True), path)[0] for group in error.groups
         ]
-        return [one for part in parts for one in part], error
+        return [log_survey for surveys in parts for log_survey in surveys], error
 
 
 def finite_values(values: FloatArray) -> FloatArray:
@@ -254,9 +258,12 @@ def finite_values(values: FloatArray) -> FloatArray:
 def together(surveys: Sequence[Survey]) -> Survey:
     """Return what the parts of a file with several clocks hold together."""
     units, quantities = dict[str, str](), dict[str, str]()
-    for one in reversed(surveys):  # what stands first counts
-        units, quantities = units | one.units, quantities | one.quantities
-    used, moving = min(one.used for one in surveys), max(one.moving for one in surveys)
+    for log_survey in reversed(surveys):  # what stands first counts
+        units, quantities = units | log_survey.units, quantities | log_survey.quantities
+    used, moving = (
+        min(log_survey.used for log_survey in surveys),
+        max(log_survey.moving for log_survey in surveys),
+    )
     return replace(surveys[0], units=units, quantities=quantities, used=used, moving=moving)
 
 
@@ -272,19 +279,21 @@ def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
     return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size, ends)
 
 
-def _merged(one: ColumnSummary, other: ColumnSummary) -> ColumnSummary:
+def _merged(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSummary:
     return replace(
-        one,
-        lowest=float(np.fmin(one.lowest, other.lowest)),
-        highest=float(np.fmax(one.highest, other.highest)),
-        resolution=float(np.fmin(one.resolution, other.resolution)),
-        values=one.values + other.values,
+        summary,
+        lowest=float(np.fmin(summary.lowest, block_summary.lowest)),
+        highest=float(np.fmax(summary.highest, block_summary.highest)),
+        resolution=float(np.fmin(summary.resolution, block_summary.resolution)),
+        values=summary.values + block_summary.values,
         ends=tuple(
             first.merged(second, sign)
-            for first, second, sign in zip(one.ends, other.ends, (-1.0, 1.0), strict=True)
+            for first, second, sign in zip(
+                summary.ends, block_summary.ends, (-1.0, 1.0), strict=True
+            )
         )
-        if one.ends and other.ends
-        else one.ends or other.ends,
+        if summary.ends and block_summary.ends
+        else summary.ends or block_summary.ends,
     )
 
 
@@ -299,51 +308,51 @@ _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./ ]*[A-Za-z0-9_]|[A-Za-z]")
 _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
 
 
-def kinds(found: Survey) -> list[str]:
+def kinds(log_survey: Survey) -> list[str]:
     """Tell what sort of log a file is: ``force``, ``motion``, both, or nothing that is known."""
-    force = any(f"F{number}" in found.quantities for number in (1, 2, 3))
-    motion = any(name in found.quantities for name in ("x", "z", "angle"))
-    return [kind for kind, there in (("force", force), ("motion", motion)) if there]
+    force = any(f"F{number}" in log_survey.quantities for number in (1, 2, 3))
+    motion = any(name in log_survey.quantities for name in ("x", "z", "angle"))
+    return [kind for kind, is_present in (("force", force), ("motion", motion)) if is_present]
 
 
-def lacking(found: Survey) -> list[str]:
+def lacking(log_survey: Survey) -> list[str]:
     """Say in a sentence each what the measurement chain needs beyond this file."""
-    sorts = kinds(found)
-    needs = [] if "time" in found.quantities else _as_table(found)
+    sorts = kinds(log_survey)
+    needs = [] if "time" in log_survey.quantities else _as_table(log_survey)
     if sorts == ["force", "motion"]:
         needs.append("a row of the run sheet that names this file as both logs")
     else:
-        other = "the motion log of the same run (time, x, z, angle)"
+        missing_log = "the motion log of the same run (time, x, z, angle)"
         if sorts == ["motion"]:
-            other = "the force log of the same run (time, arm_moving, F1, F2, F3)"
-        needs += [other, "a row of the run sheet that names both"]
+            missing_log = "the force log of the same run (time, arm_moving, F1, F2, F3)"
+        needs += [missing_log, "a row of the run sheet that names both"]
     if not sorts:
         needs.append("which columns are forces or positions: name them in the config")
-    if "time" not in found.quantities:
+    if "time" not in log_survey.quantities:
         needs.append("a time: the column that holds it, or rate_Hz, under text or options")
-    elif found.clock is not None and (rate := found.rate_of_coarse_time) is not None:
+    elif log_survey.clock is not None and (rate := log_survey.rate_of_coarse_time) is not None:
         by_stamps = f" (its stamps give {rate:.4g})" if rate else ""
         needs.append(
-            f"a finer time: {found.clock.repeated} of {found.used} rows have the time of the row before; "
+            f"a finer time: {log_survey.clock.repeated} of {log_survey.used} rows have the time of the row before; "
             f"more digits, or no time and the rate of the rows, rate_Hz, under text or options{by_stamps}"
         )
-    for kind, wanted in (("force", FORCE), ("motion", MOTION)):
+    for kind, quantities in (("force", FORCE), ("motion", MOTION)):
         if kind in sorts:
-            gone = [name for name in wanted[1:] if name not in found.quantities]
-            needs += [f"{name}: {MEANING[name]}; {_instead(name)}" for name in gone]
+            missing = [name for name in quantities[1:] if name not in log_survey.quantities]
+            needs += [f"{name}: {MEANING[name]}; {_instead(name)}" for name in missing]
     unknown = [
         column
-        for quantity, column in found.quantities.items()
-        if quantity != "arm_moving" and not found.units.get(column)
+        for quantity, column in log_survey.quantities.items()
+        if quantity != "arm_moving" and not log_survey.units.get(column)
     ]
     if unknown:
         needs.append(f"the unit of {', '.join(unknown)}: the file does not state it")
     if "force" in sorts:
         needs.append("transducer range, axes and turn, in config.yaml")
-        needs += _clock_needs(found, one_file="motion" in sorts)
+        needs += _clock_needs(log_survey, one_file="motion" in sorts)
     if "motion" in sorts:
         needs.append("the arm z of the free surface, in config.yaml or the run sheet")
-    if found.used < 2:
+    if log_survey.used < 2:
         needs.append("at least two usable rows")
     return needs
 
@@ -352,43 +361,48 @@ _STRESS = re.compile(r"stress|pressure|sigma|druck|spannung|(?<![a-z])q_?c|[^a-z
 _OF_STRESS = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG]?Pa|psi|bar)")
 
 
-def _as_table(found: Survey) -> list[str]:
+def _as_table(log_survey: Survey) -> list[str]:
     """Say how force or stress against depth without a time is read: as a table, which needs none."""
     force = next(
-        (found.quantities[name] for name in ("F3", "F1", "F2") if name in found.quantities), ""
+        (
+            log_survey.quantities[name]
+            for name in ("F3", "F1", "F2")
+            if name in log_survey.quantities
+        ),
+        "",
     )
     stress = next(
         (
             column.name
-            for column in found.columns
+            for column in log_survey.columns
             if _STRESS.search(column.name.casefold()) or _OF_STRESS.fullmatch(column.unit)
         ),
         "",
     )
-    depth = found.quantities.get("z") or next(
-        (column.name for column in found.columns if _DEPTH.search(column.name.casefold())), ""
+    depth = log_survey.quantities.get("z") or next(
+        (column.name for column in log_survey.columns if _DEPTH.search(column.name.casefold())), ""
     )
     if not depth or not (force or stress):
         return []
     what = stress or f"{force} over the area of the plate"
-    said = (
+    sentence = (
         f"{stress or force} against {depth} without a time is no log but a table of stress: all pushes in one "
         f"file of the columns beta_deg, gamma_deg, depth_mm ({depth}), stress_z_kPa ({what}), then "
         "rftfit init DIR --stress-table FILE; as a log it needs:"
     )
-    return [said]
+    return [sentence]
 
 
 _DEPTH = re.compile(r"depth|sinkage|penetration|tiefe|dpth")
 
 
-def _clock_needs(found: Survey, *, one_file: bool) -> list[str]:
+def _clock_needs(log_survey: Survey, *, one_file: bool) -> list[str]:
     if one_file:
         return ["clock.method same_clock in config.yaml: force and motion are columns of one file"]
-    if "arm_moving" not in found.quantities:
+    if "arm_moving" not in log_survey.quantities:
         need = "no sync line: set clock.method in config.yaml to estimate, or to same_clock where "
         return [f"{need}force and motion have one clock"]
-    if found.moving == 1:
+    if log_survey.moving == 1:
         return ["a change of arm_moving: without one the two clocks cannot be joined"]
     return []
 
@@ -408,7 +422,7 @@ def _instead(name: str) -> str:
 
 
 def config_block(
-    found: Survey,
+    log_survey: Survey,
     dialect: str,
     text: Mapping[str, Any] | None = None,
     options: Mapping[str, object] | None = None,
@@ -417,15 +431,15 @@ def config_block(
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []
-    sorts = kinds(found)
+    sorts = kinds(log_survey)
     by_rate = "rate_Hz" in {**(text or {}), **(options or {})}
-    in_two_columns = bool(_nanoseconds_beside(found.quantities.get("time", ""), found))
-    rate = None if by_rate or in_two_columns else found.rate_of_coarse_time
+    in_two_columns = bool(_nanoseconds_beside(log_survey.quantities.get("time", ""), log_survey))
+    rate = None if by_rate or in_two_columns else log_survey.rate_of_coarse_time
     if rate is not None:
         # such a time would be refused
         by_rate = True
-        kept = {name: column for name, column in found.quantities.items() if name != "time"}
-        found = replace(found, quantities=kept)
+        kept = {name: column for name, column in log_survey.quantities.items() if name != "time"}
+        log_survey = replace(log_survey, quantities=kept)
         stated = {"rate_Hz": float(f"{rate:.4g}")}
         if rate and text is not None:
             text = {**text, **stated}
@@ -433,9 +447,11 @@ def config_block(
             options = {**(options or {}), **stated}
         else:
             rate = 0.0
-        said = "by the stamps of the file, coarser than its rows: check"
-        lack = "the stamps of the file are coarser than its rows: state it, under text or options"
-        lines.append(f"# rate_Hz: {said if rate else lack}")
+        rate_source = "by the stamps of the file, coarser than its rows: check"
+        rate_request = (
+            "the stamps of the file are coarser than its rows: state it, under text or options"
+        )
+        lines.append(f"# rate_Hz: {rate_source if rate else rate_request}")
     if not sorts:
         lines.append("# force_log: for a log of forces; write motion_log: for one of positions")
     for kind in sorts or ["force"]:
@@ -446,29 +462,35 @@ def config_block(
             if values:
                 inside = ", ".join(f"{name}: {scalar(value)}" for name, value in values.items())
                 lines.append(f"  {key}: {{{inside}}}")
-        wanted: tuple[str, ...] = FORCE if kind == "force" else MOTION
+        quantities: tuple[str, ...] = FORCE if kind == "force" else MOTION
         if by_rate:
-            wanted = wanted[1:]  # time is that of the rate
-        if kind == "force" and "arm_moving" in found.quantities:
-            wanted = (*wanted, "arm_moving")
-        lines += _missing_line(found, wanted)
+            quantities = quantities[1:]  # time is that of the rate
+        if kind == "force" and "arm_moving" in log_survey.quantities:
+            quantities = (*quantities, "arm_moving")
+        lines += _missing_line(log_survey, quantities)
         # of one file for both, each log takes only the columns that are named
-        own = [line for name in wanted for line in _line(found, name, always=len(sorts) == 2)]
-        if any(not line.lstrip().startswith("#") for line in own):
+        column_lines = [
+            line for name in quantities for line in _line(log_survey, name, always=len(sorts) == 2)
+        ]
+        if any(not line.lstrip().startswith("#") for line in column_lines):
             lines.append("  columns:")
-        elif own:
+        elif column_lines:
             # a section of comments only would be an empty one
             lines.append("  columns: {} # quantity: column, a line each")
-        lines += own
+        lines += column_lines
     if len(sorts) == 2:
         lines.append("clock: {method: same_clock}")
     return lines
 
 
-def _missing_line(found: Survey, quantities: Iterable[str]) -> list[str]:
+def _missing_line(log_survey: Survey, quantities: Iterable[str]) -> list[str]:
     """Propose the values that seem to mean no data, of the columns of these quantities or, where none is known, of all."""
-    known = {found.quantities[name] for name in quantities if name in found.quantities}
-    columns = [column for column in found.columns if column.name in known or not known]
+    column_names = {
+        log_survey.quantities[name] for name in quantities if name in log_survey.quantities
+    }
+    columns = [
+        column for column in log_survey.columns if column.name in column_names or not column_names
+    ]
     codes = sorted({code for column in columns for code in column.codes})
     if not codes:
         return []
@@ -479,21 +501,23 @@ def _missing_line(found: Survey, quantities: Iterable[str]) -> list[str]:
 _SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")
 
 
-def _nanoseconds_beside(column: str, found: Survey) -> str:
+def _nanoseconds_beside(column: str, log_survey: Survey) -> str:
     """Column of the nanoseconds that belong to one of whole seconds; empty where there is none."""
     match = _SECONDS.fullmatch(column)
     if match is None:
         return ""
-    wanted = re.compile(rf"(?i){re.escape(match[1])}n(ano)?_?(s|secs?|seconds?)")
-    return next((other.name for other in found.columns if wanted.fullmatch(other.name)), "")
+    pattern = re.compile(rf"(?i){re.escape(match[1])}n(ano)?_?(s|secs?|seconds?)")
+    return next(
+        (summary.name for summary in log_survey.columns if pattern.fullmatch(summary.name)), ""
+    )
 
 
-def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
+def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
     """Say which column a quantity is; nothing where its name tells, unless `always`."""
-    column = found.quantities.get(quantity)
+    column = log_survey.quantities.get(quantity)
     if column is None:
         return [f"    # {quantity}: no column looks like it"]
-    unit = found.units.get(column, "")
+    unit = log_survey.units.get(column, "")
     stated = bool(unit) or quantity == "arm_moving"
     usual = _USUAL_UNITS.get(quantity, "N")
     own_unit = quantity == "arm_moving" or unit == usual
@@ -504,11 +528,11 @@ def _line(found: Survey, quantity: str, *, always: bool) -> list[str]:
     if quantity in ("x", "z") and "pose" in column.casefold():
         usual = "m"  # of a robot
     if quantity == "time" and not stated:
-        lowest = next(summary.lowest for summary in found.columns if summary.name == column)
+        lowest = next(summary.lowest for summary in log_survey.columns if summary.name == column)
         of_board = _CLOCKS_OF_BOARDS.get(column.casefold(), "")
-        usual = epoch_unit(lowest) or of_board or _unit_of_clock(found.clock) or usual
+        usual = epoch_unit(lowest) or of_board or _unit_of_clock(log_survey.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
-    if quantity == "time" and (second := _nanoseconds_beside(column, found)):
+    if quantity == "time" and (second := _nanoseconds_beside(column, log_survey)):
         return [
             f"    time: {{column: {name}, unit: s, plus: {{column: {scalar(second)}, unit: ns}}}}"
         ]
@@ -572,13 +596,13 @@ class Recognised(NamedTuple):
     """How a file is read.
 
     `text`: Its format as keys of `text` in the config, where no dialect knows it. `options`: Those
-    of its dialect. `others`: Who else claims it, or was tried.
+    of its dialect. `other_dialects`: Who else claims it, or was tried.
     """
 
     reader: Reader
     text: dict[str, Any] | None
     options: dict[str, object]
-    others: list[str]
+    other_dialects: list[str]
 
 
 def recording(path: Path) -> Path:
@@ -596,23 +620,33 @@ def recognised(
 
     `options` are those of the dialect, or further keys of `text`.
     """
-    given = dict(options or {})
-    others: list[str] = []
+    settings = dict(options or {})
+    other_dialects: list[str] = []
     if text is None and name in (None, DelimitedReader.name):
         head = head_of(path)
-        if name is None and (found := claimants(head)):
-            name, others = found[0].name, [f"also claimed by: {other.name}" for other in found[1:]]
+        if name is None and (readers := claimants(head)):
+            name, other_dialects = (
+                readers[0].name,
+                [f"also claimed by: {reader.name}" for reader in readers[1:]],
+            )
         elif is_echo(head) or (text := preview(head)) is None:
             raise refusal(path, head)
         else:
-            others = tried()
+            other_dialects = tried()
     key = "options" if text is None else "text"
     try:
         if text is None:
             reader = dialect(str(name))
-            return Recognised(reader.with_options(given) if given else reader, None, given, others)
-        described_by = {**text, **given}
-        return Recognised(DelimitedReader(_text_format(described_by)), described_by, {}, others)
+            return Recognised(
+                reader.with_options(settings) if settings else reader,
+                None,
+                settings,
+                other_dialects,
+            )
+        described_by = {**text, **settings}
+        return Recognised(
+            DelimitedReader(_text_format(described_by)), described_by, {}, other_dialects
+        )
     except ValueError as error:
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
 
@@ -627,8 +661,8 @@ def _text_format(described_by: Mapping[str, object]) -> TextFormat:
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         key = ".".join(map(str, wrong["loc"]))
-        said = wrong["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-        raise ValueError(f"{key}: found {wrong['input']!r}; allowed: {said}") from None
+        allowed = wrong["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+        raise ValueError(f"{key}: found {wrong['input']!r}; allowed: {allowed}") from None
 
 
 def tried() -> list[str]:

@@ -26,13 +26,17 @@ class InstronReader(TextReader):
     def plan(self, head: bytes) -> Plan:
         """Find the two header rows, delimiter and decimal mark."""
         lines = lines_of(head, 160)
-        found = _find_header(lines)
-        if found is None:
+        header = _find_header(lines)
+        if header is None:
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
-        place, delimiter = found
-        data = "\n".join(line.text for line in lines[place + 2 :])
-        data = re.sub(r"\.(?=\d{3}[.,])", "", data)  # 1.442,21 has a decimal comma
-        comma = delimiter != "," and re.search(r"\d,\d", data) and not re.search(r"\d\.\d", data)
+        place, delimiter = header
+        rows_text = "\n".join(line.text for line in lines[place + 2 :])
+        rows_text = re.sub(r"\.(?=\d{3}[.,])", "", rows_text)  # 1.442,21 has a decimal comma
+        comma = (
+            delimiter != ","
+            and re.search(r"\d,\d", rows_text)
+            and not re.search(r"\d\.\d", rows_text)
+        )
         text = {
             "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
             "decimal": "," if comma else ".",

@@ -63,8 +63,8 @@ class LvmReader(base.Reader):
                 segment, block = piece
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
-            for segment, found in base.parallel_map(parsed, _pieces(file, text, start)):
-                log = _log(file, segment, found)
+            for segment, segment_rows in base.parallel_map(parsed, _pieces(file, text, start)):
+                log = _log(file, segment, segment_rows)
                 rows += log.rows
                 if log.rows:
                     yield log
@@ -126,7 +126,7 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
     """Cut blocks of the file where a segment ends."""
     segment: _Segment | None = None
     carry = b""
-    for body, rest, before in text.blocks(start):
+    for body, last_line, before in text.blocks(start):
         carry += body
         while carry:
             if segment is None:
@@ -138,15 +138,15 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
                 segment = _segment(file, carry[:place], carry[place : place + MAX_LINE])
                 carry = carry[place:]
             # one letter is looked for several times faster than a word
-            found = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
-            if found:
-                yield segment, Block(carry[: found.start()], b"")
-                carry, segment = carry[found.start() :], None
+            next_header = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
+            if next_header:
+                yield segment, Block(carry[: next_header.start()], b"")
+                carry, segment = carry[next_header.start() :], None
             else:
                 yield segment, Block(carry, b"")
                 carry = b""
-        if segment is not None and rest:
-            yield segment, Block(b"", rest, before)
+        if segment is not None and last_line:
+            yield segment, Block(b"", last_line, before)
 
 
 def _header_end(text: bytes) -> int | None:
@@ -173,27 +173,29 @@ class _Settings(dict[str, list[str]]):
     def moment(self, channel: int) -> dt.datetime | None:
         """Return the start of a channel; its time may have more digits than any clock."""
         time = self.cell("Time", channel).replace(",", ".")
-        whole, _, part = time.partition(".")
+        whole, _, fraction = time.partition(".")
         try:
             start = dt.datetime.strptime(
                 f"{self.cell('Date', channel)} {whole}", "%Y/%m/%d %H:%M:%S"
             )
-            return start + dt.timedelta(seconds=float(f"0.{part or 0}"))
+            return start + dt.timedelta(seconds=float(f"0.{fraction or 0}"))
         except (ValueError, OverflowError):
             return None
 
 
-def _unfilled(file: _File, names: Sequence[str], data: bytes) -> list[str]:
+def _unfilled(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
     """Columns in which the first rows hold nothing."""
-    lines = (line.text.split(file.separator) for line in each_line(data) if line.whole)
+    lines = (line.text.split(file.separator) for line in each_line(first_rows) if line.whole)
     rows = [cells for cells in lines if len(cells) >= len(names) - 1]
     places = range(len(names) if rows else 0)
     return [
-        names[at] for at in places if not any("".join(cells[at : at + 1]).strip() for cells in rows)
+        names[place]
+        for place in places
+        if not any("".join(cells[place : place + 1]).strip() for cells in rows)
     ]
 
 
-def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
+def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
     lines = [line.text for line in lines_of(header)]
     settings = _Settings()
     for line in lines[:-2]:
@@ -220,7 +222,7 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     asked = file.asked or frozenset(channels)
     if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
         asked = frozenset(channels)  # whoever asks for others finds out which there are
-    unfilled = set(_unfilled(file, names, data)).intersection(channels)
+    unfilled = set(_unfilled(file, names, first_rows)).intersection(channels)
     if unfilled and file.asked is None:
         asked = asked.difference(unfilled) or asked
         if file.first is None:
@@ -242,26 +244,30 @@ def _segment(file: _File, header: bytes, data: bytes) -> _Segment:
     )
     if file.first is None:
         file.began = settings.moment(0)
-    timed = all(settings.cell("X_Dimension", at) in ("Time", "") for at, _ in channels.values())
+    timed = all(
+        settings.cell("X_Dimension", place) in ("Time", "") for place, _ in channels.values()
+    )
     segment = _Segment(layout, units, x_of, {}, settings.number("Delta_X", 0), timed=timed)
     for x in xs if timed else ():
-        sharing = {name: at for name, (at, own) in channels.items() if own == x} or {x: 0}
-        clocks = {name: _clock(file, settings, at) for name, at in sharing.items()}
-        others = [name for name in channels if name not in sharing]
-        clock = base.common_clock(file.path, clocks, _MANY, others=others)
+        sharing = {
+            name: place for name, (place, x_column) in channels.items() if x_column == x
+        } or {x: 0}
+        clocks = {name: _clock(file, settings, place) for name, place in sharing.items()}
+        other_channels = [name for name in channels if name not in sharing]
+        clock = base.common_clock(file.path, clocks, _MANY, other_channels=other_channels)
         # an X column counts from the segment's start and begins at X0
         start = _began(file, settings, min(sharing.values())) if x else clock.start
         segment.begins[x] = 0.0 if math.isnan(start) else start
         segment.step = clock.step
     if "" in segment.begins and not segment.step > 0:
-        found = settings.cell("Delta_X", 0) or "nothing"
-        raise ValueError(f"found Delta_X {found}; allowed: a step above 0 for each channel")
+        step_text = settings.cell("Delta_X", 0) or "nothing"
+        raise ValueError(f"found Delta_X {step_text}; allowed: a step above 0 for each channel")
     if file.first is None:
         file.first = segment
         when = file.began.isoformat(" ") if file.began else "at a time that is not stated"
         file.notes.append(f"recording started: {when}")
-        how = "X_Value" if any(xs) else f"X0 + row x Delta_X ({segment.step:g})"
-        file.notes.append(f"time is {how}" if timed else "X_Value is no time")
+        time_source = "X_Value" if any(xs) else f"X0 + row x Delta_X ({segment.step:g})"
+        file.notes.append(f"time is {time_source}" if timed else "X_Value is no time")
     return segment
 
 
@@ -300,13 +306,17 @@ def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, 
         times = [segment.begins[""] + (rows.index + begin) * segment.step]
     else:
         times = [start + rows.columns[x] for x, start in segment.begins.items()]
-    apart = [np.abs(other - times[0]) > base.SAME_S for other in times[1:]]
+    apart = [np.abs(time - times[0]) > base.SAME_S for time in times[1:]]
     if np.any(apart):
         row = int(np.argmax(np.any(apart, axis=0)))
         seen = ", ".join(f"{time[row]:.9g} s" for time in times)
-        groups = [[name for name, own in segment.x_of.items() if own == x] for x in segment.begins]
+        groups = [
+            [name for name, x_column in segment.x_of.items() if x_column == x]
+            for x in segment.begins
+        ]
         raise base.MixedClocksError(file.path, f"{seen} in one row", groups)
     time = times[0]
-    for other in times[1:]:
-        time = np.where(np.isnan(time), other, time)  # where a channel has no value, its X has none
+    for channel_time in times[1:]:
+        # where a channel has no value, its X has none
+        time = np.where(np.isnan(time), channel_time, time)
     return {"time": time, **rows.columns}

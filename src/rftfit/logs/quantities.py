@@ -116,23 +116,23 @@ def _words(name: str) -> list[list[str]]:
     """Split a name into the parts of its path and each of them into words."""
     plain = unicodedata.normalize("NFKD", _CAMEL.sub(" ", name)).casefold()
     plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    parts = [[w for w in _BETWEEN.split(part) if w] for part in re.split(r"[./]", plain)]
-    return [part for part in parts if part]
+    parts = [[w for w in _BETWEEN.split(section) if w] for section in re.split(r"[./]", plain)]
+    return [words for words in parts if words]
 
 
 def _vector(name: str) -> tuple[str, str, str]:
     """Kind of vector that a column belongs to, which vector it is, and the axis; else empty texts."""
-    words = [word for part in _words(name) for word in part]
-    found = _LAST.fullmatch(words[-1]) if words else None
-    if not found or not _OTHERWISE.isdisjoint(words):
+    words = [word for section in _words(name) for word in section]
+    axis_match = _LAST.fullmatch(words[-1]) if words else None
+    if not axis_match or not _OTHERWISE.isdisjoint(words):
         return "", "", ""
-    stem = [*words[:-1], *filter(None, [found[1]])]
+    stem = [*words[:-1], *filter(None, [axis_match[1]])]
     if stem[-1:] == ["column"]:  # of a table, as files of arrays name it
         stem.pop()
     kinds = [word for word in stem if word not in _OF_ROBOTS][-1:]
-    if kinds in (["t"], ["m"]) and found[2].isdigit():  # times, temperatures, masses
+    if kinds in (["t"], ["m"]) and axis_match[2].isdigit():  # times, temperatures, masses
         return "", "", ""
-    return _KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), found[2]
+    return _KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), axis_match[2]
 
 
 def _of_vector(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str:
@@ -140,22 +140,25 @@ def _of_vector(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str
     names: tuple[str, ...] = _AXES[kind]
     if not axis.isdigit():
         return names["xyz".index(axis)]
-    start, number, found = 0 if 0 in numbers else 1, int(axis), set(numbers)
-    few = kind != "place" and start == 1 and 1 in found and found <= {1, 2, 3}
-    whole = found == set(range(start, start + 3))
+    start, number, number_set = 0 if 0 in numbers else 1, int(axis), set(numbers)
+    is_within_three = kind != "place" and start == 1 and 1 in number_set and number_set <= {1, 2, 3}
+    whole = number_set == set(range(start, start + 3))
     if kind == "place":
         # of a joint's positions the numbers are no axes
-        whole = "pose" in stem and found in ({*range(start, start + 6)}, {*range(start, start + 7)})
-    elif kind == "F" and found == set(range(start, start + 6)):
+        whole = "pose" in stem and number_set in (
+            {*range(start, start + 6)},
+            {*range(start, start + 7)},
+        )
+    elif kind == "F" and number_set == set(range(start, start + 6)):
         names, whole = (*names, *_AXES["T"]), True
     place = number - start
-    return names[place] if (few or whole) and place < len(names) else ""
+    return names[place] if (is_within_three or whole) and place < len(names) else ""
 
 
 def _by_words(name: str) -> str:
     """Quantity that the words of a name say without an axis; empty: none."""
     parts = _words(name)
-    if not parts or not _OTHERWISE.isdisjoint(word for part in parts for word in part):
+    if not parts or not _OTHERWISE.isdisjoint(word for section in parts for word in section):
         return ""
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
     if leaf == ["x", "value"]:  # of LabVIEW
@@ -168,8 +171,8 @@ def _by_words(name: str) -> str:
     if leaf[0] in ("x", "z") and len(leaf) == 2 and leaf[1] in _LENGTH:
         return leaf[0]
     for quantity, words, beside in _WORDS:
-        found = {word for word in leaf if quantity != "time" or not word.isdigit()}
-        if found & words and found <= words.union(beside.split()):
+        leaf_words = {word for word in leaf if quantity != "time" or not word.isdigit()}
+        if leaf_words & words and leaf_words <= words.union(beside.split()):
             return "" if name == "T" else quantity
     return ""
 
@@ -185,8 +188,8 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
     if not quantity:
         kind, stem, axis = _vector(name)
         quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name)
-    wanted = _FITTING_UNITS.get(quantity, _FITTING_UNITS.get(quantity[:1]))
-    return "" if unit and wanted is not None and unit not in wanted else quantity
+    fitting_units = _FITTING_UNITS.get(quantity, _FITTING_UNITS.get(quantity[:1]))
+    return "" if unit and fitting_units is not None and unit not in fitting_units else quantity
 
 
 def guesses(log: Log) -> dict[str, str]:
@@ -195,30 +198,36 @@ def guesses(log: Log) -> dict[str, str]:
     Without a name that says time, a column of seconds since 1970 is the time, or one that grows and
     has a unit of time.
     """
-    found: dict[str, str] = {}
+    column_by_quantity: dict[str, str] = {}
     numbers: dict[str, set[int]] = {}
-    own = {name: _in_file(name, log.columns) for name in log.columns}
+    names_in_file = {name: _in_file(name, log.columns) for name in log.columns}
     sets = False  # Force 1, Travel 1, Force 2, Travel 2: specimens, not axes
-    for name in own.values():
+    for name in names_in_file.values():
         kind, stem, axis = _vector(name)
         if axis.isdigit():
             numbers.setdefault(stem, set()).add(int(axis))
             sets |= kind == "place" and "pose" not in stem
-    numbers = {stem: found for stem, found in numbers.items() if 0 in found or not sets}
-    found |= _places_of_foot(own)
-    for name, written in own.items():
+    numbers = {
+        stem: number_set for stem, number_set in numbers.items() if 0 in number_set or not sets
+    }
+    column_by_quantity |= _places_of_foot(names_in_file)
+    for name, written in names_in_file.items():
         stem = _vector(written)[1]
         quantity = guess(written, log.units.get(name, ""), numbers.get(stem, ()))
         if quantity:
-            found.setdefault(quantity, name)
-    if "time" not in found:
+            column_by_quantity.setdefault(quantity, name)
+    if "time" not in column_by_quantity:
         columns = log.columns.items()
         stamps = [name for name, values in columns if _is_epoch(values)]
         of_unit = _FITTING_UNITS["time"]
         growing = [n for n, v in columns if log.units.get(n) in of_unit and _grows(v)]
         if stamps or growing:
-            found["time"] = [*stamps, *growing][0]
-    return {quantity: found[quantity] for quantity in QUANTITIES if quantity in found}
+            column_by_quantity["time"] = [*stamps, *growing][0]
+    return {
+        quantity: column_by_quantity[quantity]
+        for quantity in QUANTITIES
+        if quantity in column_by_quantity
+    }
 
 
 def _places_of_foot(names: Mapping[str, str]) -> dict[str, str]:

@@ -49,20 +49,23 @@ DIALECTS: dict[str, Reader] = {dialect.name: dialect for dialect in _BUILTIN}
 
 def dialects() -> dict[str, Reader]:
     """Return all readers by name: the program's own, then those of other packages under other names."""
-    others = plugins().readers
-    return {**DIALECTS, **{name: others[name] for name in sorted(others) if name not in DIALECTS}}
+    plugin_readers = plugins().readers
+    return {
+        **DIALECTS,
+        **{name: plugin_readers[name] for name in sorted(plugin_readers) if name not in DIALECTS},
+    }
 
 
 def dialect(name: str) -> Reader:
     """Return the reader of that name."""
     if name in DIALECTS:
         return DIALECTS[name]
-    known = dialects()
-    if name in known:
-        return known[name]
+    readers = dialects()
+    if name in readers:
+        return readers[name]
     if name in plugins().faults:
         raise InputError(plugins().faults[name])
-    raise InputError(unknown_word("log dialect", name, sorted(known)))
+    raise InputError(unknown_word("log dialect", name, sorted(readers)))
 
 
 def source_reader(source: AnyLog, default: str, key: str) -> Reader:
@@ -170,33 +173,35 @@ def plugins() -> Plugins:
     """Find the dialects of other packages, once."""
     from importlib.metadata import entry_points
 
-    found = Plugins({}, {})
+    plugin_set = Plugins({}, {})
     for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, _package(p))):
         name, package = point.name, _package(point)
-        if name in found.readers:
-            found.faults[name] = (
-                f"the dialect {name} is in package {found.readers[name].origin.package} and in package {package}; the first "
+        if name in plugin_set.readers:
+            plugin_set.faults[name] = (
+                f"the dialect {name} is in package {plugin_set.readers[name].origin.package} and in package {package}; the first "
                 "is used: uninstall one of them"
             )
             continue
         try:
             inner = _loaded(point)
         except Exception as error:  # noqa: BLE001  # foreign code may raise anything
-            found.faults[name] = (
+            plugin_set.faults[name] = (
                 f"the dialect {name} of package {package} ({point.value}) cannot be loaded: "
                 f"{_message(error)}; other dialects are not affected"
             )
             continue
         version = point.dist.version if point.dist else ""
-        found.readers[name] = PluginReader(name, Origin(package, version, point.module), inner)
-    return found
+        plugin_set.readers[name] = PluginReader(name, Origin(package, version, point.module), inner)
+    return plugin_set
 
 
 def _loaded(point: EntryPoint) -> Any:
     loaded = point.load()
     inner = loaded() if isinstance(loaded, type) else loaded
-    missing = [part for part in ("describe", "detect") if not callable(getattr(inner, part, None))]
-    if not any(callable(getattr(inner, part, None)) for part in ("load", "stream")):
+    missing = [
+        method for method in ("describe", "detect") if not callable(getattr(inner, method, None))
+    ]
+    if not any(callable(getattr(inner, method, None)) for method in ("load", "stream")):
         missing.append("load")
     if missing:
         raise TypeError(f"it has no {', '.join(missing)}")
@@ -206,9 +211,9 @@ def _loaded(point: EntryPoint) -> Any:
 def origins(names: Iterable[str]) -> dict[str, Origin]:
     """Say where those dialects are from that do not come with the program, sorted by name."""
     # looking for other packages is slow, and most campaigns need none
-    others = sorted(set(names) - DIALECTS.keys())
-    found = plugins().readers if others else {}
-    return {name: found[name].origin for name in others if name in found}
+    foreign_names = sorted(set(names) - DIALECTS.keys())
+    readers = plugins().readers if foreign_names else {}
+    return {name: readers[name].origin for name in foreign_names if name in readers}
 
 
 def faults() -> list[str]:

@@ -30,7 +30,7 @@ class RigReader(TextReader):
         header = line.text.strip()
         units: dict[str, str] = {}
         names = []
-        for cell in (part.strip() for part in header.split(",")):
+        for cell in (text.strip() for text in header.split(",")):
             match = _NAME_UNIT.fullmatch(cell)
             name, unit = (match[1], match[2]) if match else (cell, "")
             names.append(name)
@@ -42,9 +42,9 @@ class RigReader(TextReader):
 def _refusal(header: str, names: tuple[str, ...]) -> str:
     """Say what is wrong with the header row; empty: nothing."""
     if ";" in header or "\t" in header:
-        found = "semicolons" if ";" in header else "tabs"
+        separators = "semicolons" if ";" in header else "tabs"
         return (
-            f"the header row is separated by {found}; this dialect wants commas between cells and "
+            f"the header row is separated by {separators}; this dialect wants commas between cells and "
             "points in numbers: export the log again that way"
         )
     if names not in (FORCE_COLUMNS, MOTION_COLUMNS, (*FORCE_COLUMNS, *MOTION_COLUMNS[1:])):

@@ -89,13 +89,13 @@ class RosBagReader(Reader):
             check_size(path)
             with path.open("rb") as file:
                 head = file.read(32)
-            wanted = self.given.get("topic", "")
+            topic_name = self.options.get("topic", "")
             ros1 = head.startswith(ROS1)
-            topic = _ros1(path, wanted) if ros1 else _ros2(path, wanted, head)
+            topic = _ros1(path, topic_name) if ros1 else _ros2(path, topic_name, head)
             return _log(path, topic, self.where)
 
 
-def _ros1(path: Path, wanted: str) -> Topic:
+def _ros1(path: Path, topic_name: str) -> Topic:
     from rosbags.rosbag1 import Reader as Bag
     from rosbags.rosbag1 import ReaderError
     from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
@@ -105,18 +105,20 @@ def _ros1(path: Path, wanted: str) -> Topic:
     try:
         with Bag(path) as bag:
             topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
-            number = _choose(path, topics, wanted)
+            number = _choose(path, topics, topic_name)
             chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-            got = _collect(path, bag.messages(chosen))
+            messages = _collect(path, bag.messages(chosen))
     except LogError:
         raise
     except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
         # its index is missing or damaged; the messages are read without it
-        found, cut = recover(path)
-        topics = found.topics
-        number = _choose(path, topics, wanted)
+        recovered, cut = recover(path)
+        topics = recovered.topics
+        number = _choose(path, topics, topic_name)
         same = {k for k, v in topics.items() if v == topics[number]}
-        got = [(time, raw) for connection, time, raw in found.messages if connection in same]
+        messages = [
+            (time, raw) for connection, time, raw in recovered.messages if connection in same
+        ]
     name, kind, definition = topics[number]
     store = get_typestore(Stores.EMPTY)
     try:
@@ -126,10 +128,10 @@ def _ros1(path: Path, wanted: str) -> Topic:
             "type",
             f"{path}: the definition of {kind} in the bag is not readable: {on_one_line(error)}",
         ) from error
-    return Topic(name, normalize_msgtype(kind), store.fielddefs, got, False, cut)
+    return Topic(name, normalize_msgtype(kind), store.fielddefs, messages, False, cut)
 
 
-def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
+def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.rosbag2.reader import DirectoryReader
     from rosbags.rosbag2.storage_mcap import McapReader
@@ -147,12 +149,14 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
     try:
         bag.open()
         topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
-        number = _choose(path, topics, wanted)
+        number = _choose(path, topics, topic_name)
         chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-        got = _collect(path, bag.messages(chosen, None, None))
-        if got and got[0][1].startswith(_ZSTD):
+        messages = _collect(path, bag.messages(chosen, None, None))
+        if messages and messages[0][1].startswith(_ZSTD):
             text = "its messages are compressed, and only the folder's metadata.yaml says how"
-            raise LogError("compressed", f"{path}: {text}: name the folder, not the file", len(got))
+            raise LogError(
+                "compressed", f"{path}: {text}: name the folder, not the file", len(messages)
+            )
         definition = chosen[0].msgdef
     except LogError:
         raise
@@ -178,10 +182,10 @@ def _ros2(path: Path, wanted: str, head: bytes) -> Topic:
                 "type",
                 f"{path}: the bag does not bring the definition of {kind}, and it is no type of ROS "
                 "itself: record it as MCAP, which does, or convert it",
-                len(got),
+                len(messages),
             )
         store.register(makers[definition.format]())
-    return Topic(name, kind, store.fielddefs, got, True, False)
+    return Topic(name, kind, store.fielddefs, messages, True, False)
 
 
 def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple[int, bytes]]:
@@ -199,18 +203,18 @@ def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple
     return collected
 
 
-def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], wanted: str) -> int:
+def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], topic_name: str) -> int:
     """Find the connection of the wanted topic (name, type ...), or the only likely one."""
     listed = ", ".join(sorted({f"{topic} ({kind})" for topic, kind, *_ in topics.values()}))
     if not topics:
         raise LogError(
             "header_only", f"{path}: the bag holds no message; if it was cut, `rosbag reindex` it"
         )
-    if wanted:
-        named = [number for number, (topic, *_) in topics.items() if topic == wanted]
-        if not named:
-            raise LogError("topic", f"{path}: no topic {wanted!r}; the bag has: {listed}")
-        return named[0]
+    if topic_name:
+        numbers = [number for number, (topic, *_) in topics.items() if topic == topic_name]
+        if not numbers:
+            raise LogError("topic", f"{path}: no topic {topic_name!r}; the bag has: {listed}")
+        return numbers[0]
     likely = [n for n, t in topics.items() if t[1].split("/")[-1] not in _COMMON_TYPES]
     if len({topics[number][:2] for number in likely}) != 1:
         raise LogError(
@@ -279,19 +283,21 @@ def _of_one_source(
     return meant
 
 
-def _with_time(path: Path, topic: Topic, found: dict[str, np.ndarray], received: np.ndarray) -> Log:
+def _with_time(
+    path: Path, topic: Topic, fields: dict[str, np.ndarray], received: np.ndarray
+) -> Log:
     """Put the time first, from the message's own stamp where it has one."""
-    stamps = {name: values for name, values in found.items() if values.dtype == np.int64}
-    own = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
+    stamps = {name: values for name, values in fields.items() if values.dtype == np.int64}
+    stamp_name = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
     # a transducer's type may leave its own header empty and fill the one of the wrench inside
-    if not own or not stamps[own].all():
-        own = next((name for name, times in stamps.items() if times.all()), "")
-    time = stamps[own] if own else received
+    if not stamp_name or not stamps[stamp_name].all():
+        stamp_name = next((name for name, times in stamps.items() if times.all()), "")
+    time = stamps[stamp_name] if stamp_name else received
     columns = {"time": ns_to_s(time), "received": ns_to_s(received)}
-    columns |= {name: values for name, values in found.items() if name not in stamps}
-    columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != own}
+    columns |= {name: values for name, values in fields.items() if name not in stamps}
+    columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != stamp_name}
     units = {name: unit_of(name, topic) for name in columns}
-    note = f"topic {topic.name} ({topic.kind}); time is {own or 'the time of recording'}"
+    note = f"topic {topic.name} ({topic.kind}); time is {stamp_name or 'the time of recording'}"
     missing = {}
     if "header.seq" in columns and received.size > 1:
         step = np.diff(columns["header.seq"])
@@ -321,13 +327,13 @@ class Recovered(NamedTuple):
 
 def recover(path: Path) -> tuple[Recovered, bool]:
     """Read the complete messages of a bag, and whether it ends within a message or a packed block."""
-    found = Recovered({}, [])
+    recovered = Recovered({}, [])
     with path.open("rb") as file:
         file.readline()
-        return found, _records(file, path.stat().st_size, found, inside=False)
+        return recovered, _records(file, path.stat().st_size, recovered, inside=False)
 
 
-def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> bool:
+def _records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
     """Note the records of a bag or of a block of it; tells whether it breaks off."""
     from rosbags.rosbag1.reader import Header, ReaderError, normalize, read_uint32
 
@@ -343,11 +349,13 @@ def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> boo
             try:
                 number = header.get_uint32("conn")
                 topic = normalize(header.get_string("topic"))
-                more = Header.read(BytesIO(length.to_bytes(4, "little") + source.read(length)))
-                found.topics[number] = (
+                connection_header = Header.read(
+                    BytesIO(length.to_bytes(4, "little") + source.read(length))
+                )
+                recovered.topics[number] = (
                     topic,
-                    more.get_string("type"),
-                    more.get_string("message_definition"),
+                    connection_header.get_string("type"),
+                    connection_header.get_string("message_definition"),
                 )
             except (ReaderError, UnicodeDecodeError, IndexError):
                 return True
@@ -356,8 +364,8 @@ def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> boo
                 number, time = header.get_uint32("conn"), header.get_time("time")
             except ReaderError:
                 return True
-            found.messages.append((number, time, source.read(length)))
-        elif kind == _CHUNK and not inside and _chunk(source, header, length, found):
+            recovered.messages.append((number, time, source.read(length)))
+        elif kind == _CHUNK and not inside and _chunk(source, header, length, recovered):
             return True
         if end > size:
             return True
@@ -365,7 +373,7 @@ def _records(source: BinaryIO, size: int, found: Recovered, inside: bool) -> boo
     return False
 
 
-def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, found: Recovered) -> bool:
+def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, recovered: Recovered) -> bool:
     """Read a block; of a compressed one nothing comes back unless it is whole."""
     from rosbags.rosbag1.reader import decompressors
 
@@ -377,7 +385,7 @@ def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, found: Recov
             content = decompressors[compression](content)
         except (OSError, ValueError, RuntimeError, EOFError, LookupError):
             return True
-    return _records(BytesIO(content), len(content), found, inside=True) or not whole
+    return _records(BytesIO(content), len(content), recovered, inside=True) or not whole
 
 
 # --- Where the numbers lie in a message: all messages of one layout become columns at once
@@ -457,11 +465,15 @@ class MessageLayout:
     def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
         """Cut messages, the rows of `raw`, into numbers (float64) and stamps (int64, ns)."""
         word = f"{self._order}u4"
-        found = {name: _cut(raw, *at).astype(float) for name, at in self.numbers.items()}
+        columns = {
+            name: _cut(raw, *location).astype(float) for name, location in self.numbers.items()
+        }
         for name, place in self.stamps.items():
-            seconds, rest = (_cut(raw, at, word).astype(np.int64) for at in (place, place + 4))
-            found[name] = seconds * 10**9 + rest
-        return found
+            seconds, nanoseconds = (
+                _cut(raw, start, word).astype(np.int64) for start in (place, place + 4)
+            )
+            columns[name] = seconds * 10**9 + nanoseconds
+        return columns
 
     def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
         """Texts of messages, the rows of `raw`, by field: one of each, or one for all."""
@@ -473,8 +485,8 @@ class MessageLayout:
     def _walk(self, place: int, kind: str, path: str | None) -> int:
         """Note the fields of a message and return the place behind it; no path: note nothing."""
         for name, (node, detail) in self._definitions[kind][1]:
-            own = None if path is None else f"{path}.{name}" if path else name
-            place = self._field(place, node, detail, own)
+            field_path = None if path is None else f"{path}.{name}" if path else name
+            place = self._field(place, node, detail, field_path)
         return place
 
     def _field(self, place: int, node: int, detail: Any, path: str | None) -> int:
@@ -553,9 +565,9 @@ def unit_of(name: str, topic: Topic) -> str:
         return "s"
     if len(parts) < 2 or parts[-2] not in _UNITS:
         return ""
-    wanted, unit = _UNITS[parts[-2]]
+    parent_type, unit = _UNITS[parts[-2]]
     inside = topic.kind
-    for part in parts[:-2]:
-        node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(part, (0, ""))
+    for field in parts[:-2]:
+        node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(field, (0, ""))
         inside = detail if node == 2 else ""
-    return unit if inside == wanted else ""
+    return unit if inside == parent_type else ""

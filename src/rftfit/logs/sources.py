@@ -61,14 +61,14 @@ def readings_differ(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) ->
     names = np.asarray(labels)
     for column in readings:
         values = np.asarray(column, dtype=float)
-        known = np.isfinite(values)
-        if np.count_nonzero(known) < _FEWEST_READINGS:
+        is_finite = np.isfinite(values)
+        if np.count_nonzero(is_finite) < _FEWEST_READINGS:
             continue
         within = sum(
-            float(np.abs(np.diff(values[known & (names == label)])).sum())
-            for label in np.unique(names[known])
+            float(np.abs(np.diff(values[is_finite & (names == label)])).sum())
+            for label in np.unique(names[is_finite])
         )
-        if float(np.abs(np.diff(values[known])).sum()) > _JUMPS * within:
+        if float(np.abs(np.diff(values[is_finite])).sum()) > _JUMPS * within:
             return True
     return False
 
@@ -79,9 +79,9 @@ _FEWEST_READINGS = 8
 def several_sources(column: str, sources: Sequence[str]) -> str:
     """Say that rows are of several sources, and how the config says which are meant."""
     listed = ", ".join(map(repr, sources[:_MOST_LISTED]))
-    more = f" and {len(sources) - _MOST_LISTED} more" if len(sources) > _MOST_LISTED else ""
+    remainder = f" and {len(sources) - _MOST_LISTED} more" if len(sources) > _MOST_LISTED else ""
     return (
-        f"rows of several sources: the column {column} says {listed}{more} in turn; say which are meant, in force_log and "
+        f"rows of several sources: the column {column} says {listed}{remainder} in turn; say which are meant, in force_log and "
         f"in motion_log of the config: `where: {{{column}: {sources[0]}}}` (a list where several are one source)"
     )
 
@@ -131,8 +131,10 @@ def is_meant(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np
         text = str(label).strip()
         return text in words or (bool(numbers) and _number(text) in numbers)
 
-    known: dict[object, bool] = {}
-    return np.array([known.setdefault(label, meant(label)) for label in labels], dtype=bool)
+    meant_by_label: dict[object, bool] = {}
+    return np.array(
+        [meant_by_label.setdefault(label, meant(label)) for label in labels], dtype=bool
+    )
 
 
 def _number(text: str) -> float | None:

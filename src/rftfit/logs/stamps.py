@@ -91,22 +91,22 @@ def order_of(texts: Iterable[str]) -> str:
 
     Points stand in dates of day first, AM and PM in those of month first; a number above 12 is a day.
     """
-    dates = [found for found in map(_DATE.fullmatch, map(_with_month_number, texts)) if found]
-    if all(len(found["d0"]) == 4 for found in dates):
+    dates = [date for date in map(_DATE.fullmatch, map(_with_month_number, texts)) if date]
+    if all(len(date["d0"]) == 4 for date in dates):
         return "ymd"
-    if any(len(found["d2"]) != 4 for found in dates):
+    if any(len(date["d2"]) != 4 for date in dates):
         return ""
-    if any(int(found["d0"]) > 12 or "." in found[0][:3] for found in dates):
+    if any(int(date["d0"]) > 12 or "." in date[0][:3] for date in dates):
         return "dmy"
-    return "mdy" if any(int(found["d1"]) > 12 or found["half"] for found in dates) else ""
+    return "mdy" if any(int(date["d1"]) > 12 or date["half"] for date in dates) else ""
 
 
 def note_of(text: str, order: str) -> str:
     """Say what a column of such times is counted from; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
         return CLOCK_TIME if text.count(":") == 2 else MINUTES
-    found = _DATE.fullmatch(_with_month_number(text))
-    note = NO_ZONE if found and not found["zone"] else ""
+    date = _DATE.fullmatch(_with_month_number(text))
+    note = NO_ZONE if date and not date["zone"] else ""
     return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
 
 
@@ -120,12 +120,12 @@ def seconds_of(text: str, order: str = "") -> float:
         text, order = f"1970-01-01 {hours}{clock[0]}", "ymd"
     if _named_month(text):
         text, order = _with_month_number(text), "ymd"
-    found = _DATE.fullmatch(text)
+    date = _DATE.fullmatch(text)
     order = order or order_of([text])
-    if not found or not order or len(found[f"d{order.index('y')}"]) == 1:
+    if not date or not order or len(date[f"d{order.index('y')}"]) == 1:
         return np.nan
-    year, month, day = (int(found[f"d{order.index(part)}"]) for part in "ymd")
-    hour, half, zone = int(found["hour"]), found["half"], found["zone"] or "Z"
+    year, month, day = (int(date[f"d{order.index(letter)}"]) for letter in "ymd")
+    hour, half, zone = int(date["hour"]), date["half"], date["zone"] or "Z"
     if half:
         hour = hour % 12 + 12 * (half in "Pp") if 1 <= hour <= 12 else 24
     try:
@@ -134,8 +134,8 @@ def seconds_of(text: str, order: str = "") -> float:
             month,
             day,
             hour,
-            int(found["minute"]),
-            int(found["second"] or 0),
+            int(date["minute"]),
+            int(date["second"] or 0),
         )
     except ValueError:
         return np.nan
@@ -143,7 +143,7 @@ def seconds_of(text: str, order: str = "") -> float:
     if zone[0] in "+-":
         digits = zone[1:].replace(":", "").ljust(4, "0")
         away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
-    return of_moment(moment) - away + float(f"0.{found['part'] or 0}")
+    return of_moment(moment) - away + float(f"0.{date['part'] or 0}")
 
 
 def of_moment(value: Any) -> float:
@@ -180,7 +180,7 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         if not _ISO.fullmatch(first):
             cells, late = _as_iso(cells, order)
         cells = pc.replace_substring(cells, ",", ".")
-        zoned = bool((found := _DATE.fullmatch(first)) and found["zone"])
+        zoned = bool((date := _DATE.fullmatch(first)) and date["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
         return None
@@ -220,7 +220,7 @@ def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
     def matches(pattern: str) -> np.ndarray:
         return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
 
-    year, month, day = (order.index(part) + 1 for part in "ymd")
+    year, month, day = (order.index(letter) + 1 for letter in "ymd")
     iso = rf"\{year}-\{month}-\{day}T"
     cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
     for _ in range(2):  # neighbours share the character between them
@@ -243,15 +243,15 @@ class RestartingClock:
 
     def follow(self, times: FloatArray) -> FloatArray:
         """Return the next times; a step back by more than half a period is a new beginning."""
-        there = np.isfinite(times)
-        if not there.all():
+        is_finite = np.isfinite(times)
+        if not is_finite.all():
             followed = times.copy()
-            followed[there] = self.follow(times[there])
+            followed[is_finite] = self.follow(times[is_finite])
             return followed
         if times.size == 0:
             return times
         steps = np.diff(times, prepend=self._last)
         passed = self._passed + self._period * np.cumsum(steps < -self._period / 2)
         self._last, self._passed = float(times[-1]), float(passed[-1])
-        result: FloatArray = times + passed
-        return result
+        continuous_times: FloatArray = times + passed
+        return continuous_times

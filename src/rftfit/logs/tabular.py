@@ -101,18 +101,18 @@ class XlsxReader(Reader):
         with path.open("rb") as file:
             with zipfile.ZipFile(file) as archive:
                 parts = archive.infolist()
-            times = {part: _TREE if part.filename.endswith(_TREES) else 1 for part in parts}
-            check_unpacked(path, sum(part.file_size * times[part] for part in parts))
+            times = {member: _TREE if member.filename.endswith(_TREES) else 1 for member in parts}
+            check_unpacked(path, sum(member.file_size * times[member] for member in parts))
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
             # closed by hand: rows that nobody asks for keep the file open
             with closing(book):
-                sheet, notes = _choose(path, book, self.given.get("sheet", ""))
+                sheet, notes = _choose(path, book, self.options.get("sheet", ""))
 
                 def formulas() -> list[Any]:
-                    with path.open("rb") as again:
-                        written = openpyxl.load_workbook(again, read_only=True)
-                        with closing(written):
-                            same_sheet = written[sheet.title]
+                    with path.open("rb") as formula_file:
+                        formula_book = openpyxl.load_workbook(formula_file, read_only=True)
+                        with closing(formula_book):
+                            same_sheet = formula_book[sheet.title]
                             same_sheet.reset_dimensions()
                             cells = same_sheet.iter_rows(values_only=True)
                             with closing(row for row in cells) as rows:
@@ -150,14 +150,16 @@ class XlsxReader(Reader):
             below = above.pop()
         cells = above[-1] + [""] * (max(map(len, block), default=0) - len(above[-1]))
         names, units = names_and_units(cells, below)
-        table = _table_of(block, names, given=len(above[-1]))
+        table = _table_of(block, names, n_named=len(above[-1]))
         if table.blank:
             for place, text in _formulas_of(formulas()[first:], table.blank).items():
                 table.unread[names[place]] = f"{text!r} ({_NO_RESULT})"
                 table.numbers.remove(place)
         self.check_asked(path, table.unread, names)
-        wanted = self.wanted(names)
-        chosen = [place for place in table.numbers if names[place] in wanted] or table.numbers
+        columns_to_read = self.choose_columns(names)
+        chosen = [
+            place for place in table.numbers if names[place] in columns_to_read
+        ] or table.numbers
         moments = {
             p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
         }
@@ -195,9 +197,9 @@ class XlsxReader(Reader):
         def log_of(rows_of_block: list[Any]) -> Log:
             meant = of_source(rows_of_block) if sources else rows_of_block
             log = _sheet_log(path, names, units, chosen, meant, table, self.keeps_blanks)
-            if others := len(rows_of_block) - len(meant):
-                dropped = add_counts(log.dropped, {OTHER_SOURCE: others})
-                log = replace(log, rows=log.rows + others, dropped=dropped)
+            if n_other_rows := len(rows_of_block) - len(meant):
+                dropped = add_counts(log.dropped, {OTHER_SOURCE: n_other_rows})
+                log = replace(log, rows=log.rows + n_other_rows, dropped=dropped)
             for name, clock in clocks.items():
                 log.columns[name] = clock.follow(log.columns[name])
             return replace(log, notes=notes)
@@ -214,33 +216,39 @@ class XlsxReader(Reader):
             yield log
 
 
-def _choose(path: Path, book: Any, wanted: str | float) -> tuple[Any, tuple[str, ...]]:
+def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, tuple[str, ...]]:
     """Find the sheet that is wanted, or the first visible one with a table of numbers."""
     visible = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
-    others = [sheet.title for sheet in book.worksheets if sheet not in visible]
+    hidden_titles = [sheet.title for sheet in book.worksheets if sheet not in visible]
     listed = ", ".join(sheet.title for sheet in visible)
-    hidden = f"; hidden: {', '.join(others)}" if others else ""
-    if isinstance(wanted, str) or str(wanted) in book.sheetnames:
+    hidden = f"; hidden: {', '.join(hidden_titles)}" if hidden_titles else ""
+    if isinstance(requested_sheet, str) or str(requested_sheet) in book.sheetnames:
         # a hidden sheet is read by its name only
-        named = [sheet for sheet in book.worksheets if sheet.title == str(wanted)]
-        found = named or [s for s in visible if fnmatch.fnmatchcase(s.title, str(wanted) or "*")]
+        sheets_of_name = [sheet for sheet in book.worksheets if sheet.title == str(requested_sheet)]
+        sheets = sheets_of_name or [
+            s for s in visible if fnmatch.fnmatchcase(s.title, str(requested_sheet) or "*")
+        ]
     else:
-        found = [visible[int(wanted) - 1]] if wanted in range(1, len(visible) + 1) else []
-    if not found:
-        what = f"no sheet {wanted!r}" if wanted else "no visible sheet"
+        sheets = (
+            [visible[int(requested_sheet) - 1]]
+            if requested_sheet in range(1, len(visible) + 1)
+            else []
+        )
+    if not sheets:
+        what = f"no sheet {requested_sheet!r}" if requested_sheet else "no visible sheet"
         raise LogError("sheet", f"{path}: {what}; allowed: {listed}{hidden}")
-    for sheet in found:
+    for sheet in sheets:
         sheet.reset_dimensions()  # the stated size of a sheet is often wrong
-    table = next(filter(_has_table, found[:_MOST_SHEETS]), None)
-    if table is None and others and not wanted:
+    table = next(filter(_has_table, sheets[:_MOST_SHEETS]), None)
+    if table is None and hidden_titles and not requested_sheet:
         text = f"no table of numbers in {listed}{hidden}: options: {{sheet: NAME}} reads a hidden sheet"
         raise LogError("sheet", f"{path}: {text}")
-    sheet = table or found[0]
-    rest = [s.title for s in book.worksheets if s is not sheet]
+    sheet = table or sheets[0]
+    other_titles = [s.title for s in book.worksheets if s is not sheet]
     note = f"sheet {sheet.title!r}, the first with a table of numbers; the workbook also has "
-    several = rest and (not wanted or len(found) > 1)
+    several = other_titles and (not requested_sheet or len(sheets) > 1)
     return sheet, (
-        f"{note}{', '.join(map(repr, rest))}: options: {{sheet: ...}}",
+        f"{note}{', '.join(map(repr, other_titles))}: options: {{sheet: ...}}",
     ) if several else ()
 
 
@@ -260,9 +268,9 @@ def _places(row: Sequence[Any]) -> set[int]:
 def _begin(head: Sequence[Sequence[Any]]) -> int:
     """Row at which a table begins: the first of two in a row with numbers where most of those below have some."""
     numbers = [_places(row) for row in head]
-    for start, own in enumerate(numbers):
-        below = [found for found in numbers[start + 1 :] if found]
-        table = {p for p in own if sum(p in found for found in below) * 2 >= len(below)}
+    for start, row_places in enumerate(numbers):
+        below = [places for places in numbers[start + 1 :] if places]
+        table = {p for p in row_places if sum(p in places for places in below) * 2 >= len(below)}
         # the second may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
             # names such as 1, 2, 3 are text, where the numbers below are none
@@ -329,7 +337,7 @@ _NO_RESULT = (
 )
 
 
-def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], given: int) -> _Table:
+def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], n_named: int) -> _Table:
     """Tell from the first rows which columns hold numbers: those with a number among their filled cells."""
     numbers, mixed, blank, unread = [], set[int](), set[int](), {}
     filled_rows = [row for row in rows if any(cell is not None for cell in row)]
@@ -337,14 +345,14 @@ def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], given: int) -
         cells = [cell for row in rows if (cell := _cell(row, place)) is not None]
         filled = [cell for cell in cells if not _is_blank(cell)]
         count = sum(_number(cell) is not None for cell in filled)
-        if not filled and (place < given or not rows):
+        if not filled and (place < n_named or not rows):
             numbers.append(place)
             blank.add(place)
-        elif (unclear := _unclear_commas(filled)) and place < given:
+        elif (unclear := _unclear_commas(filled)) and place < n_named:
             unread[name] = f"{unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
-        elif count and (place < given or count * 2 > len(filled_rows)):
+        elif count and (place < n_named or count * 2 > len(filled_rows)):
             numbers.append(place)
-        elif filled and place < given:
+        elif filled and place < n_named:
             unread[name] = f"{str(filled[0])!r} (no number and no time)"
         if count * 2 <= len(filled):
             mixed.add(place)
@@ -439,9 +447,9 @@ class ParquetReader(Reader):
                 for name in (fields[field.name].names if field.name in fields else [field.name])
             )
             self.check_asked(path, unread, places)
-            wanted = self.wanted(places)
+            columns_to_read = self.choose_columns(places)
             chosen = {
-                f: c for f, c in fields.items() if not {*c.names}.isdisjoint(wanted)
+                f: c for f, c in fields.items() if not {*c.names}.isdisjoint(columns_to_read)
             } or fields
             if not chosen:
                 listed = "; ".join(f"{name}: {why}" for name, why in unread.items())
@@ -450,7 +458,9 @@ class ParquetReader(Reader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
-            sources = [(file.schema_arrow.names[at], words) for at, words in self._sources(file)]
+            sources = [
+                (file.schema_arrow.names[place], words) for place, words in self._sources(file)
+            ]
             self._check_sources(path, file, unread)
             read = list(dict.fromkeys([*chosen, *(name for name, _ in sources)]))
             units = {name: c.unit for c in chosen.values() for name in c.names}
@@ -478,7 +488,7 @@ class ParquetReader(Reader):
                         numbers[name] = values if values.ndim == 1 else values[:, index]
                         if missing is not None:
                             blank[name] = missing
-                kept = {name: values for name, values in numbers.items() if name in wanted}
+                kept = {name: values for name, values in numbers.items() if name in columns_to_read}
                 log = Log(
                     path, kept or numbers, units, batch.num_rows, unread=unread, places=places
                 )
@@ -541,14 +551,14 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
     for field, name, unit in zip(schema, names, units, strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
-        own = unit or unit_word(stated.decode("utf-8", "replace"))
+        field_unit = unit or unit_word(stated.decode("utf-8", "replace"))
         kind = field.type
         if types.is_dictionary(kind):
             kind = kind.value_type
         if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
             fields[field.name] = _Field([name], "s", _seconds)
         elif any(is_kind(kind) for is_kind in _number_types()):
-            fields[field.name] = _Field([name], own, _numbers)
+            fields[field.name] = _Field([name], field_unit, _numbers)
         elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
             if not any(is_kind(kind.value_type) for is_kind in _number_types()):
                 unread[name] = f"lists of {kind.value_type}"
@@ -557,19 +567,19 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
             width = _list_width(head, field.name)
             if 0 < width <= MOST_COLUMNS:
                 listed = [f"{name} column {number}" for number in range(1, width + 1)]
-                fields[field.name] = _Field(listed, own, partial(_list_numbers, width))
+                fields[field.name] = _Field(listed, field_unit, partial(_list_numbers, width))
             else:
                 most = f"more than {MOST_COLUMNS}" if width else "so no columns"
                 unread[name] = f"lists of {width} numbers a row, {most}"
         elif types.is_struct(kind):
             inside = [
                 place
-                for place, part in enumerate(kind)
-                if any(is_kind(part.type) for is_kind in _number_types())
+                for place, inner_field in enumerate(kind)
+                if any(is_kind(inner_field.type) for is_kind in _number_types())
             ]
             if inside:
                 parts = [f"{name}.{kind[place].name}" for place in inside]
-                fields[field.name] = _Field(parts, own, partial(_struct_numbers, inside))
+                fields[field.name] = _Field(parts, field_unit, partial(_struct_numbers, inside))
             else:
                 unread[name] = f"values of the type {kind}"
         elif types.is_string(kind) or types.is_large_string(kind):
@@ -581,7 +591,7 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
             elif seen.kinds[0] == "stamp":
                 fields[field.name] = _Field([name], "s", partial(_text_seconds, seen.dates))
             else:
-                fields[field.name] = _Field([name], own, _text_numbers)
+                fields[field.name] = _Field([name], field_unit, _text_numbers)
         else:
             unread[name] = f"values of the type {kind}"
     return fields, unread
@@ -611,10 +621,10 @@ def _list_numbers(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None
 
     whole = pc.fill_null(pc.equal(pc.list_value_length(array), width), False)
     inner = pc.list_flatten(array.filter(whole)).cast(pa.float64())
-    there = np.asarray(whole)
-    values = np.full((there.size, width), np.nan)
-    values[there] = np.asarray(inner.to_numpy(zero_copy_only=False)).reshape(-1, width)
-    return values, ~there if not there.all() else None
+    has_value = np.asarray(whole)
+    values = np.full((has_value.size, width), np.nan)
+    values[has_value] = np.asarray(inner.to_numpy(zero_copy_only=False)).reshape(-1, width)
+    return values, ~has_value if not has_value.all() else None
 
 
 def _struct_numbers(places: Sequence[int], array: Any) -> tuple[np.ndarray, np.ndarray | None]:

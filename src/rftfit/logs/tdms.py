@@ -39,11 +39,11 @@ class TdmsReader(base.Reader):
                 return self._log(path, TdmsFile.read(file))
 
     def _log(self, path: Path, content: Any) -> base.Log:
-        channels = _group(path, content, self.given.get("group", ""))
+        channels = _group(path, content, self.options.get("group", ""))
         places = tuple(channel.name for channel in channels)
-        wanted = self.wanted(places)
-        if any(channel.name in wanted for channel in channels):
-            channels = [c for c in channels if c.name in wanted or _is_time(c)]
+        columns_to_read = self.choose_columns(places)
+        if any(channel.name in columns_to_read for channel in channels):
+            channels = [c for c in channels if c.name in columns_to_read or _is_time(c)]
         lengths = sorted(len(channel) for channel in channels)
         incomplete = content.file_status.incomplete_final_segment
         if lengths[0] < lengths[-1] and not incomplete:
@@ -85,23 +85,25 @@ def _silent() -> Iterator[None]:
         log_manager.set_level(before)
 
 
-def _group(path: Path, content: Any, wanted: str) -> list[Any]:
+def _group(path: Path, content: Any, group_name: str) -> list[Any]:
     """Return the channels of numbers of the wanted group, or of the only one."""
-    found = {group.name: [*filter(_is_number, group.channels())] for group in content.groups()}
-    groups = {name: channels for name, channels in found.items() if channels}
-    if wanted and wanted not in groups:
+    channels_by_group = {
+        group.name: [*filter(_is_number, group.channels())] for group in content.groups()
+    }
+    groups = {name: channels for name, channels in channels_by_group.items() if channels}
+    if group_name and group_name not in groups:
         raise base.LogError(
-            "group", f"{path}: no group {wanted!r}; the file has: {', '.join(groups)}"
+            "group", f"{path}: no group {group_name!r}; the file has: {', '.join(groups)}"
         )
     if not groups:
         raise base.LogError("header_only", f"{path}: no channel of numbers with data in it")
-    if not wanted and len(groups) > 1:
+    if not group_name and len(groups) > 1:
         raise base.LogError(
             "group",
             f"{path}: several groups of channels; say which in the config, options: {{group: ...}}; "
             f"the file has: {', '.join(groups)}",
         )
-    return groups[wanted or next(iter(groups))]
+    return groups[group_name or next(iter(groups))]
 
 
 def _is_number(channel: Any) -> bool:
@@ -114,8 +116,12 @@ def _expected(content: Any, channels: list[Any]) -> int:
     status = content.file_status.channel_statuses or {}
     most = 0
     for channel in channels:
-        own = status.get(channel.path)
-        lost = own.expected_length - own.read_length if own is not None else 0
+        channel_status = status.get(channel.path)
+        lost = (
+            channel_status.expected_length - channel_status.read_length
+            if channel_status is not None
+            else 0
+        )
         most = max(most, len(channel) + int(lost))
     return most
 
@@ -147,8 +153,8 @@ def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatA
     clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:
-        others = [name for name in clocks if name not in stated]
-        clock = base.common_clock(path, stated, size, others=others, rows=rows)
+        other_channels = [name for name in clocks if name not in stated]
+        clock = base.common_clock(path, stated, size, other_channels=other_channels, rows=rows)
     for channel in filter(_is_time, channels):
         values = np.asarray(channel[:size])
         note = f"time is the channel {channel.name!r}"

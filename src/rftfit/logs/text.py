@@ -52,11 +52,11 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 class Block(NamedTuple):
     """Whole lines of a file, and in the last block what stands behind the last line end.
 
-    `before`: Where there is such a rest, the lines before it.
+    `before`: Where there is such a line, the lines before it.
     """
 
     body: bytes
-    rest: bytes
+    last_line: bytes
     before: bytes = b""
 
 
@@ -148,11 +148,11 @@ def utf16_of(head: bytes) -> str:
     """Name the encoding of a file in UTF-16, with a byte order mark or without; empty of any other."""
     if head[:2] in _UTF16:
         return _UTF16[head[:2]]
-    part = head[:_LOOKED_AT]
+    sample = head[:_LOOKED_AT]
     for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
         # the high bytes of most letters are 0, the low ones never are
-        zeros, end = part[high::2].count(0), any(e.encode(encoding) in part for e in "\r\n")
-        if zeros * 4 > len(part) and not part[1 - high :: 2].count(0) and end:
+        zeros, end = sample[high::2].count(0), any(e.encode(encoding) in sample for e in "\r\n")
+        if zeros * 4 > len(sample) and not sample[1 - high :: 2].count(0) and end:
             return encoding
     return ""
 
@@ -281,7 +281,7 @@ class Layout:
             object.__setattr__(self, "kinds", ("number",) * len(self.names))
 
     @property
-    def wanted(self) -> list[int]:
+    def places_to_read(self) -> list[int]:
         """Places of the columns that are read."""
         return [place for place, kind in enumerate(self.kinds) if kind != "skip"]
 
@@ -322,32 +322,34 @@ class Rows:
 def parse(
     layout: Layout,
     body: bytes,
-    rest: bytes = b"",
+    last_line: bytes = b"",
     before: bytes = b"",
     *,
     keep_blanks: bool = False,
 ) -> Rows:
     """Parse whole lines.
 
-    `rest`: A last line without an end. Whoever wrote it may have been stopped in it: unless it is as
+    `last_line`: A last line without an end. Whoever wrote it may have been stopped in it: unless it is as
     whole as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that
     have no value; these cells are NaN.
     """
-    body, rest = (rewritten(part, layout.rewrites) for part in (body, rest))
-    if layout.is_data(rest) and _is_whole(layout, rewritten(before, layout.rewrites), rest):
-        body, rest = body + rest + b"\n", b""
-    others = 0
+    body, last_line = (rewritten(text, layout.rewrites) for text in (body, last_line))
+    if layout.is_data(last_line) and _is_whole(
+        layout, rewritten(before, layout.rewrites), last_line
+    ):
+        body, last_line = body + last_line + b"\n", b""
+    n_other_rows = 0
     if layout.where:
-        body, others = _of_one_source(layout, body)
+        body, n_other_rows = _of_one_source(layout, body)
     parts = _parse(layout, body)
-    if layout.is_data(rest):
+    if layout.is_data(last_line):
         parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
     rows = _together(parts)
     if layout.void:
         rows = _without_voids(layout, rows)
-    if others:
-        dropped = base.add_counts(rows.dropped, {OTHER_SOURCE: others})
-        rows = replace(rows, rows=rows.rows + others, dropped=dropped)
+    if n_other_rows:
+        dropped = base.add_counts(rows.dropped, {OTHER_SOURCE: n_other_rows})
+        rows = replace(rows, rows=rows.rows + n_other_rows, dropped=dropped)
     if rows.blank and not keep_blanks:
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), base.BLANK)
     keep, bad = base.finite_rows(base.filled_columns(rows.columns, rows.blank))
@@ -393,19 +395,19 @@ _PARTS = re.compile(
 _FEWEST_BEFORE = 3
 
 
-def _is_whole(layout: Layout, before: bytes, rest: bytes) -> bool:
+def _is_whole(layout: Layout, before: bytes, last_line: bytes) -> bool:
     """Tell whether a last line without an end has all of its cells, by the lines before it.
 
     All cells but the last end at a delimiter. A number written in a fixed form has the digits of this form.
     Of other numbers one that was cut cannot be told from a shorter one: it counts where it is no farther
     from the one before than these are from one another, so that a cut would change it by no more.
     """
-    cells = cells_of(rest.decode("latin-1"), layout.delimiter, quote=layout.quote)
+    cells = cells_of(last_line.decode("latin-1"), layout.delimiter, quote=layout.quote)
     if cells is None or len(cells) != len(layout.names):
         return False
     last, text = len(cells) - 1, cells[-1].strip()
     kind = layout.kinds[last]
-    if kind == "skip" or (layout.quote and rest.rstrip().endswith(b'"')):
+    if kind == "skip" or (layout.quote and last_line.rstrip().endswith(b'"')):
         return True
     rows = (
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
@@ -414,24 +416,24 @@ def _is_whole(layout: Layout, before: bytes, rest: bytes) -> bool:
     column = [row[last].strip() for row in rows if len(row) == len(cells)]
     if kind not in ("number", "integer"):
         return text in column or (kind == "stamp" and {*map(len, column)} == {len(text)})
-    numbers = [number for each in column if each and (number := _PARTS.fullmatch(each))]
+    numbers = [number for cell in column if cell and (number := _PARTS.fullmatch(cell))]
     number = _PARTS.fullmatch(text)
     if len(numbers) < _FEWEST_BEFORE or number is None or not text:
         return False
-    exponents = {len(each["exponent"] or "") for each in numbers}
+    exponents = {len(match["exponent"] or "") for match in numbers}
     if exponents != {len(number["exponent"] or "")}:
         return False
-    decimals = [len(each["decimals"] or "") for each in numbers]
+    decimals = [len(match["decimals"] or "") for match in numbers]
     places = len(number["decimals"] or "")
     if max(decimals) == min(decimals) > 0 or exponents != {0}:
         return places >= max(decimals)
     if places < min(decimals) or not text[-1].isdigit():
         return False
     if max(decimals) == 0 and len(number["digits"]) < max(
-        len(each["digits"]) for each in numbers[-_FEWEST_BEFORE:]
+        len(match["digits"]) for match in numbers[-_FEWEST_BEFORE:]
     ):
         return False
-    values = np.array([float(each[0].replace(",", ".")) for each in numbers])
+    values = np.array([float(match[0].replace(",", ".")) for match in numbers])
     step = abs(float(text.replace(",", ".")) - values[-1])
     return bool(step <= np.abs(np.diff(values)).max())
 
@@ -572,17 +574,17 @@ def _grouped(group: bytes, point: bytes, delimiter: bytes, whole: bytes) -> re.P
 def _together(parts: list[Rows]) -> Rows:
     if len(parts) == 1:
         return parts[0]
-    starts = np.cumsum([0, *(part.rows for part in parts)])
-    index = [part.index + start for part, start in zip(parts, starts[:-1], strict=True)]
+    starts = np.cumsum([0, *(rows.rows for rows in parts)])
+    index = [rows.index + start for rows, start in zip(parts, starts[:-1], strict=True)]
     names = parts[0].columns
-    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in names}
-    dropped = base.add_counts(*(part.dropped for part in parts))
+    columns = {name: np.concatenate([rows.columns[name] for rows in parts]) for name in names}
+    dropped = base.add_counts(*(rows.dropped for rows in parts))
     blank = {
         name: np.concatenate(
-            [part.blank.get(name, np.zeros(part.index.size, bool)) for part in parts]
+            [rows.blank.get(name, np.zeros(rows.index.size, bool)) for rows in parts]
         )
         for name in names
-        if any(name in part.blank for part in parts)
+        if any(name in rows.blank for rows in parts)
     }
     return Rows(columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank)
 
@@ -639,7 +641,7 @@ def _rows_of_table(layout: Layout, table: Any) -> Rows | None:
 
     columns = {}
     blank = {}
-    for place in layout.wanted:
+    for place in layout.places_to_read:
         column = table.column(str(place))
         cells = column.chunk(0) if column.num_chunks == 1 else column.combine_chunks()
         if layout.kinds[place] == "same":
@@ -708,7 +710,7 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
         ),
         "convert_options": pacsv.ConvertOptions(
             column_types=column_types,
-            include_columns=[str(place) for place in layout.wanted],
+            include_columns=[str(place) for place in layout.places_to_read],
             decimal_point=layout.decimal,
             null_values=list(layout.no_value),
             check_utf8=False,
@@ -737,22 +739,22 @@ def _single_blanks(body: bytes) -> bytes:
 
 def _by_hand(layout: Layout, body: bytes) -> Rows:
     """Parse line by line and count what is wrong with the bad ones."""
-    values: list[list[Any]] = [[] for _ in layout.wanted]
+    values: list[list[Any]] = [[] for _ in layout.places_to_read]
     index: list[int] = []
     dropped: dict[str, int] = {}
     rows = 0
     for line in filter(layout.is_data, body.splitlines()):
-        found = _row(layout, line)
-        if isinstance(found, str):
-            dropped[found] = dropped.get(found, 0) + 1
+        row_or_reason = _row(layout, line)
+        if isinstance(row_or_reason, str):
+            dropped[row_or_reason] = dropped.get(row_or_reason, 0) + 1
         else:
-            for column, value in zip(values, found, strict=True):
+            for column, value in zip(values, row_or_reason, strict=True):
                 column.append(value)
             index.append(rows)
         rows += 1
     columns = {}
     blank = {}
-    for place, column in zip(layout.wanted, values, strict=True):
+    for place, column in zip(layout.places_to_read, values, strict=True):
         name = layout.names[place]
         if None in column:
             blank[name] = np.array([value is None for value in column])
@@ -767,7 +769,7 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
     if cells is None or not most - layout.optional <= len(cells) <= most:
         return CELLS
     values: list[Any] = []
-    for place in layout.wanted:
+    for place in layout.places_to_read:
         cell, kind = cells[place].strip(" \t"), layout.kinds[place]
         if kind == "same":
             values.append(cells[place] == layout.same)
@@ -822,26 +824,26 @@ def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
     Where 1,000,292 stands for 100,0292, the same column has 10,114 for 1,0114: a number like any
     other, but another one. So a single such cell casts doubt on its whole column.
     """
-    found: set[int] = set()
+    regrouped_places: set[int] = set()
     if layout.decimal != "," or layout.delimiter == ",":
         return frozenset()
     for body, _, _ in TextFile(path).blocks(start):
         for line in filter(_TWO_COMMAS.search, body.splitlines() if _has_triple(body) else ()):
             cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
-            found |= {
+            regrouped_places |= {
                 place
                 for place, cell in enumerate(cells)
                 if cell.count(",") > 1 and _GROUPED.fullmatch(cell.strip(" \t"))
             }
-    return frozenset(found.intersection(layout.wanted))
+    return frozenset(regrouped_places.intersection(layout.places_to_read))
 
 
 def _has_triple(text: bytes) -> bool:
     """Look for three digits between two commas, faster than a regular expression."""
     codes = np.frombuffer(text, dtype=np.uint8)
     comma = codes == _COMMA
-    at = np.flatnonzero(comma[:-4] & comma[4:])
-    between = codes[at[:, None] + [1, 2, 3]]
+    starts = np.flatnonzero(comma[:-4] & comma[4:])
+    between = codes[starts[:, None] + [1, 2, 3]]
     return bool(((between >= _ZERO) & (between <= _NINE)).all(axis=1).any())
 
 
@@ -905,11 +907,11 @@ class TextReader(base.Reader, ABC):
             raise base.LogError("header", f"{path}: {error}") from None
         blocks = file.blocks(plan.start)
         if plan.refusal:
-            lines = chain.from_iterable(chain(b.body.splitlines(), [b.rest]) for b in blocks)
+            lines = chain.from_iterable(chain(b.body.splitlines(), [b.last_line]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise base.LogError("header", f"{path}: {plan.refusal}", count)
         self.check_asked(path, plan.unread, plan.layout.names)
-        layout = narrowed(plan.layout, {*self.wanted(plan.layout.names), *plan.keep})
+        layout = narrowed(plan.layout, {*self.choose_columns(plan.layout.names), *plan.keep})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
@@ -927,12 +929,12 @@ class TextReader(base.Reader, ABC):
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 
-def narrowed(layout: Layout, wanted: set[str]) -> Layout:
+def narrowed(layout: Layout, names_to_read: set[str]) -> Layout:
     """Skip all other columns, if any of these hold something that can be read."""
-    own = zip(layout.names, layout.kinds, strict=True)
-    kinds = tuple(kind if name in wanted else "skip" for name, kind in own)
+    names_and_kinds = zip(layout.names, layout.kinds, strict=True)
+    kinds = tuple(kind if name in names_to_read else "skip" for name, kind in names_and_kinds)
     narrow = replace(layout, kinds=kinds)
-    return narrow if narrow.wanted else layout
+    return narrow if narrow.places_to_read else layout
 
 
 def _log(path: Path, plan: Plan, rows: Rows, first: int) -> base.Log:
@@ -948,16 +950,16 @@ def _log(path: Path, plan: Plan, rows: Rows, first: int) -> base.Log:
     good = replace(rows, columns=columns)
     for name in same:
         good = good.take(good.columns[name], plan.not_same)
-    out = {
+    log_columns = {
         name: values.astype(float, copy=False)
         for name, values in good.columns.items()
         if name not in same
     }
     derived = {"time": "s"} if plan.derive else {}
-    units = {name: derived.get(name) or plan.units.get(name, "") for name in out}
+    units = {name: derived.get(name) or plan.units.get(name, "") for name in log_columns}
     return base.Log(
         path,
-        out,
+        log_columns,
         units,
         rows.rows,
         good.dropped,

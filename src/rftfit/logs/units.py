@@ -114,7 +114,9 @@ def known_unit(text: str) -> bool:
     text = _bare(text)
     if unit_word(text) in _SPELLINGS:
         return True
-    parts = [_POWER.sub("", part) for part in re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))]
+    parts = [
+        _POWER.sub("", factor) for factor in re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))
+    ]
     plain = "/" in text or not any(map(str.isdigit, text.replace("^2", "")))
     return plain and all(p in _OTHERS or unit_word(p) in _SPELLINGS for p in parts)
 
@@ -152,23 +154,23 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
         return False
     if all(_BRACKETED.fullmatch(cell) for cell in filled):
         return True
-    others = [cell for cell in filled if not known_unit(cell)]
-    short = all(len(cell) <= _LONGEST and not any(map(str.isdigit, cell)) for cell in others)
-    return short and len(others) * 2 < len(filled) and len(filled) * 2 > width
+    unknown_cells = [cell for cell in filled if not known_unit(cell)]
+    short = all(len(cell) <= _LONGEST and not any(map(str.isdigit, cell)) for cell in unknown_cells)
+    return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 
 def unique(names: list[str]) -> tuple[str, ...]:
     """Give each column its own name: the second ``Mz`` becomes ``Mz_2``, a blank one ``column 3``."""
     used: set[str] = set()
-    result = []
+    unique_names = []
     for place, name in enumerate(names, start=1):
         base = " ".join(name.split()) or f"column {place}"
-        own, number = base, 2
-        while own in used:
-            own, number = f"{base}_{number}", number + 1
-        used.add(own)
-        result.append(own)
-    return tuple(result)
+        candidate, number = base, 2
+        while candidate in used:
+            candidate, number = f"{base}_{number}", number + 1
+        used.add(candidate)
+        unique_names.append(candidate)
+    return tuple(unique_names)
 
 
 def names_and_units(
@@ -176,8 +178,8 @@ def names_and_units(
 ) -> tuple[tuple[str, ...], list[str]]:
     """Split the cells of a header into names, each once, and units; a row of units `below` goes first."""
     split = [split_unit(cell) for cell in cells]
-    own = [*map(unit_word, below), *[""] * len(split)]
-    units = [unit or stated for (_, stated), unit in zip(split, own, strict=False)]
+    units_below = [*map(unit_word, below), *[""] * len(split)]
+    units = [unit or stated for (_, stated), unit in zip(split, units_below, strict=False)]
     for place, (name, _) in enumerate(split):
         if units[place] in _OF_WEIGHT and _is_force(name):
             units[place] = _OF_WEIGHT[units[place]]
