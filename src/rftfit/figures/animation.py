@@ -47,7 +47,10 @@ def pictures(
     sand = Rectangle((0, -100), 1, 100, facecolor=style.SAND, edgecolor="none")
     axes.add_patch(sand)
     clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
-    sizes = [np.hypot(one.force_x_N, one.force_z_N).max(initial=0.0) for one in elements.values()]
+    sizes = [
+        np.hypot(series.force_x_N, series.force_z_N).max(initial=0.0)
+        for series in elements.values()
+    ]
     strongest = float(max(sizes))
     longest = _LONGEST_CM / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
@@ -67,14 +70,16 @@ def pictures(
         sand.set_x(x - 2 * _BEHIND_CM)
         sand.set_width(2 * (_BEHIND_CM + _AHEAD_CM))
         clock.set_text(f"{time:.2f} s")
-        for name, one in elements.items():
-            ends = np.stack([one.ends_x_cm[index], one.ends_z_cm[index]], axis=-1)
+        for name, series in elements.items():
+            ends = np.stack([series.ends_x_cm[index], series.ends_z_cm[index]], axis=-1)
             lines[name].set_segments(list(ends.reshape(-1, 2, 2)))
-            foot = np.stack([one.at_x_cm[index], one.at_z_cm[index]], axis=-1).reshape(-1, 2)
-            push = np.stack([one.force_x_N[index], one.force_z_N[index]], axis=-1).reshape(-1, 2)
-            felt = np.hypot(*push.T) > 0
-            tips = foot[felt] + longest * push[felt]
-            arrows[name].set_segments(list(np.stack([foot[felt], tips], axis=1)))
+            foot = np.stack([series.at_x_cm[index], series.at_z_cm[index]], axis=-1).reshape(-1, 2)
+            push = np.stack([series.force_x_N[index], series.force_z_N[index]], axis=-1).reshape(
+                -1, 2
+            )
+            is_loaded = np.hypot(*push.T) > 0
+            tips = foot[is_loaded] + longest * push[is_loaded]
+            arrows[name].set_segments(list(np.stack([foot[is_loaded], tips], axis=1)))
         canvas.draw()
         shots.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     return shots
@@ -85,11 +90,15 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
     from PIL import Image
 
     # one palette for all, so that colours do not flicker
-    first = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
-    how: dict[str, Any] = {"palette": first, "dither": Image.Dither.NONE}
-    start, *others = (Image.fromarray(shot).quantize(**how) for shot in shots)
+    palette_image = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
+    quantize_options: dict[str, Any] = {"palette": palette_image, "dither": Image.Dither.NONE}
+    first_frame, *later_frames = (
+        Image.fromarray(shot).quantize(**quantize_options) for shot in shots
+    )
     target, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
-    start.save(target, "GIF", save_all=True, append_images=others, loop=0, duration=duration)
+    first_frame.save(
+        target, "GIF", save_all=True, append_images=later_frames, loop=0, duration=duration
+    )
     return target.getvalue()
 
 
@@ -108,7 +117,7 @@ def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
         target = Path(folder) / "animation.mp4"
         shape = f"-pix_fmt rgb24 -s {width}x{height} -r {1 / frame_s:.4f}"
         words = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
-        done = subprocess.run(
+        process = subprocess.run(
             [program, *words, target], input=raw, check=False, capture_output=True
         )
-        return target.read_bytes() if done.returncode == 0 and target.is_file() else None
+        return target.read_bytes() if process.returncode == 0 and target.is_file() else None

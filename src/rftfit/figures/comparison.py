@@ -19,41 +19,43 @@ _MOST_NAMES = 40
 
 
 @style.styled()
-def draw(found: Comparison) -> Figure:
+def draw(comparison: Comparison) -> Figure:
     """Draw alpha_z and alpha_x of both with their intervals, and the ratio of B to A along the force."""
-    if found.directions.empty:
-        return style.missing(found.sentence, found.notes)
-    table = found.directions.sort_values(["gamma_deg", "beta_deg", "depth_cm"], ignore_index=True)
+    if comparison.directions.empty:
+        return style.missing(comparison.sentence, comparison.notes)
+    table = comparison.directions.sort_values(
+        ["gamma_deg", "beta_deg", "depth_cm"], ignore_index=True
+    )
     page = style.new_figure(style.DOUBLE_CM, 15.0)
     place = np.arange(len(table))
     for row, c in enumerate("zx"):
         axes = style.axes_cm(page, 1.8, 1.0 + 4.2 * row, 16.0, 3.6)
         style.zero_line(axes)
-        for sign, side in ((-1, "a"), (1, "b")):
+        for sign, medium in ((-1, "a"), (1, "b")):
             middle, low, high = (
-                table[f"alpha_{c}_{side}{end}_N_per_cm3"].to_numpy(float)
+                table[f"alpha_{c}_{medium}{end}_N_per_cm3"].to_numpy(float)
                 for end in ("", "_lo", "_hi")
             )
-            axes.vlines(place + sign * _APART, low, high, color=_COLOURS[side], linewidth=0.8)
-            axes.plot(place + sign * _APART, middle, "o", color=_COLOURS[side], markersize=3)
+            axes.vlines(place + sign * _APART, low, high, color=_COLOURS[medium], linewidth=0.8)
+            axes.plot(place + sign * _APART, middle, "o", color=_COLOURS[medium], markersize=3)
         axes.set(ylabel=style.alpha_label(c), xlim=(-0.6, len(table) - 0.4), xticks=place)
         axes.tick_params(labelbottom=False)
     axes = style.axes_cm(page, 1.8, 9.4, 16.0, 3.6)
-    axes.axhspan(found.ratio_lo, found.ratio_hi, color=style.WINDOW, linewidth=0)
-    axes.axhline(found.ratio, color="black", linewidth=0.6)
+    axes.axhspan(comparison.ratio_lo, comparison.ratio_hi, color=style.WINDOW, linewidth=0)
+    axes.axhline(comparison.ratio, color="black", linewidth=0.6)
     axes.axhline(1, color=style.GREY, linewidth=0.4)
     middle, low, high = (table[f"ratio{end}"].to_numpy(float) for end in ("", "_lo", "_hi"))
     axes.vlines(place, low, high, color=style.GREY, linewidth=0.8)
     axes.plot(place, middle, "o", color="black", markersize=3)
-    every = -(-len(table) // _MOST_NAMES)
+    label_step = -(-len(table) // _MOST_NAMES)
     names = [
         f"{style.degrees(beta)}, {style.degrees(gamma)}"
         for beta, gamma in zip(table["beta_deg"], table["gamma_deg"], strict=True)
     ]
     axes.set(xlabel="beta, gamma", ylabel="B/A", xlim=(-0.6, len(table) - 0.4))
-    axes.set_xticks(place[::every])
-    axes.set_xticklabels(names[::every], rotation=90, fontsize=5)
-    a, b = (style.plain(name) for name in (found.a, found.b))
+    axes.set_xticks(place[::label_step])
+    axes.set_xticklabels(names[::label_step], rotation=90, fontsize=5)
+    a, b = (style.plain(name) for name in (comparison.a, comparison.b))
     style.text_cm(page, 0.4, 0.2, f"A: {a}    B: {b}", va="top", weight="bold", fontsize=7)
     entries = {
         "A": style.dots(_COLOURS["a"], 4),

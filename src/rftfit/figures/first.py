@@ -39,10 +39,12 @@ def _panel(title: str) -> tuple[Figure, Axes]:
 def mapped(results: Results) -> tuple[str, pd.DataFrame, str]:
     """The medium whose map is shown, its table and how alpha is known: the one pushed in most directions."""
     media = usable(results, results.media) or results.media
-    known = {name: int(results[name].alpha["alpha_z_N_per_cm3"].notna().sum()) for name in media}
-    ranked = sorted(known, key=known.__getitem__, reverse=True)
+    direction_counts = {
+        name: int(results[name].alpha["alpha_z_N_per_cm3"].notna().sum()) for name in media
+    }
+    ranked = sorted(direction_counts, key=direction_counts.__getitem__, reverse=True)
     alpha = results[ranked[0]].alpha
-    if known[ranked[0]] >= FEWEST and maps.lies_on_grid(alpha):
+    if direction_counts[ranked[0]] >= FEWEST and maps.lies_on_grid(alpha):
         return ranked[0], alpha, "measured"
     for name in ranked:
         if len(table := results.map_table(name)):
@@ -54,8 +56,8 @@ def _map_caption(results: Results, _: str) -> str:
     signs = (
         "Red pushes the plate up, blue pulls it down; hatched: does not oppose the vertical motion."
     )
-    _, table, how = mapped(results)
-    if how == "measured":
+    _, table, origin = mapped(results)
+    if origin == "measured":
         holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
         return f"{signs}{holes} Good: smooth from cell to cell."
     return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
@@ -72,15 +74,15 @@ def _map_caption(results: Results, _: str) -> str:
 )
 def first_map(results: Results) -> Figure:
     """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
-    medium, table, how = mapped(results)
-    page, axes = _panel(f"{style.title_of(results, medium)}: {how} {style.alpha_label('z')}")
+    medium, table, origin = mapped(results)
+    page, axes = _panel(f"{style.title_of(results, medium)}: {origin} {style.alpha_label('z')}")
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
     page.axes[-1].tick_params(labelsize=6)
     if maps.lies_on_grid(table):
         maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
-    if how == "estimated":
+    if origin == "estimated":
         maps.add_pushes(axes, results[medium].alpha)
     return page
 
@@ -89,8 +91,12 @@ def _peaks(results: Results) -> pd.DataFrame:
     """Measured and predicted peaks, by the measured table or, where that is not whole, by the map."""
     errors = results.table("leg_errors.csv")
     errors = errors[errors["medium"].isin(usable(results, results.media))]
-    known = errors[errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])]
-    return known.sort_values("profile").drop_duplicates(["medium", "leg", "component"], keep="last")
+    rows_with_error = errors[
+        errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])
+    ]
+    return rows_with_error.sort_values("profile").drop_duplicates(
+        ["medium", "leg", "component"], keep="last"
+    )
 
 
 @figure(
@@ -107,9 +113,12 @@ def first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _peaks(results)
     page, axes = _panel("peak force on a leg (N)")
-    names = [f"peak_{what}_N" for what in ("measured", "predicted", "predicted_lo", "predicted_hi")]
-    every = rows[names[:2]].abs().to_numpy(float)
-    ends = np.array([every.min() / 1.4, every.max() * 1.4])
+    names = [
+        f"peak_{quantity}_N"
+        for quantity in ("measured", "predicted", "predicted_lo", "predicted_hi")
+    ]
+    all_peaks = rows[names[:2]].abs().to_numpy(float)
+    ends = np.array([all_peaks.min() / 1.4, all_peaks.max() * 1.4])
     share = WITHIN_PERCENT / 100
     axes.fill_between(ends, (1 - share) * ends, (1 + share) * ends, color=style.WINDOW, linewidth=0)
     axes.plot(ends, ends, color="black", linewidth=0.6)
@@ -118,8 +127,8 @@ def first_peaks(results: Results) -> Figure:
         shade = style.OKABE_ITO[colour]
         entries[leg_panels.leg_title(leg)] = style.dots(shade, 4)
         for c, fill in (("z", shade), ("x", "white")):
-            own = rows[(rows["leg"] == leg) & (rows["component"] == c)]
-            measured, peak, low, high = own[names].abs().to_numpy(float).T
+            rows_of_leg = rows[(rows["leg"] == leg) & (rows["component"] == c)]
+            measured, peak, low, high = rows_of_leg[names].abs().to_numpy(float).T
             axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
             axes.plot(measured, peak, "o", color=shade, markersize=4, markerfacecolor=fill)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
@@ -157,17 +166,23 @@ def first_lines(results: Results) -> Figure:
     page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
-    look: dict[str, Any] = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
+    line_style: dict[str, Any] = {
+        "color": style.COMPONENT_COLOURS["z"],
+        "linewidth": 0.6,
+        "alpha": 0.6,
+    }
     fitted = {}
     for run, trace in by_run(stress_of(results, medium)).items():
         inside = trace["in_window"] > 0
         if run in fits.index and inside.any():
             columns = trace["depth_cm"], trace["stress_z_N_per_cm2"]
-            fitted[run] = [np.where(inside, one, np.nan) for one in columns]
+            fitted[run] = [np.where(inside, values, np.nan) for values in columns]
     # of all runs: in one that feels little, noise would fill the panel
-    largest = max((float(np.nanmax(np.abs(one))) for _, one in fitted.values()), default=0.0) or 1.0
+    largest = (
+        max((float(np.nanmax(np.abs(stress))) for _, stress in fitted.values()), default=0.0) or 1.0
+    )
     for run, (depth, stress) in fitted.items():
-        draw_thin(axes, depth, 100 * (stress - fits[run] * depth) / largest, **look)
+        draw_thin(axes, depth, 100 * (stress - fits[run] * depth) / largest, **line_style)
     style.zero_line(axes)
     axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress)")
     return page
@@ -175,8 +190,8 @@ def first_lines(results: Results) -> Figure:
 
 def _lined(results: Results) -> str:
     """The first medium with a slanted run that has a line."""
-    for one in (results[name] for name in usable(results, results.media) or results.media):
-        fits = one.fits
+    for medium in (results[name] for name in usable(results, results.media) or results.media):
+        fits = medium.fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():
-            return one.name
+            return medium.name
     return ""

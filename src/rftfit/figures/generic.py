@@ -50,8 +50,8 @@ def _lacking(results: Results, _: str) -> Sequence[str]:
     """Say why there is no generic profile that is the mean of two media or more."""
     rows, scaled = _tables(results)
     nothing = f"no generic profile by {results.config.fourier.method}"
-    if why := why_no_fit(results, scaled, "zeta"):
-        return nothing, *why
+    if reasons := why_no_fit(results, scaled, "zeta"):
+        return nothing, *reasons
     if rows["medium"].nunique() > 2:
         return ()
     return nothing, "one medium alone has nine terms: the mean of several is the generic profile"
@@ -106,11 +106,11 @@ def _draw_coefficients(
     place = {term: float(i) for i, term in enumerate(terms)}
     axes.axhline(0, color="black", linewidth=0.4)
     rows = coefficients[coefficients["medium"] == GENERIC]
-    at = rows["coefficient"].map(place).to_numpy(float)
+    x_generic = rows["coefficient"].map(place).to_numpy(float)
     value, low, high = rows[_ENDS].to_numpy(float).T
-    look: dict[str, Any] = {"color": "#cccccc", "linewidth": 0, "label": "generic, interval"}
-    axes.bar(at, high - low, 0.84, bottom=low, **look)
-    axes.plot(at, value, color="black", linewidth=2.2, label="generic $M_0$", zorder=1.5)
+    bar_style: dict[str, Any] = {"color": "#cccccc", "linewidth": 0, "label": "generic, interval"}
+    axes.bar(x_generic, high - low, 0.84, bottom=low, **bar_style)
+    axes.plot(x_generic, value, color="black", linewidth=2.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
         x = rows["coefficient"].map(place).to_numpy(float)
@@ -118,10 +118,12 @@ def _draw_coefficients(
         colour, marker = looks[medium]
         value, low, high = rows[_ENDS].to_numpy(float).T / zeta
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
-        kept = rows["kept"].to_numpy(bool)
+        is_kept = rows["kept"].to_numpy(bool)
         axes.plot(x, value, color=colour, linewidth=0.5)
-        axes.plot(x[kept], value[kept], marker, color=colour, label=style.title_of(results, medium))
-        axes.plot(x[~kept], value[~kept], marker, color=colour, markerfacecolor="white")
+        axes.plot(
+            x[is_kept], value[is_kept], marker, color=colour, label=style.title_of(results, medium)
+        )
+        axes.plot(x[~is_kept], value[~is_kept], marker, color=colour, markerfacecolor="white")
     if not coefficients["kept"].all():
         axes.plot([], [], "o", color="#555555", markerfacecolor="white", label="term not kept")
     axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
@@ -139,16 +141,16 @@ def _draw_collapse(
         rows = results[medium].alpha
         angles = (np.radians(rows[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
         model = evaluate(generic, *angles)["zx".index(c)]
-        columns = [f"alpha_{c}_{part}N_per_cm3" for part in ("", "lo_", "hi_")]
+        columns = [f"alpha_{c}_{end}N_per_cm3" for end in ("", "lo_", "hi_")]
         value, low, high = rows[columns].to_numpy(float).T / zeta
         colour, marker = looks[medium]
         axes.vlines(model, low, high, color=colour, linewidth=0.5)
         axes.plot(model, value, marker, color=colour, markersize=1.8, markeredgewidth=0)
         ends += [*model[np.isfinite(model)], *value[np.isfinite(value)]]
-    first, last = (min(ends), max(ends)) if ends else (-1.0, 1.0)
-    margin = 0.05 * (last - first) or 1.0
-    axes.plot([first, last], [first, last], color="black", linewidth=0.6, zorder=0)
-    axes.set(xlim=(first - margin, last + margin), ylim=(first - margin, last + margin))
+    lowest, highest = (min(ends), max(ends)) if ends else (-1.0, 1.0)
+    margin = 0.05 * (highest - lowest) or 1.0
+    axes.plot([lowest, highest], [lowest, highest], color="black", linewidth=0.6, zorder=0)
+    axes.set(xlim=(lowest - margin, highest + margin), ylim=(lowest - margin, highest + margin))
     axes.set_xlabel(rf"generic $\alpha_{c}$ (dimensionless)")
     axes.set_ylabel(f"measured $\\alpha_{c}$ / $\\zeta$\n(dimensionless)")
     axes.set_title("line: perfect collapse", fontsize=6)

@@ -61,10 +61,10 @@ def with_span(value: float, low: float, high: float, digits: int) -> str:
     return number(value, digits) + in_brackets(span(low, high, digits))
 
 
-def half_width(table: pd.DataFrame, component: str, of: str = "") -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `of`: ``_next`` for that of the next push."""
-    high = table[column(component, f"_hi{of}")].astype(float)
-    return (high - table[column(component, f"_lo{of}")].astype(float)) / 2
+def half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
+    """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `suffix`: ``_next`` for that of the next push."""
+    high = table[column(component, f"_hi{suffix}")].astype(float)
+    return (high - table[column(component, f"_lo{suffix}")].astype(float)) / 2
 
 
 def usable(results: Results, media: Iterable[str]) -> list[str]:
@@ -87,9 +87,13 @@ def without_tare(results: Results) -> set[str]:
 def predicted_by(results: Results) -> dict[str, list[str]]:
     """Media in which each profile gave a whole curve of the force on a leg."""
     table = results.table("predicted.csv")
-    whole = table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
-    known = whole.all().loc[lambda one: one].index.to_frame(index=False)
-    return {str(n): list(dict.fromkeys(part["medium"])) for n, part in known.groupby("profile")}
+    curve_groups = (
+        table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
+    )
+    whole_curves = curve_groups.all().loc[lambda is_whole: is_whole].index.to_frame(index=False)
+    return {
+        str(n): list(dict.fromkeys(rows["medium"])) for n, rows in whole_curves.groupby("profile")
+    }
 
 
 def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
@@ -100,8 +104,10 @@ def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
 
 def pushes_of_sands(results: Results) -> str:
     """Write what is known of each natural sand that was pushed."""
-    known = (results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands)
-    places = {(*table["beta_deg"], *table["gamma_deg"]) for table in known if len(table)}
+    alpha_tables = (
+        results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands
+    )
+    places = {(*table["beta_deg"], *table["gamma_deg"]) for table in alpha_tables if len(table)}
     return "one push straight down" if places == {(0, 90)} else "a few pushes"
 
 

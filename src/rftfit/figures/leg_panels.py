@@ -48,9 +48,9 @@ def leg_title(leg: str) -> str:
 
 def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
     """Legs of the tables, the paper's three first; these where the tables have none."""
-    found = dict.fromkeys(str(leg) for table in tables for leg in table["leg"].unique())
-    known = [leg for leg in LEGS if leg in found]
-    return known + [leg for leg in found if leg not in LEGS] or list(LEGS)
+    legs = dict.fromkeys(str(leg) for table in tables for leg in table["leg"].unique())
+    paper_legs = [leg for leg in LEGS if leg in legs]
+    return paper_legs + [leg for leg in legs if leg not in LEGS] or list(LEGS)
 
 
 def curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -71,20 +71,20 @@ class Columns:
     widest: float = 8.0
 
     @property
-    def between(self) -> float:
+    def total_gap(self) -> float:
         """Of all gaps."""
         return (len(self.names) - 1) * self.gap
 
     @property
     def width(self) -> float:
         """Of a panel."""
-        room = style.DOUBLE_CM - self.left - 0.2 - self.between
-        return min(room / len(self.names), self.widest)
+        free_width = style.DOUBLE_CM - self.left - 0.2 - self.total_gap
+        return min(free_width / len(self.names), self.widest)
 
     @property
     def total(self) -> float:
         """Of the page, without the room that a legend may need."""
-        return self.left + len(self.names) * self.width + self.between + 0.2
+        return self.left + len(self.names) * self.width + self.total_gap + 0.2
 
     @property
     def is_wide(self) -> bool:
@@ -106,8 +106,8 @@ class Columns:
 def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
     """Points (x, z) along a leg from axle to tip, cm in the lab frame, the axle over x = 0."""
     x, z, tx, tz, half = leg_outline(leg).body.T
-    last = [x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1]]
-    body = np.vstack([np.column_stack([x - half * tx, z - half * tz]), last])
+    tip = [x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1]]
+    body = np.vstack([np.column_stack([x - half * tx, z - half * tz]), tip])
     (x, z), theta = body.T, np.radians(theta_deg)
     turned_x = x * np.cos(theta) + z * np.sin(theta)
     return np.column_stack([turned_x, z * np.cos(theta) - x * np.sin(theta) + leg.hip_height_cm])
@@ -144,10 +144,10 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
         -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
     )
     # over the axle, from back to front: below it theta grows
-    how = _ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
-    axes.annotate("", xy=end, xytext=start, arrowprops=how)
-    at = side * 0.3 * reach, hip + 0.3 * reach
-    axes.text(*at, r"$\theta$", ha="center", va="center", fontsize=6)
+    arrow_style = _ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
+    axes.annotate("", xy=end, xytext=start, arrowprops=arrow_style)
+    label_position = side * 0.3 * reach, hip + 0.3 * reach
+    axes.text(*label_position, r"$\theta$", ha="center", va="center", fontsize=6)
 
 
 _ARROW = {"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
@@ -162,9 +162,9 @@ def _frame_arrows(axes: Axes, x: float, z: float, length: float) -> None:
 # Forces against theta: drawn, missing or beyond the panel
 
 
-def rows_of(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
+def rows_of(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
     """Rows of a table whose columns have the wanted values, in the order of runs and theta."""
-    for name, value in wanted.items():
+    for name, value in column_values.items():
         table = table[table[name] == value]
     order = [name for name in ("run_id", "theta_deg") if name in table.columns]
     return table.sort_values(order, kind="stable")
@@ -186,7 +186,7 @@ MODEL_BAND = 0.12
 
 def force_columns(component: str) -> list[str]:
     """Columns of a force and of the ends of its interval."""
-    return [f"force_{component}_{part}N" for part in ("", "lo_", "hi_")]
+    return [f"force_{component}_{end}N" for end in ("", "lo_", "hi_")]
 
 
 def has_force(rows: pd.DataFrame, component: str) -> bool:
@@ -197,8 +197,8 @@ def has_force(rows: pd.DataFrame, component: str) -> bool:
 def why_missing(rows: pd.DataFrame) -> str:
     """First reason given in the rows, in brackets, or nothing."""
     reasons = rows["reason"] if "reason" in rows.columns else ()
-    given = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
-    return next((f" ({style.plain(reason)})" for reason in given), "")
+    reason_texts = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
+    return next((f" ({style.plain(reason)})" for reason in reason_texts), "")
 
 
 def add_predicted(
@@ -240,19 +240,24 @@ def force_range(
 
     `inset`: Share of the height that an inset at the upper right takes, and of the width that it leaves.
     """
-    every = np.concatenate([np.zeros(1), *forces])
-    every = every[np.isfinite(every)]
-    low, high = float(every.min()), float(every.max())
+    all_forces = np.concatenate([np.zeros(1), *forces])
+    all_forces = all_forces[np.isfinite(all_forces)]
+    low, high = float(all_forces.min()), float(all_forces.max())
     box = axes.get_window_extent()
-    width_pt, height_pt = (side * 72 / axes.figure.dpi for side in (box.width, box.height))
+    width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
     size = NOTE_PT + (low == high)
     # a letter is about 0.55 of its size wide
     across = max(12, int(0.94 * inset[1] * width_pt / (0.55 * size)))
     lines = [line for note in notes for line in textwrap.wrap(note, across)]
-    how: dict[str, Any] = {"color": style.MARK, "fontsize": size, "linespacing": 1.25, "zorder": 5}
+    text_style: dict[str, Any] = {
+        "color": style.MARK,
+        "fontsize": size,
+        "linespacing": 1.25,
+        "zorder": 5,
+    }
     if low == high:
         axes.set(ylim=(-1, 1), yticks=[])
-        how |= {"x": 0.5, "y": 0.5, "ha": "center", "va": "center"}
+        text_style |= {"x": 0.5, "y": 0.5, "ha": "center", "va": "center"}
         lines = lines or ["nothing to draw"]
     else:
         share = min(0.6, (len(lines) * 1.4 * size + (4 if lines else 0)) / height_pt)
@@ -260,8 +265,8 @@ def force_range(
         margin = 0.06 * (high - low)
         low -= margin
         axes.set_ylim(low, low + (high + margin - low) / (1 - share))
-        how |= {"x": 0.02, "y": 0.985, "ha": "left", "va": "top"}
+        text_style |= {"x": 0.02, "y": 0.985, "ha": "left", "va": "top"}
     if lines:
         # what is cut off runs through the room of the notes
-        how["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        axes.text(s="\n".join(lines), transform=axes.transAxes, **how)
+        text_style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
+        axes.text(s="\n".join(lines), transform=axes.transAxes, **text_style)

@@ -88,8 +88,8 @@ def _model_entries(results: Results, predicted: pd.DataFrame) -> dict[str, Artis
         if profile == "map" and not _has_map(predicted):
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
-        where = " (inset)" if profile == "depth_only" else ""
-        title = f"predicted by {PROFILE_TITLES[profile]}{where}"
+        inset_note = " (inset)" if profile == "depth_only" else ""
+        title = f"predicted by {PROFILE_TITLES[profile]}{inset_note}"
         entries[title] = style.line(colour, linestyle=line)
     entries[f"{style.level(results)} interval of alpha"] = style.band()
     with_error = PROFILE_TITLES[_profile_with_both_bands(predicted)]
@@ -107,7 +107,7 @@ def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
 
 
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
-    notes, seen = [], []
+    notes, drawn_forces = [], []
     dots: style.Look = {
         "color": leg_panels.MEASURED,
         "marker": "o",
@@ -117,7 +117,7 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
     if leg_panels.has_force(measured, c):
         theta, force = leg_panels.with_gaps(measured, f"force_{c}_N")
         axes.plot(theta, force, markersize=1.3, **dots)
-        seen.append(force)
+        drawn_forces.append(force)
     else:
         theta, force = np.zeros((2, 0))
         notes.append("not measured" + leg_panels.why_missing(measured))
@@ -127,14 +127,16 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
         if profile == "map" and rows.empty:
             continue  # a medium that was pushed in every direction has none
         if not leg_panels.has_force(rows, c):
-            why = leg_panels.why_missing(rows)
-            notes.append(f"{PROFILE_TITLES[profile]}: no prediction{why}")
+            reason = leg_panels.why_missing(rows)
+            notes.append(f"{PROFILE_TITLES[profile]}: no prediction{reason}")
         elif profile != "depth_only":
-            both = profile == _profile_with_both_bands(predicted)
-            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2], model=both)
-            seen.append(rows[leg_panels.force_columns(c)].to_numpy(float).ravel())
+            both_bands = profile == _profile_with_both_bands(predicted)
+            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2], model=both_bands)
+            drawn_forces.append(rows[leg_panels.force_columns(c)].to_numpy(float).ravel())
     inset = leg_panels.has_force(baseline, c)
-    leg_panels.force_range(axes, seen, notes, (_INSET, 1 - _INSET) if inset and seen else (0, 1))
+    leg_panels.force_range(
+        axes, drawn_forces, notes, (_INSET, 1 - _INSET) if inset and drawn_forces else (0, 1)
+    )
     if inset:
         small = axes.inset_axes((1 - _INSET, 1.02 - _INSET, _INSET - 0.02, _INSET - 0.04))
         small.plot(theta, force, markersize=0.9, **dots)
@@ -209,7 +211,7 @@ _BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
     """Draw one row of panels a medium by a profile and, without its intervals, by the one `beside` it."""
     predicted, measured = leg_panels.curves(results)
-    others = rows_of(predicted, profile=beside)
+    predicted_beside = rows_of(predicted, profile=beside)
     tables = rows_of(predicted, profile=profile), measured
     lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
@@ -224,15 +226,17 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             top = _ROW_TOP_CM + 0.35 + row * _ROW_PITCH_CM
             axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
-            own = [rows_of(table, medium=medium, leg=leg) for table in (*tables, others)]
-            _draw_leg(axes, own, lines)
-            axes.set_title(_peaks(*own[:2]), fontsize=5.5, loc="left", pad=2)
+            tables_of_leg = [
+                rows_of(table, medium=medium, leg=leg) for table in (*tables, predicted_beside)
+            ]
+            _draw_leg(axes, tables_of_leg, lines)
+            axes.set_title(_peaks(*tables_of_leg[:2]), fontsize=5.5, loc="left", pad=2)
             if column == 0:
                 axes.set_ylabel("force (N)")
                 axes.yaxis.set_label_coords(-0.72 / width, 0.5)
-                at, title = top + _ROW_PANEL_CM / 2, style.plain(results[medium].title)
-                how = {"ha": "left", "va": "center", "weight": "bold", "fontsize": 6.5}
-                style.text_cm(page, 0.12, at, title, rotation=90, **how)
+                title_top, title = top + _ROW_PANEL_CM / 2, style.plain(results[medium].title)
+                text_style = {"ha": "left", "va": "center", "weight": "bold", "fontsize": 6.5}
+                style.text_cm(page, 0.12, title_top, title, rotation=90, **text_style)
     entries = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
         entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
@@ -250,7 +254,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
 def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any]) -> None:
     """Draw what is predicted, measured, and predicted by the profile beside."""
     predicted, measured, beside = tables
-    seen, notes = [], []
+    drawn_forces, notes = [], []
     for table, lack in ((measured, "not measured"), (predicted, "no prediction")):
         missing = [c for c in "zx" if not leg_panels.has_force(table, c)]
         if missing:
@@ -262,36 +266,40 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
             axes.plot(
                 theta, force, "o", color=style.PALE_COLOURS[c], markersize=1.5, markeredgewidth=0
             )
-            seen.append(force)
+            drawn_forces.append(force)
     for c in "zx":
         if leg_panels.has_force(predicted, c):
             colour = style.COMPONENT_COLOURS[c]
             leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model=True)
-            seen.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
+            drawn_forces.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
-            seen.append(force)
-    leg_panels.force_range(axes, seen, notes)
+            drawn_forces.append(force)
+    leg_panels.force_range(axes, drawn_forces, notes)
 
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
     """Largest lift as measured, and predicted with its interval."""
     peaks = []
     if leg_panels.has_force(measured, "z"):
-        known = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
-        theta, force = known.to_numpy(float).T
+        finite_rows = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
+        theta, force = finite_rows.to_numpy(float).T
         highest = measured_peak(theta, force, "z")
-        peaks.append(_three(highest.force_N))
+        peaks.append(_three_digits(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
         peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
-        span = f" ({_three(low)}\N{EN DASH}{_three(high)})" if np.isfinite(low) and low >= 0 else ""
-        peaks.append(f"predicted {_three(peak)}{span}")
+        span = (
+            f" ({_three_digits(low)}\N{EN DASH}{_three_digits(high)})"
+            if np.isfinite(low) and low >= 0
+            else ""
+        )
+        peaks.append(f"predicted {_three_digits(peak)}{span}")
     return "peak lift (N): " + ", ".join(peaks) if peaks else ""
 
 
-def _three(value: float) -> str:
+def _three_digits(value: float) -> str:
     """Write about three digits, with their zeros."""
     digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
     return style.number(value, digits)
@@ -306,9 +314,9 @@ _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1
 
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
     """Say why no medium has a zeta by the configured method."""
-    why = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
+    reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
     method = results.config.fourier.method
-    return (f"no zeta by {method}, so forces cannot be scaled", *why) if why else ()
+    return (f"no zeta by {method}, so forces cannot be scaled", *reasons) if reasons else ()
 
 
 @figure(
@@ -330,8 +338,14 @@ def forces_over_zeta(results: Results) -> Figure:
     Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
     zeta (one and the same curve), its band the widest of their intervals.
     """
-    own = labels.of_method(results, "penetration.csv")
-    zetas = dict(zip(own["medium"], own["zeta"].where(own["zeta"] > 0).astype(float), strict=True))
+    penetration = labels.of_method(results, "penetration.csv")
+    zetas = dict(
+        zip(
+            penetration["medium"],
+            penetration["zeta"].where(penetration["zeta"] > 0).astype(float),
+            strict=True,
+        )
+    )
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
     predicted = rows_of(predicted, profile="generic")
     columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
@@ -381,13 +395,13 @@ def _draw_scaled(
     component: str,
     zetas: Mapping[str, float],
 ) -> None:
-    seen: list[FloatArray] = []
+    drawn_forces: list[FloatArray] = []
     missing = []
     if generic:
         theta, force, low, high = generic
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
         axes.plot(theta, force, color="black", linewidth=1.6)
-        seen += [force, low, high]
+        drawn_forces += [force, low, high]
     looks = style.medium_looks(zetas)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = rows_of(measured, medium=medium)
@@ -395,7 +409,7 @@ def _draw_scaled(
             theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
             line = _DASHES[i % len(_DASHES)]
             axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
-            seen.append(force / zeta)
+            drawn_forces.append(force / zeta)
         else:
             missing.append(style.title_of(results, medium))
     notes = [] if generic else ["no generic prediction"]
@@ -403,7 +417,7 @@ def _draw_scaled(
         notes.append("not measured in any medium")
     elif missing:
         notes.append(f"no curve: {'; '.join(missing)}")
-    leg_panels.force_range(axes, seen, notes)
+    leg_panels.force_range(axes, drawn_forces, notes)
 
 
 # Predicted over measured peak lift of every model, leg and medium
@@ -420,8 +434,8 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 def _without_peaks(results: Results, _: str) -> Sequence[str]:
     """Say that there is no peak, both measured and predicted."""
     table = results.table("leg_errors.csv")
-    known = table[["peak_measured_N", "peak_predicted_N"]].notna().all(axis=1)
-    return () if known.any() else ("no leg was measured in or predicted for any medium",)
+    has_both_peaks = table[["peak_measured_N", "peak_predicted_N"]].notna().all(axis=1)
+    return () if has_both_peaks.any() else ("no leg was measured in or predicted for any medium",)
 
 
 @figure(
@@ -440,14 +454,14 @@ def peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
     table = results.table("leg_errors.csv")
     rows = table[table["component"] == "z"]
-    known = set(rows["medium"])
-    media = [medium for medium in results.config.media if medium in known]
+    media_in_table = set(rows["medium"])
+    media = [medium for medium in results.config.media if medium in media_in_table]
     names = leg_panels.leg_order([rows])
     profiles = [profile for profile in PROFILE_LOOKS if profile in set(rows["profile"])]
     ratios = _ratios(rows)
-    every = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
-    found = [0.6, 1.6, *every[np.isfinite(every)].tolist()]
-    span = min(found) / 1.15, max(found) * 1.15
+    ratio_values = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
+    shown_ratios = [0.6, 1.6, *ratio_values[np.isfinite(ratio_values)].tolist()]
+    span = min(shown_ratios) / 1.15, max(shown_ratios) * 1.15
     height = len(media) * _PEAKS_ROW_CM
     pitch = height + _PEAKS_GAP_CM
     page = style.new_figure(style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * pitch + 2.1)
@@ -458,8 +472,13 @@ def peak_errors(results: Results) -> Figure:
         _prepare(axes, span, [style.title_of(results, name) for name in media])
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
-            own = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
-            _draw_row(axes, place, {str(r["profile"]): r for r in own.to_dict("records")}, profiles)
+            ratios_of_leg = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
+            _draw_row(
+                axes,
+                place,
+                {str(r["profile"]): r for r in ratios_of_leg.to_dict("records")},
+                profiles,
+            )
         label = "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
         style.name_below(axes, label, i == len(names) - 1)
     entries = {}
@@ -476,13 +495,15 @@ def peak_errors(results: Results) -> Figure:
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     """Peak and its interval over the measured peak; NaN where that is no positive number."""
     measured = rows["peak_measured_N"].to_numpy(float)
-    names = [f"peak_predicted_{part}N" for part in ("", "lo_", "hi_")]
+    names = [f"peak_predicted_{end}N" for end in ("", "lo_", "hi_")]
     with np.errstate(divide="ignore", invalid="ignore"):
         peak, *ends = rows[names].to_numpy(float).T / measured
     # a negative peak turns its interval round
     low, high = np.sort(ends, axis=0)
-    good = [np.where(np.isfinite(r) & (r > 0), r, np.nan) for r in (peak, low, high)]
-    return rows.assign(ratio=good[0], ratio_lo=good[1], ratio_hi=good[2])
+    positive_ratios = [np.where(np.isfinite(r) & (r > 0), r, np.nan) for r in (peak, low, high)]
+    return rows.assign(
+        ratio=positive_ratios[0], ratio_lo=positive_ratios[1], ratio_hi=positive_ratios[2]
+    )
 
 
 def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]) -> None:
@@ -496,12 +517,12 @@ def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[f
     (axes.axvline if across else axes.axhline)(1, color="black", linewidth=0.5, zorder=0.5)
     # outward from no error, as far apart as their numbers are wide
     box = axes.get_window_extent()
-    across_pt, high_pt = (side * 72 / axes.figure.dpi for side in (box.width, box.height))
-    apart = np.log(span[1] / span[0]) * (15 / across_pt if across else 9 / high_pt)
+    across_pt, high_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
+    gap = np.log(span[1] / span[0]) * (15 / across_pt if across else 9 / high_pt)
     ticks = [1.0]
     for tick in sorted(_TICKS, key=lambda tick: abs(np.log(tick))):
-        near = min(abs(np.log(tick / other)) for other in ticks)
-        if near > apart and span[0] * np.exp(apart / 2) < tick < span[1] * np.exp(-apart / 2):
+        distance = min(abs(np.log(tick / placed_tick)) for placed_tick in ticks)
+        if distance > gap and span[0] * np.exp(gap / 2) < tick < span[1] * np.exp(-gap / 2):
             ticks.append(tick)
     names = [f"{100 * (t - 1):+.0f}" if t != 1 else "0" for t in ticks]
     axis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
@@ -519,11 +540,15 @@ def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> Non
         axes.axhline(edge, color="#b0b0b0", linewidth=0.3, zorder=0.5)
 
 
-def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence[str]) -> None:
+def _draw_row(
+    axes: Axes, place: int, rows_by_profile: Mapping[str, Row], profiles: Sequence[str]
+) -> None:
     missing, points = [], []
-    drawn = [profile for profile in profiles if profile in own]
-    for i, profile in enumerate(drawn):
-        ratio, low, high = (float(own[profile][n]) for n in ("ratio", "ratio_lo", "ratio_hi"))
+    drawn_profiles = [profile for profile in profiles if profile in rows_by_profile]
+    for i, profile in enumerate(drawn_profiles):
+        ratio, low, high = (
+            float(rows_by_profile[profile][n]) for n in ("ratio", "ratio_lo", "ratio_hi")
+        )
         if not np.isfinite(ratio):
             missing.append(PROFILE_TITLES[profile])
             continue
@@ -531,25 +556,25 @@ def _draw_row(axes: Axes, place: int, own: Mapping[str, Row], profiles: Sequence
             low = axes.get_xlim()[0]  # an interval that includes zero has no end on this axis
         points += [ratio, low, high]
         colour, _, marker = PROFILE_LOOKS[profile]
-        y = place + 0.74 * ((i + 0.5) / len(drawn) - 0.5)
+        y = place + 0.74 * ((i + 0.5) / len(drawn_profiles) - 0.5)
         axes.hlines(y, low, high, color=colour, linewidth=1.0)
         axes.plot(ratio, y, marker, color=colour, markersize=2.9, markeredgewidth=0)
-    if not missing and drawn:
+    if not missing and drawn_profiles:
         return
     message = "nothing predicted"
-    if drawn:
-        reason = own[drawn[0]].get("reason")
-        why = style.plain(reason) if isinstance(reason, str) else ""
-        message = f"no value: {', '.join(missing) if points else why}".removesuffix(": ")
+    if drawn_profiles:
+        reason = rows_by_profile[drawn_profiles[0]].get("reason")
+        reason_text = style.plain(reason) if isinstance(reason, str) else ""
+        message = f"no value: {', '.join(missing) if points else reason_text}".removesuffix(": ")
     # on the side where more room is left
-    first, last = axes.get_xlim()
-    found = [point for point in points if np.isfinite(point)] or [first]
-    right = last / max(found) >= min(found) / first
+    axis_start, axis_end = axes.get_xlim()
+    finite_points = [point for point in points if np.isfinite(point)] or [axis_start]
+    at_right = axis_end / max(finite_points) >= min(finite_points) / axis_start
     axes.text(
-        0.985 if right else 0.015,
+        0.985 if at_right else 0.015,
         place,
         "\n".join(textwrap.wrap(message, 52)),
-        ha="right" if right else "left",
+        ha="right" if at_right else "left",
         va="center",
         fontsize=5.5,
         color=style.MARK,

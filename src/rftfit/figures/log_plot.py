@@ -28,22 +28,22 @@ _PANEL_CM = 3.0
 def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     """Draw a log from its file, thinned where it is long."""
     logs = []
-    for found in surveys:
-        names = [column.name for column in found.columns]
-        own = reader
-        if len(surveys) > 1 or found.unread:
-            own = reader.only(names, keeps_blanks=True)
-        logs.append(thinned(own.stream(found.path), found.used))
+    for survey in surveys:
+        names = [column.name for column in survey.columns]
+        survey_reader = reader
+        if len(surveys) > 1 or survey.unread:
+            survey_reader = reader.only(names, keeps_blanks=True)
+        logs.append(thinned(survey_reader.stream(survey.path), survey.used))
     return draw_log(*logs, time_name=surveys[0].quantities.get("time", "time"))
 
 
 def thinned(blocks: Iterable[Log], rows: int) -> Log:
     """Keep every k-th of so many rows, so that a long log can be drawn in bounded memory."""
-    every = max(1, math.ceil(rows / MOST_ROWS))
-    note = (f"every {every}. row is drawn",) if every > 1 else ()
+    row_step = max(1, math.ceil(rows / MOST_ROWS))
+    note = (f"every {row_step}. row is drawn",) if row_step > 1 else ()
     parts = []
     for log in blocks:
-        columns = {name: values[::every].copy() for name, values in log.columns.items()}
+        columns = {name: values[::row_step].copy() for name, values in log.columns.items()}
         size = next(iter(columns.values())).size
         parts.append(Log(log.path, columns, log.units, size, notes=note))
     return join_blocks(parts)
@@ -61,17 +61,17 @@ def draw_log(*logs: Log, time_name: str = "time") -> Figure:
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
     # counted from the first row: clocks run since midnight
     times = _time(logs[0], time_name)
-    first = times[np.isfinite(times)][:1]
+    first_time = times[np.isfinite(times)][:1]
     for panel, (log, name) in zip(panels, panels_of, strict=True):
         time = _time(log, time_name)
         values = log.columns[name]
-        there = np.isfinite(time) & np.isfinite(values)
-        since_start = (time - first if first.size else time)[there]
-        panel.plot(*_broken(since_start, values[there]), linewidth=0.7)
+        is_finite = np.isfinite(time) & np.isfinite(values)
+        since_start = (time - first_time if first_time.size else time)[is_finite]
+        panel.plot(*_broken(since_start, values[is_finite]), linewidth=0.7)
         unit = log.units.get(name, "")
         panel.set_ylabel(f"{name} ({unit})" if unit else name)
     unit = logs[0].units.get(time_name, "s" if time_name in logs[0].columns else "rows")
-    start = f", counted from {first[0]:.10g} {unit}" if first.size else ""
+    start = f", counted from {first_time[0]:.10g} {unit}" if first_time.size else ""
     panels[-1].set_xlabel(f"time ({unit}){start}")
     thin = [note for note in logs[0].notes if "drawn" in note]
     panels[0].set_title("; ".join([logs[0].path.name, *thin]))

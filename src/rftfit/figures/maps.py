@@ -122,8 +122,8 @@ def _why_no_map(results: Results, _: str) -> tuple[str, ...]:
 
 def _estimated(results: Results) -> list[str]:
     """Media with few pushes whose map could be estimated."""
-    few = _few_pushes(results.campaign)
-    return [name for name in few if len(results.map_table(name))]
+    media = _few_pushes(results.campaign)
+    return [name for name in media if len(results.map_table(name))]
 
 
 @figure(
@@ -151,44 +151,48 @@ def estimated_maps(results: Results) -> Figure:
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    how: style.Look = {
+    marker_style: style.Look = {
         "markersize": 4,
         "clip_on": False,
         "markerfacecolor": "white",
         "color": "black",
     }
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **how)
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **marker_style)
 
 
-def _draw_maps(results: Results, tables: pd.DataFrame, what: str) -> Figure:
-    """Draw maps of alpha and of its half widths, one row a medium; `what`: how it is known.
+def _draw_maps(results: Results, tables: pd.DataFrame, origin: str) -> Figure:
+    """Draw maps of alpha and of its half widths, one row a medium; `origin`: how it is known.
 
     Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
     directions on no grid are dots, over what is interpolated between them.
     """
     heads, level = [], style.level(results)
     for c in "zx":
-        half = f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
-        heads += [f"{what}\n{style.alpha_label(c)}", half]
+        half_width_head = (
+            f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
+        )
+        heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
     page = _page(results, media, heads)
     missing = False
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
-        last = row == len(media) - 1
+        is_last_row = row == len(media) - 1
         scattered = not lies_on_grid(table)
-        between = TableProfile.from_table(table).alpha(*middles()) if scattered else None
+        interpolated = TableProfile.from_table(table).alpha(*middles()) if scattered else None
         for index, c in enumerate("zx"):
             name = f"alpha_{c}_N_per_cm3"
-            axes = empty_map(page, row, 2 * index, (index == 0, last))
-            if between is not None:
-                add_surface(axes, between[index], colours(table[name].to_numpy(float), signed=True))
+            axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
+            if interpolated is not None:
+                add_surface(
+                    axes, interpolated[index], colours(table[name].to_numpy(float), signed=True)
+                )
             add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
-            fine = (_FINE, _FINE, between[index]) if between else pivot(table, name)
+            fine = (_FINE, _FINE, interpolated[index]) if interpolated else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
             width = 1e3 * labels.half_width(table, c)
-            axes = empty_map(page, row, 2 * index + 1, (False, last))
+            axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= has_holes(table, name)
     add_legend(page, missing)
@@ -203,13 +207,18 @@ def _add_plates(axes: Axes) -> None:
     gamma, beta = np.reshape(np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0]), (2, -1))
     b, g = np.radians(beta), np.radians(gamma)
     size = _PLATE_CM * style.CM
-    how: dict[str, Any] = {"units": "inches", "scale_units": "inches", "scale": 1, "angles": "uv"}
+    quiver_style: dict[str, Any] = {
+        "units": "inches",
+        "scale_units": "inches",
+        "scale": 1,
+        "angles": "uv",
+    }
     plate = 2 * size * np.cos(b), -2 * size * np.sin(b)
     no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
-    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **how)
+    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **quiver_style)
     moved = np.stack(conventions.direction(g)) * 1.6 * size
     head: style.Look = {"headwidth": 7, "headlength": 7, "headaxislength": 6}
-    axes.quiver(gamma, beta, *moved, width=0.006, **head, **how)
+    axes.quiver(gamma, beta, *moved, width=0.006, **head, **quiver_style)
 
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
@@ -221,8 +230,8 @@ def has_holes(table: pd.DataFrame, column: str) -> bool:
 def _without_fit(results: Results, _: str) -> Sequence[str]:
     """Say why no medium has nine terms by the configured method."""
     fits = labels.of_method(results, "coefficients.csv")
-    why = why_no_fit(results, fits, "value_N_per_cm3")
-    return (f"no nine-term fit by {results.config.fourier.method}", *why) if why else ()
+    reasons = why_no_fit(results, fits, "value_N_per_cm3")
+    return (f"no nine-term fit by {results.config.fourier.method}", *reasons) if reasons else ()
 
 
 @figure(
@@ -273,23 +282,25 @@ def depth_only_maps(results: Results, medium: str) -> Figure:
     return _draw_models(results, {medium: profile.alpha}, *heads)
 
 
-def _draw_models(results: Results, models: Mapping[str, Model], name: str, left: str) -> Figure:
+def _draw_models(
+    results: Results, models: Mapping[str, Model], name: str, residual_name: str
+) -> Figure:
     """Draw maps of a model, one row a medium, each beside what it leaves of the measured alpha."""
-    heads = [f"{what}\n{style.alpha_label(c)}" for c in "zx" for what in (name, left)]
+    heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
     page = _page(results, list(models), heads)
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
-        at = [np.radians(table[f"{angle}_deg"].to_numpy(float)) for angle in ("beta", "gamma")]
-        last = row == len(models) - 1
+        angles = [np.radians(table[f"{angle}_deg"].to_numpy(float)) for angle in ("beta", "gamma")]
+        is_last_row = row == len(models) - 1
         for index, c in enumerate("zx"):
-            axes = empty_map(page, row, 2 * index, (index == 0, last))
+            axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
             add_bar(page, axes, add_surface(axes, surfaces[index]), c)
             add_signs(axes, c, _FINE, _FINE, surfaces[index])
             name = f"alpha_{c}_N_per_cm3"
-            axes = empty_map(page, row, 2 * index + 1, (False, last))
-            rest = table[name] - model(at[0], at[1])[index]
-            add_bar(page, axes, add_table(axes, table, rest, signed=True))
+            axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
+            residual = table[name] - model(angles[0], angles[1])[index]
+            add_bar(page, axes, add_table(axes, table, residual, signed=True))
             missing |= has_holes(table, name)
     add_legend(page, missing)
     return page
@@ -301,7 +312,9 @@ def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
         return []
     rows = fits.drop_duplicates("medium")
     reasons, titles = zip(rows["medium"], rows["reason"], strict=True), results.campaign.titles
-    return [f"{titles.get(name, name)}: {why}" for name, why in reasons] or ["no laboratory medium"]
+    return [f"{titles.get(name, name)}: {reason}" for name, reason in reasons] or [
+        "no laboratory medium"
+    ]
 
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:
@@ -366,8 +379,8 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     if centres.size == 1:
         return np.array([centres[0] - 5.0, centres[0] + 5.0])
     middle = (centres[1:] + centres[:-1]) / 2
-    first, last = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
-    return np.concatenate([[max(first, -LIMIT_DEG)], middle, [min(last, LIMIT_DEG)]])
+    lower_edge, upper_edge = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
+    return np.concatenate([[max(lower_edge, -LIMIT_DEG)], middle, [min(upper_edge, LIMIT_DEG)]])
 
 
 def _finer(centres: FloatArray) -> FloatArray:
@@ -382,7 +395,7 @@ def refine(
     """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
     beta, gamma = _finer(beta_deg), _finer(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
-    return beta, gamma, np.array([np.interp(beta, beta_deg, one) for one in along_gamma.T]).T
+    return beta, gamma, np.array([np.interp(beta, beta_deg, column) for column in along_gamma.T]).T
 
 
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
@@ -418,14 +431,14 @@ def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
     """Set limits, ticks, and where wanted names and numbers, of a map's axes."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
-    named = (
+    labelled_axes = (
         (axes.xaxis, r"$\gamma$ (degrees)", name_gamma),
         (axes.yaxis, r"$\beta$ (degrees)", name_beta),
     )
-    for axis, name, shown in named:
+    for axis, name, is_labelled in labelled_axes:
         axis.set_major_formatter(lambda value, _: f"{value:.0f}".replace("-", "\N{MINUS SIGN}"))
-        axis.set_tick_params(labelleft=shown, labelbottom=shown)
-        if shown:
+        axis.set_tick_params(labelleft=is_labelled, labelbottom=is_labelled)
+        if is_labelled:
             axis.set_label_text(name)
 
 
@@ -454,26 +467,28 @@ def add_table(
     """Draw one number of each row of an alpha table: as cells on a grid, else as dots, a cross for none."""
     if lies_on_grid(table):
         return add_cells(axes, *pivot(table.assign(shown=values), "shown"), signed)
-    known, unknown = table[values.notna()], table[values.isna()]
-    axes.plot(unknown["gamma_deg"], unknown["beta_deg"], "x", color="#606060", markersize=3)
-    how: style.Look = {
+    measured_cells, empty_cells = table[values.notna()], table[values.isna()]
+    axes.plot(empty_cells["gamma_deg"], empty_cells["beta_deg"], "x", color="#606060", markersize=3)
+    marker_style: style.Look = {
         "s": 16,
         "edgecolors": "black",
         "linewidths": 0.4,
         "zorder": 3,
         "clip_on": False,
     }
-    how |= colours(np.asarray(values, dtype=float), signed)
-    return axes.scatter(known["gamma_deg"], known["beta_deg"], c=values.dropna(), **how)
+    marker_style |= colours(np.asarray(values, dtype=float), signed)
+    return axes.scatter(
+        measured_cells["gamma_deg"], measured_cells["beta_deg"], c=values.dropna(), **marker_style
+    )
 
 
 def add_surface(
     axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
 ) -> ScalarMappable:
     """Draw a continuous signed function, given at `middles`."""
-    how: dict[str, Any] = {"origin": "lower", "interpolation": "nearest", "aspect": "auto"}
-    how |= limits or colours(values, signed=True)
-    return axes.imshow(values, extent=(-90, 90, -90, 90), **how)
+    image_style: dict[str, Any] = {"origin": "lower", "interpolation": "nearest", "aspect": "auto"}
+    image_style |= limits or colours(values, signed=True)
+    return axes.imshow(values, extent=(-90, 90, -90, 90), **image_style)
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
@@ -498,13 +513,15 @@ def add_signs(
         return
     push = np.ma.masked_invalid(along_motion(component, gamma_deg, alpha))
     # below this it is zero to rounding, which must not be shaded
-    least, most = 1e-9 * float(np.abs(finite).max()), float(push.max())
-    if most > least:
-        how: dict[str, Any] = {"levels": [least, most * 1.01], "hatches": [_SHADING]}
-        axes.contourf(gamma_deg, beta_deg, push, colors="none", **how)
+    tolerance, highest = 1e-9 * float(np.abs(finite).max()), float(push.max())
+    if highest > tolerance:
+        hatch_style: dict[str, Any] = {"levels": [tolerance, highest * 1.01], "hatches": [_SHADING]}
+        axes.contourf(gamma_deg, beta_deg, push, colors="none", **hatch_style)
     if finite.min() < 0 < finite.max():
-        known = np.ma.masked_invalid(alpha)
-        axes.contour(gamma_deg, beta_deg, known, levels=[0.0], colors="black", linewidths=0.9)
+        masked_alpha = np.ma.masked_invalid(alpha)
+        axes.contour(
+            gamma_deg, beta_deg, masked_alpha, levels=[0.0], colors="black", linewidths=0.9
+        )
 
 
 _WAYS = {
@@ -514,29 +531,34 @@ _WAYS = {
 """Directions of force at the upper and the lower end of a colour bar."""
 
 
-def add_bar(figure: Figure, axes: Axes, drawn: ScalarMappable, component: str = "") -> None:
+def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str = "") -> None:
     """Add a colour bar at the right of a map; a force `component` has its directions drawn at the ends."""
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
     width = box.width / SIDE_CM
     place = figure.add_axes((box.x1 + 0.09 * width, box.y0, 0.13 * width, box.height))
-    bar = figure.colorbar(drawn, cax=place)
+    bar = figure.colorbar(mappable, cax=place)
     # matplotlib's own strip is drawn through an image of the whole figure, and a pdf keeps all of them
     if bar.solids is not None:
         bar.solids.remove()
     lowest, highest = place.get_ylim()
     strip, extent = np.linspace(lowest, highest, 256)[:, None], (*place.get_xlim(), lowest, highest)
     limits: style.Look = {"vmin": lowest, "vmax": highest}
-    place.imshow(strip, drawn.get_cmap(), extent=extent, origin="lower", aspect="auto", **limits)
+    place.imshow(strip, mappable.get_cmap(), extent=extent, origin="lower", aspect="auto", **limits)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
     place.tick_params(labelsize=5.5, pad=1)
-    look: dict[str, Any] = {"ha": "center", "fontsize": 6.5, "color": "white", "weight": "bold"}
+    text_style: dict[str, Any] = {
+        "ha": "center",
+        "fontsize": 6.5,
+        "color": "white",
+        "weight": "bold",
+    }
     ends = (0.98, "top"), (0.02, "bottom")
-    for way, (y, side) in zip(_WAYS.get(component, ""), ends, strict=False):
-        place.text(0.5, y, way, transform=place.transAxes, va=side, **look)
+    for arrow, (y, alignment) in zip(_WAYS.get(component, ""), ends, strict=False):
+        place.text(0.5, y, arrow, transform=place.transAxes, va=alignment, **text_style)
 
 
 def add_legend(figure: Figure, missing: bool) -> None:

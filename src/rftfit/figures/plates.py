@@ -39,24 +39,32 @@ PUSH = (30.0, 45.0)
 
 def stress_runs(campaign: Campaign) -> list[str]:
     """Choose the runs that are shown: those the config names, or a push and its pull near `PUSH`."""
-    named, where = campaign.config.figures.stress_runs, "config, figures.stress_runs: found"
-    if unknown := [name for name in named if name not in campaign.by_id]:
-        raise InputError(f"{where} {', '.join(unknown)}; allowed: run_id of the run sheet")
-    if flat := [name for name in named if campaign.by_id[name].direction == "horizontal"]:
+    configured_runs, message_head = (
+        campaign.config.figures.stress_runs,
+        "config, figures.stress_runs: found",
+    )
+    if unknown := [name for name in configured_runs if name not in campaign.by_id]:
+        raise InputError(f"{message_head} {', '.join(unknown)}; allowed: run_id of the run sheet")
+    if flat := [name for name in configured_runs if campaign.by_id[name].direction == "horizontal"]:
         allowed = "horizontal runs at one depth; allowed: intrusions and extractions"
-        raise InputError(f"{where} {', '.join(flat)}, {allowed}")
-    if named:
-        return list(named)
-    found: dict[tuple[float, float], dict[str, str]] = {}
+        raise InputError(f"{message_head} {', '.join(flat)}, {allowed}")
+    if configured_runs:
+        return list(configured_runs)
+    runs_by_angles: dict[tuple[float, float], dict[str, str]] = {}
     for medium in campaign.config.media:
-        for run in campaign.runs_of(medium) if not found else ():
+        for run in campaign.runs_of(medium) if not runs_by_angles else ():
             if run.kind == "plate" and run.direction != "horizontal":
-                runs = found.setdefault((run.beta_deg, run.gamma_deg), {})
+                runs = runs_by_angles.setdefault((run.beta_deg, run.gamma_deg), {})
                 runs.setdefault(run.direction, run.run_id)
-    if not found:
+    if not runs_by_angles:
         return []
     # a push without its pull only where there is no pair
-    nearest = found[min(found, key=lambda at: (-len(found[at]), math.dist(at, PUSH)))]
+    nearest = runs_by_angles[
+        min(
+            runs_by_angles,
+            key=lambda angles: (-len(runs_by_angles[angles]), math.dist(angles, PUSH)),
+        )
+    ]
     return [nearest[name] for name in sorted(nearest, reverse=True)]
 
 
@@ -84,25 +92,25 @@ def stress_of_runs(results: Results) -> Figure:
     media = dict.fromkeys(campaign.by_id[run].medium for run in chosen)
     samples = {run: trace for m in media for run, trace in by_run(stress_of(results, m)).items()}
     fits = {row["run_id"]: row for m in media for row in results[m].fits.to_dict("records")}
-    known = sorted(fits.keys() & samples.keys())
-    slanted = [run for run in known if fits[run]["direction"] != "horizontal"]
+    fitted_runs = sorted(fits.keys() & samples.keys())
+    slanted = [run for run in fitted_runs if fits[run]["direction"] != "horizontal"]
     # a run that was refused has nothing to draw
-    drawn = [run for run in chosen if run in slanted] or slanted[:1]
-    if not drawn:
-        why = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
-        return style.missing("no run has a tared stroke to draw against depth", why)
-    across = min(len(drawn), _ACROSS)
-    down = -(-len(drawn) // _ACROSS)
+    drawn_runs = [run for run in chosen if run in slanted] or slanted[:1]
+    if not drawn_runs:
+        reasons = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
+        return style.missing("no run has a tared stroke to draw against depth", reasons)
+    panel_columns = min(len(drawn_runs), _ACROSS)
+    panel_rows = -(-len(drawn_runs) // _ACROSS)
     # one run alone gets the width of two
-    side = _RUN_SIDE_CM + (_RUN_PITCH_CM if across == 1 else 0)
-    width = _RUN_LEFT_CM + max(across - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
+    panel_width = _RUN_SIDE_CM + (_RUN_PITCH_CM if panel_columns == 1 else 0)
+    width = _RUN_LEFT_CM + max(panel_columns - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
     deepest = _reach(campaign.config.legs.values())
-    lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[across])
-    page = style.new_figure(width, down * _RUN_ROW_CM + 0.3 + 0.33 * lines)
-    for i, run in enumerate(drawn):
+    lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[panel_columns])
+    page = style.new_figure(width, panel_rows * _RUN_ROW_CM + 0.3 + 0.33 * lines)
+    for i, run in enumerate(drawn_runs):
         row, column = divmod(i, _ACROSS)
         left, top = _RUN_LEFT_CM + column * _RUN_PITCH_CM, _RUN_TOP_CM + row * _RUN_ROW_CM
-        axes = style.axes_cm(page, left, top, side, _RUN_SIDE_CM)
+        axes = style.axes_cm(page, left, top, panel_width, _RUN_SIDE_CM)
         fit = fits[run]
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
@@ -111,12 +119,16 @@ def stress_of_runs(results: Results) -> Figure:
         style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
         axes.set_xlim(0, None)
         if deepest:
-            how: dict[str, Any] = {"linewidth": 3, "clip_on": False, "solid_capstyle": "butt"}
-            ends, at = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
-            axes.plot(ends, [1, 1], color=_LEGS, transform=at, **how)
+            line_style: dict[str, Any] = {
+                "linewidth": 3,
+                "clip_on": False,
+                "solid_capstyle": "butt",
+            }
+            ends, transform = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
+            axes.plot(ends, [1, 1], color=_LEGS, transform=transform, **line_style)
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
-        if i + _ACROSS >= len(drawn):
+        if i + _ACROSS >= len(drawn_runs):
             axes.set_xlabel("depth (cm)")
         if column == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
@@ -131,7 +143,7 @@ def stress_of_runs(results: Results) -> Figure:
     }
     if deepest:
         entries["depths of legs"] = style.line(_LEGS, linewidth=3)
-    style.legend(page, entries, _LEGEND_COLUMNS[across], borderaxespad=0.3)
+    style.legend(page, entries, _LEGEND_COLUMNS[panel_columns], borderaxespad=0.3)
     return page
 
 
@@ -185,13 +197,13 @@ def linearity(results: Results) -> Figure:
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
-    wanted = runs_of_cells(alpha, cells)
+    run_ids = runs_of_cells(alpha, cells)
     samples: dict[str, Trace] = {}
     for medium in media:
         stress = stress_of(results, medium)
-        samples |= by_run(stress[stress["run_id"].isin(wanted)])
+        samples |= by_run(stress[stress["run_id"].isin(run_ids)])
     fits = results.joined("fits/{medium}.csv", media)
-    rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(wanted)].to_dict("records")}
+    rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(run_ids)].to_dict("records")}
     looks = style.medium_looks(media)
     width = _LEFT_CM + (max(len(cells), 3) - 1) * _PITCH_CM + _SIDE_CM + 0.25
     page = style.new_figure(width, _TOP_CM + 2 * _ROW_CM + 1.45)
@@ -200,17 +212,17 @@ def linearity(results: Results) -> Figure:
         _sketch(style.axes_cm(page, left, 0.62, _SIDE_CM, _SKETCH_CM), beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
         style.text_cm(page, left, 0.5, f"{'ABCDE'[i]}  {head}", va="bottom", fontsize=6.5)
-        own = _rows_at(alpha, beta, gamma)
+        rows_by_medium = _rows_at(alpha, beta, gamma)
         for j, c in enumerate("zx"):
             axes = style.axes_cm(page, left, _TOP_CM + j * _ROW_CM, _SIDE_CM, _ROW_CM - 0.35)
             style.zero_line(axes)
-            lost = []
+            media_without_run = []
             for medium in media:
-                if (row := own.get(medium)) and np.isfinite(alpha_of(row, c)[0]):
+                if (row := rows_by_medium.get(medium)) and np.isfinite(alpha_of(row, c)[0]):
                     _draw_medium(axes, c, row, looks[medium], samples, rows)
                 else:
-                    lost.append(style.title_of(results, medium))
-            _finish(axes, lost, len(lost) < len(media))
+                    media_without_run.append(style.title_of(results, medium))
+            _finish(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", j == 1)
             if i == 0:
                 axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
@@ -229,9 +241,9 @@ def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
     places = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
     if not len(places):
         return list(CELLS)
-    off = np.array([np.hypot(*(places - cell).T) for cell in CELLS])
-    found = [(float(beta), float(gamma)) for beta, gamma in places[off.argmin(axis=1)]]
-    return list(dict.fromkeys(found))
+    distances = np.array([np.hypot(*(places - cell).T) for cell in CELLS])
+    cells = [(float(beta), float(gamma)) for beta, gamma in places[distances.argmin(axis=1)]]
+    return list(dict.fromkeys(cells))
 
 
 def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:
@@ -241,8 +253,8 @@ def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> 
 
 
 def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str, Row]:
-    here = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
-    return {str(row["medium"]): row for row in alpha[here].to_dict("records")}
+    in_cell = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
+    return {str(row["medium"]): row for row in alpha[in_cell].to_dict("records")}
 
 
 def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
@@ -253,19 +265,28 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
     axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
     axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
-    half = 1.05 * _SIDE_CM / _SKETCH_CM
+    half_width = 1.05 * _SIDE_CM / _SKETCH_CM
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
-        corner = np.array([0.12 - half, -0.88])
+        corner = np.array([0.12 - half_width, -0.88])
         arrows += [(corner, corner + np.array([0.55, 0]), "black", "$x$")]
         arrows += [(corner, corner + np.array([0, 0.55]), "black", "$z$")]
-    how = {"arrowstyle": "-|>", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
+    arrow_style = {
+        "arrowstyle": "-|>",
+        "linewidth": 0.7,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "mutation_scale": 5,
+    }
     for start, end, colour, name in arrows:
         axes.annotate(
-            "", xy=(end[0], end[1]), xytext=(start[0], start[1]), arrowprops=how | {"color": colour}
+            "",
+            xy=(end[0], end[1]),
+            xytext=(start[0], start[1]),
+            arrowprops=arrow_style | {"color": colour},
         )
         axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
-    axes.set(xlim=(-half, half), ylim=(-1.0, 1.1))
+    axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1))
     axes.set_axis_off()
 
 
@@ -273,13 +294,13 @@ def _draw_medium(
     axes: Axes,
     c: str,
     row: Row,
-    look: tuple[str, str],
+    colour_marker: tuple[str, str],
     samples: Mapping[str, Trace],
     fits: Mapping[str, Row],
 ) -> None:
     """Draw a cell of one medium."""
     alpha, low, high = alpha_of(row, c)
-    colour, marker = look
+    colour, marker = colour_marker
     point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
     point["color"] = colour
     flat = row["gamma_deg"] == 0
@@ -289,15 +310,15 @@ def _draw_medium(
         ends.append(float(fit["depth_to_cm"]))
         if flat:
             depth = (float(fit["depth_from_cm"]) + float(fit["depth_to_cm"])) / 2
-            mean, least, most = (value * depth for value in alpha_of(fit, c))
-            axes.vlines(depth, least, most, color=colour, linewidth=1.0)
+            mean, stress_low, stress_high = (value * depth for value in alpha_of(fit, c))
+            axes.vlines(depth, stress_low, stress_high, color=colour, linewidth=1.0)
             axes.plot(depth, mean, marker, **point)
         elif trace is not None:
             inside = trace["in_window"] > 0
             for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
                 stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
-                how = {"color": colour, "linewidth": 0.6, "alpha": strength}
-                draw_thin(axes, trace["depth_cm"], stress, 300, **how)
+                line_style = {"color": colour, "linewidth": 0.6, "alpha": strength}
+                draw_thin(axes, trace["depth_cm"], stress, 300, **line_style)
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
@@ -305,12 +326,12 @@ def _draw_medium(
         axes.plot(end, alpha * end, marker, zorder=4, **point)
 
 
-def _finish(axes: Axes, lost: list[str], some: bool) -> None:
-    if lost:
-        how: dict[str, Any] = {"va": "top", "fontsize": _NOTE_PT, "color": style.MARK}
-        text = "\n".join(["no usable run:", *lost])
-        axes.text(0.03, 0.97, text, transform=axes.transAxes, **how)
-    if not some:
+def _finish(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
+    if media_without_run:
+        text_style: dict[str, Any] = {"va": "top", "fontsize": _NOTE_PT, "color": style.MARK}
+        text = "\n".join(["no usable run:", *media_without_run])
+        axes.text(0.03, 0.97, text, transform=axes.transAxes, **text_style)
+    if not any_drawn:
         axes.set(xticks=[], yticks=[])
         return
     axes.set_xlim(0, max(axes.get_xlim()[1], 1.0))

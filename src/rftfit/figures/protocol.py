@@ -78,37 +78,45 @@ def columns_of(results: Results, medium: str) -> list[Column]:
         if not trace:
             continue
         tare, _ = _recorded(samples[names == run.tare_run])
-        own = curves[curves["run_id"] == run.run_id]
-        result = stress.get(run.run_id, {name: own[name].to_numpy(float) for name in _CURVE})
+        leg_curve = curves[curves["run_id"] == run.run_id]
+        result = stress.get(run.run_id, {name: leg_curve[name].to_numpy(float) for name in _CURVE})
         fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
         columns.append(Column(run.direction, _about(run), trace, tare, phases, result, fit))
     return columns
 
 
-def _plates(campaign: Campaign, fits: pd.DataFrame, there: set[str]) -> Iterator[Run]:
+def _plates(campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]) -> Iterator[Run]:
     """For each direction the run nearest to the one that is wanted, of those that gave an alpha."""
     beta, gamma = PUSH
-    wanted = {
+    target_angles = {
         "intrusion": (beta, gamma),
         "extraction": conventions.file_extraction(beta, gamma)[:2],
         "horizontal": (beta, 0.0),
     }
     finite = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().all(axis=1)
-    usable = fits[finite & fits["run_id"].isin(there)]
-    for direction, (b, g) in wanted.items():
-        own = usable[usable["direction"] == direction]
-        if own.empty:
+    usable = fits[finite & fits["run_id"].isin(runs_with_stress)]
+    for direction, (b, g) in target_angles.items():
+        rows_of_direction = usable[usable["direction"] == direction]
+        if rows_of_direction.empty:
             continue
-        away = (own["beta_deg"] - b).abs() + (own["gamma_deg"] - g).abs()
+        distance = (rows_of_direction["beta_deg"] - b).abs() + (
+            rows_of_direction["gamma_deg"] - g
+        ).abs()
         # the deepest of equals: there the forces are largest
-        order = own.assign(away=away.round(1), up=-own["depth_to_cm"].round(1))
+        order = rows_of_direction.assign(
+            away=distance.round(1), up=-rows_of_direction["depth_to_cm"].round(1)
+        )
         yield campaign.by_id[str(order.sort_values(["away", "up", "run_id"])["run_id"].iloc[0])]
 
 
 def _legs(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
     """The first leg of the configuration that was measured."""
-    there = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
-    runs = [run for run in campaign.runs_of(medium) if run.kind == "leg" and run.run_id in there]
+    runs_with_force = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
+    runs = [
+        run
+        for run in campaign.runs_of(medium)
+        if run.kind == "leg" and run.run_id in runs_with_force
+    ]
     order = list(campaign.config.intruders)
     if runs:
         yield min(runs, key=lambda run: (order.index(run.intruder), run.run_id))
@@ -134,13 +142,13 @@ def _about(run: Run) -> str:
     if run.kind == "leg":
         return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
     beta, gamma = style.degrees(run.beta_deg), style.degrees(run.gamma_deg)
-    held = rf"$\beta$ = {beta}"
+    beta_text = rf"$\beta$ = {beta}"
     if run.direction == "horizontal":
-        return f"{held}, {style.number(run.depth_cm, 2)} cm deep"
+        return f"{beta_text}, {style.number(run.depth_cm, 2)} cm deep"
     if run.direction == "intrusion":
-        return rf"{held}, $\gamma$ = {gamma}"
+        return rf"{beta_text}, $\gamma$ = {gamma}"
     filed_beta, filed_gamma, _ = conventions.file_extraction(run.beta_deg, run.gamma_deg)
-    return f"{held}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
+    return f"{beta_text}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
 
 
 @figure(
@@ -164,8 +172,8 @@ def protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
-        what = "no run of which recording and result could be drawn"
-        return style.missing(f"{results.titles[medium]}: {what}")
+        message = "no run of which recording and result could be drawn"
+        return style.missing(f"{results.titles[medium]}: {message}")
     width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
     last_top, last_height = _ROWS_CM[-1]
     page = style.new_figure(width, _TOP_CM + last_top + last_height + (1.75 if width > 14 else 2.4))
@@ -174,24 +182,27 @@ def protocol(results: Results, medium: str) -> Figure:
     for i, column in enumerate(columns):
         left = _LEFT_CM + i * _PITCH_CM
         rows = ((_TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM)
-        above, middle, below = (style.axes_cm(page, left, *row) for row in rows)
+        position_axes, force_axes, result_axes = (style.axes_cm(page, left, *row) for row in rows)
         head = f"{'ABCD'[i]}  {column.kind}"
         style.text_cm(page, left, _TOP_CM - 0.4, head, va="bottom", weight="bold")
         style.text_cm(page, left, _TOP_CM - 0.1, column.about, **small)
-        _draw_position(above, column)
-        _draw_forces(middle, column)
-        above.sharex(middle)
-        above.tick_params(labelbottom=False)
-        middle.set_xlabel("time since stroke began (s)")
+        _draw_position(position_axes, column)
+        _draw_forces(force_axes, column)
+        position_axes.sharex(force_axes)
+        position_axes.tick_params(labelbottom=False)
+        force_axes.set_xlabel("time since stroke began (s)")
         if i == 0:
-            middle.set_ylabel("force on intruder (N)")
-            for axes in (above, middle, below):
+            force_axes.set_ylabel("force on intruder (N)")
+            for axes in (position_axes, force_axes, result_axes):
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
         if column.kind == "rotation":
-            note, label = _draw_leg(below, column), "force, tare taken off (N)"
+            note, label = _draw_leg(result_axes, column), "force, tare taken off (N)"
         else:
-            note, label = _draw_plate(below, column), f"stress ({style.PER_CM2})" if i == 0 else ""
-        below.set_ylabel(label)
+            note, label = (
+                _draw_plate(result_axes, column),
+                f"stress ({style.PER_CM2})" if i == 0 else "",
+            )
+        result_axes.set_ylabel(label)
         style.text_cm(page, left, _TOP_CM + last_top - 0.1, note, **small)
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
     entries = {
@@ -212,8 +223,8 @@ def protocol(results: Results, medium: str) -> Figure:
 
 
 def _shade(axes: Axes, column: Column) -> None:
-    for name, (first, last) in column.phases.items():
-        axes.axvspan(first, last, color=_PHASES[name], linewidth=0)
+    for name, (start, end) in column.phases.items():
+        axes.axvspan(start, end, color=_PHASES[name], linewidth=0)
     style.zero_line(axes)
 
 
@@ -285,22 +296,22 @@ def _draw_leg(axes: Axes, column: Column) -> str:
     for c in "zx":
         force = column.result[f"force_{c}_N"]
         axes.plot(theta, force, ".", color=style.COMPONENT_COLOURS[c], markersize=1.4)
-        known = np.isfinite(force)
-        if known.any():
-            peak = measured_peak(theta[known], force[known], c)
-            where = rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
-            notes.append(rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at {where}")
+        is_finite = np.isfinite(force)
+        if is_finite.any():
+            peak = measured_peak(theta[is_finite], force[is_finite], c)
+            angle_text = rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
+            notes.append(rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at {angle_text}")
         else:
             notes.append(f"no force $F_{c}$")
     axes.set(xlim=leg_panels.THETA_DEG, xticks=range(-90, 91, 45), xlabel=leg_panels.THETA_LABEL)
-    axes.xaxis.set_major_formatter(lambda at, _: f"{at:.0f}".replace("-", "\N{MINUS SIGN}"))
+    axes.xaxis.set_major_formatter(lambda angle, _: f"{angle:.0f}".replace("-", "\N{MINUS SIGN}"))
     return "\n".join(notes)
 
 
 # The tare: what the rod and the mount alone felt, and where that may be used
 
 
-def _known(results: Results, medium: str) -> pd.DataFrame:
+def _runs_with_tare(results: Results, medium: str) -> pd.DataFrame:
     """Slanted plate runs that have a tare."""
     tares = results.table(f"tares/{medium}.csv")
     return tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
@@ -308,13 +319,17 @@ def _known(results: Results, medium: str) -> pd.DataFrame:
 
 def _without_tare(results: Results, medium: str) -> Sequence[str]:
     """Say why no plate run of a medium has a tare."""
-    none = results.config.fit.missing_tare == "none"
-    nothing = "nothing to subtract (fit.missing_tare: none)" if none else str(remark("no-tare"))
-    if len(_known(results, medium)):
+    tare_not_needed = results.config.fit.missing_tare == "none"
+    nothing = (
+        "nothing to subtract (fit.missing_tare: none)"
+        if tare_not_needed
+        else str(remark("no-tare"))
+    )
+    if len(_runs_with_tare(results, medium)):
         return ()
     reasons = dict.fromkeys(results.table(f"tares/{medium}.csv")["reason"])
-    why = [reason or nothing for reason in reasons]
-    return f"{results.titles[medium]}: no plate run has a tare to draw", *why
+    messages = [reason or nothing for reason in reasons]
+    return f"{results.titles[medium]}: no plate run has a tare to draw", *messages
 
 
 @figure(
@@ -332,11 +347,11 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
 def tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     samples = results.table(f"tared/{medium}.parquet")
-    known = _known(results, medium)
-    deepest = known.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
-    part = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
-    depth = part["depth_cm"].to_numpy(float)
-    valid = part["tare_z_N"].notna().to_numpy() & np.isfinite(depth)
+    runs_with_tare = _runs_with_tare(results, medium)
+    deepest = runs_with_tare.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
+    samples_of_run = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
+    depth = samples_of_run["depth_cm"].to_numpy(float)
+    valid = samples_of_run["tare_z_N"].notna().to_numpy() & np.isfinite(depth)
     page = style.new_figure(style.SINGLE_CM, 5.7)
     axes = style.axes_cm(page, 1.35, 0.55, style.SINGLE_CM - 1.65, 3.6)
     if valid.any():
@@ -344,12 +359,12 @@ def tare(results: Results, medium: str) -> Figure:
         axes.axvspan(low, high, color=style.WINDOW, linewidth=0, label="valid range")
     style.zero_line(axes)
     for c, name in (("z", "vertical"), ("x", "horizontal")):
-        look: style.Look = {"color": style.COMPONENT_COLOURS[c], "label": f"{name} $F_{c}$"}
-        axes.plot(depth, part[f"tare_{c}_N"].to_numpy(float), linewidth=0.7, **look)
+        line_style: style.Look = {"color": style.COMPONENT_COLOURS[c], "label": f"{name} $F_{c}$"}
+        axes.plot(depth, samples_of_run[f"tare_{c}_N"].to_numpy(float), linewidth=0.7, **line_style)
     axes.set(xlabel="depth (cm)", ylabel="force on rod and mount (N)")
     if not valid.any():
-        how: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
-        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, **how)
+        text_style: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
+        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, **text_style)
     axes.set_title(style.plain(f"{results[medium].title}: tare {deepest['tare_run']}"), loc="left")
     page.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, borderaxespad=0.3)
     return page
@@ -403,12 +418,14 @@ def clocks(results: Results, medium: str) -> Figure:
     from rftfit.measure.session_clocks import align_pushes
 
     # no table keeps what the estimates were made from
-    found = {run.run_id: one for run, one in align_pushes(results.campaign, medium)}
+    alignment_by_run = {
+        run.run_id: alignment for run, alignment in align_pushes(results.campaign, medium)
+    }
     traces, *_ = ingest_traces(results.campaign, medium, results.session_clocks)
     aligned = [
-        (trace, one)
+        (trace, alignment)
         for trace in traces
-        if isinstance(one := found.get(trace.run.run_id), Alignment)
+        if isinstance(alignment := alignment_by_run.get(trace.run.run_id), Alignment)
     ]
     if not aligned:
         return style.missing(f"{results.titles[medium]}: no run whose clocks were estimated")
@@ -444,16 +461,16 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
 
 def _offset(clock: ClockFit) -> str:
     hours = f"{clock.hours:+d} h " if clock.hours else ""
-    rest = clock.offset_s - 3600 * (clock.hours or 0)
-    return f"clocks {hours}{rest:+.3f} s ± {clock.se_s:.3f} s"
+    seconds = clock.offset_s - 3600 * (clock.hours or 0)
+    return f"clocks {hours}{seconds:+.3f} s ± {clock.se_s:.3f} s"
 
 
-def _draw_lags(axes: Axes, alignment: Alignment, used: ClockFit) -> None:
+def _draw_lags(axes: Axes, alignment: Alignment, session_clock: ClockFit) -> None:
     lag = alignment.profile.lag - alignment.clock.offset_s
     axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
-    half = 1.96 * (alignment.clock.se_s or 0.0)
-    axes.axvspan(-half, half, color=_RED, alpha=0.4, linewidth=0)
-    at_reference = used.motion_time(np.array([alignment.clock.reference_s]))[0]
+    half_width_s = 1.96 * (alignment.clock.se_s or 0.0)
+    axes.axvspan(-half_width_s, half_width_s, color=_RED, alpha=0.4, linewidth=0)
+    at_reference = session_clock.motion_time(np.array([alignment.clock.reference_s]))[0]
     of_session = float(at_reference) - alignment.clock.reference_s - alignment.clock.offset_s
     axes.axvline(of_session, color="black", linewidth=0.8, linestyle=":")
     axes.set_ylabel("unexplained share", fontsize=7.5)
@@ -483,6 +500,6 @@ def _draw_contact(axes: Axes, surface: Surface | None) -> None:
     lo, hi = surface.interval()
     axes.axvspan(lo - surface.depth_cm, hi - surface.depth_cm, color=_RED, alpha=0.3, linewidth=0)
     axes.set_xlim(-0.6, 0.6)
-    near = np.abs(depth) < 0.6
-    axes.set_ylim(-1, float((surface.force - surface.air_N)[near].max()) * 1.05 + 1)
+    near_surface = np.abs(depth) < 0.6
+    axes.set_ylim(-1, float((surface.force - surface.air_N)[near_surface].max()) * 1.05 + 1)
     axes.set_title(f"surface ± {10 * surface.se_cm:.2f} mm", loc="left", fontsize=7.5)

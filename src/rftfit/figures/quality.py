@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 
-def _count(fits: pd.DataFrame, flags: Flags, title: str, what: str = "run") -> str:
+def _count(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
     """Say how many plate runs a medium has, and how many of them need a look."""
     shared = flags.shared(fits)
     marked = sum(bool(problem_text(fit, flags, shared)) for fit in fits.to_dict("records"))
-    return f"{title}: {len(fits)} {what}{'s' * (len(fits) != 1)}, {marked} marked"
+    return f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {marked} marked"
 
 
 @figure(
@@ -57,8 +57,10 @@ def _count(fits: pd.DataFrame, flags: Flags, title: str, what: str = "run") -> s
 )
 def quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
-    data = results[medium]
-    return draw_quality(stress_of(results, medium), data.fits, data.flags, data.title)
+    medium_results = results[medium]
+    return draw_quality(
+        stress_of(results, medium), medium_results.fits, medium_results.flags, medium_results.title
+    )
 
 
 @style.styled()
@@ -123,14 +125,14 @@ class Page:
     """One sheet of paper.
 
     `places`: Row and column of each run.
-    `first`: Whether an empty place means that nothing was measured there; on later pages, which
+    `is_first`: Whether an empty place means that nothing was measured there; on later pages, which
         hold repeated runs, it means nothing.
     """
 
     row_labels: list[str]
     column_labels: list[str]
     places: dict[str, tuple[int, int]]
-    first: bool
+    is_first: bool
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
@@ -148,9 +150,9 @@ def _column_label(gamma: float, direction: str, level: float) -> str:
     return head
 
 
-def _chunks(count: int, most: int) -> Iterator[range]:
-    for start in range(0, count, most):
-        yield range(start, min(start + most, count))
+def _chunks(count: int, max_size: int) -> Iterator[range]:
+    for start in range(0, count, max_size):
+        yield range(start, min(start + max_size, count))
 
 
 def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
@@ -167,34 +169,41 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
     runs = runs.sort_values(["beta_deg", *keys, "run_id"], kind="stable")
     runs["repeat"] = runs.groupby(["beta_deg", *keys]).cumcount()
     pages = []
-    for repeat, part in runs.groupby("repeat"):
-        columns = part[keys].drop_duplicates().sort_values(keys[:3])
+    for repeat, runs_of_repeat in runs.groupby("repeat"):
+        columns = runs_of_repeat[keys].drop_duplicates().sort_values(keys[:3])
         column_of = {key: i for i, key in enumerate(columns.itertuples(index=False, name=None))}
-        betas = sorted(part["beta_deg"].unique())
-        rows = part[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
+        betas = sorted(runs_of_repeat["beta_deg"].unique())
+        rows = runs_of_repeat[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
         place = {str(run): (betas.index(beta), column_of[tuple(key)]) for run, beta, *key in rows}
         if len(place) < LEAST_FILL * len(betas) * len(column_of):
-            pages += _in_turn(list(place))
+            pages += _pages_in_turn(list(place))
             continue
         heads = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
-        for down in _chunks(len(betas), MAX_ROWS):
-            for across in _chunks(len(heads), MAX_COLUMNS):
-                inside = [run for run, (i, j) in place.items() if i in down and j in across]
-                here = {run: (place[run][0] - down[0], place[run][1] - across[0]) for run in inside}
-                if here:
-                    names = [f"β = {style.degrees(betas[i])}" for i in down]
-                    pages.append(Page(names, [heads[j] for j in across], here, repeat == 0))
+        for row_range in _chunks(len(betas), MAX_ROWS):
+            for column_range in _chunks(len(heads), MAX_COLUMNS):
+                runs_on_page = [
+                    run for run, (i, j) in place.items() if i in row_range and j in column_range
+                ]
+                places_on_page = {
+                    run: (place[run][0] - row_range[0], place[run][1] - column_range[0])
+                    for run in runs_on_page
+                }
+                if places_on_page:
+                    names = [f"β = {style.degrees(betas[i])}" for i in row_range]
+                    pages.append(
+                        Page(names, [heads[j] for j in column_range], places_on_page, repeat == 0)
+                    )
     return pages
 
 
-def _in_turn(runs: list[str]) -> list[Page]:
+def _pages_in_turn(runs: list[str]) -> list[Page]:
     """Pages of runs in scattered directions, one panel after the other, each with its own angles."""
     pages = []
-    for part in _chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
-        columns = min(MAX_COLUMNS, len(part))
-        places = {runs[at]: divmod(i, columns) for i, at in enumerate(part)}
-        rows = -(-len(part) // columns)
-        pages.append(Page([""] * rows, [""] * columns, places, first=False))
+    for run_range in _chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
+        columns = min(MAX_COLUMNS, len(run_range))
+        places = {runs[run_index]: divmod(i, columns) for i, run_index in enumerate(run_range)}
+        rows = -(-len(run_range) // columns)
+        pages.append(Page([""] * rows, [""] * columns, places, is_first=False))
     return pages
 
 
@@ -239,8 +248,8 @@ class Sheet:
         self.reach = reach
         self.width = min((WIDTH_CM - LEFT - _RIGHT) / columns, _LARGEST)
         self.height = min((HEIGHT_CM - _TOP - _BOTTOM) / rows, _LARGEST)
-        wide = max(LEFT + columns * self.width + _RIGHT, _NARROWEST)
-        self.paper = wide, _TOP + rows * self.height + _BOTTOM
+        paper_width = max(LEFT + columns * self.width + _RIGHT, _NARROWEST)
+        self.paper = paper_width, _TOP + rows * self.height + _BOTTOM
         self.figure = style.new_figure(*self.paper, dpi=_DPI)
         self.axes: Axes = self.figure.add_axes((0, 0, 1, 1))
         self.axes.set(xlim=(0, self.paper[0]), ylim=(-self.paper[1], 0))
@@ -262,19 +271,19 @@ class Sheet:
     def panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
         """Collect what belongs to one run; `trace` is empty if the run has no samples."""
         left, top = self.corner(*place)
-        bad = problem_text(fit, self.flags, self.shared)
-        self.frame(left, top, style.MARK if bad else "#9a9a9a")
+        problem = problem_text(fit, self.flags, self.shared)
+        self.frame(left, top, style.MARK if problem else "#9a9a9a")
         if trace:
             self._trace(left, top, trace, fit)
-        self._words(left, top, trace, fit, bad)
+        self._write_words(left, top, trace, fit, problem)
 
     def _trace(self, left: float, top: float, trace: Trace, fit: Row) -> None:
         flat = fit["direction"] == "horizontal"
         name = "path_cm" if flat else "depth_cm"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
-        least, most = span(trace)
-        scale = tall / (most - least)
-        zero = top - _HEAD - scale * most
+        lowest, highest = span(trace)
+        scale = tall / (highest - lowest)
+        zero = top - _HEAD - scale * highest
         across = inner / (self.reach[1] if flat else self.reach[0])
         # what was recorded above the surface would stand in the next panel
         along = np.where(trace[name] >= 0, trace[name], np.nan)
@@ -299,43 +308,46 @@ class Sheet:
             if np.isfinite(y).all():
                 self.lines[FIT].append(np.column_stack([left + across * ends, y]))
 
-    def _words(self, left: float, top: float, trace: Trace, fit: Row, bad: str) -> None:
-        def write(x: float, y: float, text: str, size: float, **how: str) -> None:
-            self.axes.text(x, y, style.plain(text), fontsize=size, va="top", **how)  # type: ignore[arg-type]
+    def _write_words(self, left: float, top: float, trace: Trace, fit: Row, problem: str) -> None:
+        def write(x: float, y: float, text: str, size: float, **properties: str) -> None:
+            self.axes.text(x, y, style.plain(text), fontsize=size, va="top", **properties)  # type: ignore[arg-type]
 
         inner, margin = self.width - _GAP, 0.06
-        room = int(inner / 0.13)
+        max_letters = int(inner / 0.13)
         run = str(fit["run_id"])
         # the end of a run's name tells runs apart
-        run = run if len(run) <= room else "\N{HORIZONTAL ELLIPSIS}" + run[1 - room :]
+        run = run if len(run) <= max_letters else "\N{HORIZONTAL ELLIPSIS}" + run[1 - max_letters :]
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         write(left + margin, top - margin, f"{run}\nβ {beta}  γ {gamma}", 5.2)
-        for c, x, side in (("z", left + margin, "left"), ("x", left + inner - margin, "right")):
+        for c, x, alignment in (
+            ("z", left + margin, "left"),
+            ("x", left + inner - margin, "right"),
+        ):
             alpha, colour = float(fit[f"alpha_{c}_N_per_cm3"]), style.COMPONENT_COLOURS[c]
             if np.isfinite(alpha):
                 text = f"α{c} {style.number(alpha)}"
-                write(x, top - 0.54, text, 5.2, color=colour, ha=side)
+                write(x, top - 0.54, text, 5.2, color=colour, ha=alignment)
         if trace:
-            least, most = (f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in span(trace))
-            text = f"stress {least} to {most} N/cm²"
+            lowest, highest = (f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in span(trace))
+            text = f"stress {lowest} to {highest} N/cm²"
             write(left + margin, top - 0.78, text, 4.8, color="#555555")
-        if bad:
-            more = " \N{HORIZONTAL ELLIPSIS}"
-            lines = textwrap.wrap(bad, room - 1, max_lines=4, placeholder=more)
+        if problem:
+            placeholder = " \N{HORIZONTAL ELLIPSIS}"
+            lines = textwrap.wrap(problem, max_letters - 1, max_lines=4, placeholder=placeholder)
             y = top - _HEAD - margin if trace else top - 0.55 * self.height + _GAP + margin
             write(left + margin, y, "\n".join(lines), 5.2, color=style.MARK)
 
     def empty_places(self) -> None:
         """Say in each empty place of a first page that nothing was measured there."""
-        taken = set(self.page.places.values())
+        taken_places = set(self.page.places.values())
         rows, columns = range(len(self.page.row_labels)), range(len(self.page.column_labels))
-        for place in product(rows, columns) if self.page.first else ():
-            if place not in taken:
+        for place in product(rows, columns) if self.page.is_first else ():
+            if place not in taken_places:
                 left, top = self.corner(*place)
                 self.frame(left, top, "#dddddd")
                 middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
-                how: style.Look = {"color": "#888888", "ha": "center", "va": "center"}
-                self.axes.text(*middle, "not measured", fontsize=5.5, **how)
+                text_style: style.Look = {"color": "#888888", "ha": "center", "va": "center"}
+                self.axes.text(*middle, "not measured", fontsize=5.5, **text_style)
 
     def finish(self, title: str, notes: str) -> Figure:
         """Draw everything that was collected; `notes` stand below the title."""
@@ -344,12 +356,17 @@ class Sheet:
         self.axes.add_collection(PolyCollection(self.windows, facecolors=_WINDOW, linewidths=0))
         for pen, lines in self.lines.items():
             # gaps, so that the fit does not hide what it was fitted to
-            how: dict[str, Any] = {"linestyles": [(0, (5, 4))] if pen == FIT else "solid"}
-            how |= {"colors": pen[0], "linewidths": pen[1]}
-            self.axes.add_collection(LineCollection(lines, **how))
+            collection_style: dict[str, Any] = {
+                "linestyles": [(0, (5, 4))] if pen == FIT else "solid"
+            }
+            collection_style |= {"colors": pen[0], "linewidths": pen[1]}
+            self.axes.add_collection(LineCollection(lines, **collection_style))
         for colour, boxes in self.frames.items():
-            how = {"edgecolors": colour, "linewidths": 1.4 if colour == style.MARK else 0.4}
-            self.axes.add_collection(PolyCollection(boxes, facecolors="none", **how))
+            collection_style = {
+                "edgecolors": colour,
+                "linewidths": 1.4 if colour == style.MARK else 0.4,
+            }
+            self.axes.add_collection(PolyCollection(boxes, facecolors="none", **collection_style))
         for i, label in enumerate(self.page.row_labels):
             y = self.corner(i, 0)[1] - (self.height - _GAP) / 2
             self.axes.text(LEFT - 0.2, y, label, fontsize=8, ha="right", va="center", rotation=90)
@@ -358,10 +375,10 @@ class Sheet:
             self.axes.text(x, -_TOP + 0.12, label, fontsize=7, ha="center", va="bottom")
         self.axes.text(LEFT, -0.35, style.plain(title), fontsize=14, va="top")
         self.axes.text(LEFT, -0.98, style.plain(notes), fontsize=8, va="top", color=style.MARK)
-        self._explain()
+        self._add_legend()
         return self.figure
 
-    def _explain(self) -> None:
+    def _add_legend(self) -> None:
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
         names = [(pen, name) for pen, name in names if pen in self.lines]
         entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
@@ -369,9 +386,14 @@ class Sheet:
         entries["fit window"] = style.patch(facecolor=_WINDOW)
         frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
         entries["flagged or without alpha"] = frame
-        how = {"loc": "lower left", "fontsize": 7.5, "borderaxespad": 0, "columnspacing": 1.3}
+        legend_options = {
+            "loc": "lower left",
+            "fontsize": 7.5,
+            "borderaxespad": 0,
+            "columnspacing": 1.3,
+        }
         place = LEFT / self.paper[0], 0.12 / self.paper[1]
-        style.legend(self.figure, entries, len(entries), bbox_to_anchor=place, **how)
+        style.legend(self.figure, entries, len(entries), bbox_to_anchor=place, **legend_options)
         level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
@@ -391,8 +413,10 @@ _NAMED, _NAME = 6, 30
 
 def _compared(results: Results) -> dict[str, pd.DataFrame]:
     """Runs beside the others, of each medium with two or more."""
-    every = {medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory}
-    return {medium: table for medium, table in every.items() if len(table) > 1}
+    table_by_medium = {
+        medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory
+    }
+    return {medium: table for medium, table in table_by_medium.items() if len(table) > 1}
 
 
 @figure(
@@ -419,18 +443,18 @@ def runs_side_by_side(results: Results) -> Figure:
         top = _SIDE_TOP_CM + row * _SIDE_ROW_CM
         title = style.title_of(results, medium)
         style.text_cm(page, _SIDE_LEFT_CM, top - 0.12, title, va="bottom", fontsize=7)
-        apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
+        runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
         for column, c in enumerate("zx"):
             left = _SIDE_LEFT_CM + column * _SIDE_PITCH_CM
             axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_ROW_CM - 0.85)
-            _side_by_side(axes, table, apart, c)
+            _side_by_side(axes, table, runs_apart, c)
             if row == len(tables) - 1:
                 axes.set_xlabel(f"what the others say, {style.alpha_label(c)}")
             if column == 0:
                 axes.set_ylabel(f"run less others ({style.PER_CM3})")
         style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
-        how = {"va": "top", "fontsize": 5.5, "color": style.MARK}
-        style.text_cm(page, _LIST_CM, top + 1.05, _names(apart), **how)
+        text_style = {"va": "top", "fontsize": 5.5, "color": style.MARK}
+        style.text_cm(page, _LIST_CM, top + 1.05, _names(runs_apart), **text_style)
     entries = {
         "three runs of a direction or more": style.dots(style.GREY, 3),
         "one or two": style.dots(style.GREY, 3, markerfacecolor="none"),
@@ -440,26 +464,45 @@ def runs_side_by_side(results: Results) -> Figure:
     return page
 
 
-def _side_by_side(axes: Axes, table: pd.DataFrame, apart: pd.DataFrame, c: str) -> None:
+def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
     style.zero_line(axes)
-    offs = {one: table[f"alpha_{one}_N_per_cm3"] - table[f"others_{one}_N_per_cm3"] for one in "zx"}
-    others, off = table[f"others_{c}_N_per_cm3"], offs[c]
+    differences = {
+        component: table[f"alpha_{component}_N_per_cm3"] - table[f"others_{component}_N_per_cm3"]
+        for component in "zx"
+    }
+    alpha_of_others, difference = table[f"others_{c}_N_per_cm3"], differences[c]
     colour = style.COMPONENT_COLOURS[c]
     size = 3 if len(table) < _MANY_RUNS else 1.8
-    look: style.Look = {"markersize": size, "alpha": 0.7, "color": colour}
+    marker_style: style.Look = {"markersize": size, "alpha": 0.7, "color": colour}
     faces = np.where(table["beside"] == MAP, "none", colour)
     for face in dict.fromkeys(faces):
-        part = faces == face
-        axes.plot(others[part], off[part], "o", markerfacecolor=face, markeredgewidth=0.5, **look)
-    points = zip(others[apart.index], off[apart.index], apart.to_dict("records"), strict=True)
+        has_face = faces == face
+        axes.plot(
+            alpha_of_others[has_face],
+            difference[has_face],
+            "o",
+            markerfacecolor=face,
+            markeredgewidth=0.5,
+            **marker_style,
+        )
+    points = zip(
+        alpha_of_others[runs_apart.index],
+        difference[runs_apart.index],
+        runs_apart.to_dict("records"),
+        strict=True,
+    )
     for number, (x, y, run) in enumerate(points, 1):
         axes.plot(x, y, "o", markersize=4, color=style.MARK)
-        if number <= _NAMED and _most(run) == c:
-            how: style.Look = {"textcoords": "offset points", "fontsize": 5.5, "color": style.MARK}
-            axes.annotate(f"{number}", (x, y), (3, 2), **how)
-    most = 1.15 * float(np.nanmax(np.abs([*offs.values()]), initial=1e-4))
-    axes.set_ylim(-most, most)
+        if number <= _NAMED and _component_apart(run) == c:
+            text_style: style.Look = {
+                "textcoords": "offset points",
+                "fontsize": 5.5,
+                "color": style.MARK,
+            }
+            axes.annotate(f"{number}", (x, y), (3, 2), **text_style)
+    limit = 1.15 * float(np.nanmax(np.abs([*differences.values()]), initial=1e-4))
+    axes.set_ylim(-limit, limit)
     axes.axvline(0, color=style.GREY, linewidth=0.4)
     axes.margins(x=0.08)
     for axis in (axes.xaxis, axes.yaxis):
@@ -474,27 +517,31 @@ def _summary(table: pd.DataFrame) -> str:
     times = table["times_spread"]
     if times.isna().all():
         return f"{len(table)} runs: too few to estimate how much runs differ"
-    offs = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
-    half = [style.number(off.abs().median(), 4) for off in offs]
+    differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
+    medians = [style.number(difference.abs().median(), 4) for difference in differences]
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
-        f"half of them within {half[0]} (z) and {half[1]} (x) {style.PER_CM3}\n"
+        f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}\n"
         f"farthest: {style.number(float(times.max()), 1)} times the spread"
     )
 
 
-def _most(run: Row) -> str:
+def _component_apart(run: Row) -> str:
     """Component in which a run differs most from the others."""
     return "zx"[abs(run["off_x_ratio"]) > abs(run["off_z_ratio"])]
 
 
-def _names(apart: pd.DataFrame) -> str:
+def _names(runs_apart: pd.DataFrame) -> str:
     """Name the runs that stand apart, with their alpha and that of the others where these differ most."""
     lines = []
-    for number, run in enumerate(apart.to_dict("records")[:_NAMED], 1):
-        c = _most(run)
-        own, others = (style.number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others"))
+    for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
+        c = _component_apart(run)
+        alpha_of_run, alpha_of_others = (
+            style.number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others")
+        )
         name = str(run["run_id"])
         name = name if len(name) <= _NAME else "\N{HORIZONTAL ELLIPSIS}" + name[1 - _NAME :]
-        lines.append(rf"{number}  {style.plain(name)}: $\alpha_{c}$ {own} beside {others}")
-    return "\n".join(lines + [f"and {len(apart) - _NAMED} more"] * (len(apart) > _NAMED))
+        lines.append(
+            rf"{number}  {style.plain(name)}: $\alpha_{c}$ {alpha_of_run} beside {alpha_of_others}"
+        )
+    return "\n".join(lines + [f"and {len(runs_apart) - _NAMED} more"] * (len(runs_apart) > _NAMED))

@@ -46,8 +46,8 @@ class Declared:
     `section`: Of the page.
     `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
     `paper`: Number of the paper's figure that it is made after, empty where there is none.
-    `shown`: Whether there is something to see, of results and medium; where not, the figure says why and
-        has no caption.
+    `lacking`: Why there is nothing to see, of results and medium, empty where there is something; else the
+        figure says so and has no caption.
     `settings`: Sections of the configuration that it depends on.
     `logs`: Whether it reads logs.
     `folder`: Below ``results/``.
@@ -81,7 +81,7 @@ class Declared:
         """Path below ``results/`` without the ending."""
         if "{medium}" in self.name:
             return f"{self.folder}/{self.name.format(medium=medium)}"
-        name = "_".join(part for part in (self.name, medium) if part)
+        name = "_".join(word for word in (self.name, medium) if word)
         return f"{self.folder}/{name}"
 
     def caption_of(self, results: Results, medium: str = "") -> str:
@@ -98,7 +98,7 @@ class Declared:
             "{method}": results.config.fourier.method,
         }
         # a title may have braces of its own
-        return re.sub(r"\{\w+\}", lambda found: words[found[0]], greek(str(self.caption)) + paper)
+        return re.sub(r"\{\w+\}", lambda match: words[match[0]], greek(str(self.caption)) + paper)
 
 
 _GREEK = {
@@ -123,7 +123,7 @@ def greek(text: str) -> str:
     """Write quantities and units with Greek letters and signs, as the figures do."""
     for plain, sign in _SIGNS:
         text = re.sub(plain, sign, text)
-    return _QUANTITY.sub(lambda found: _GREEK[found[1]], text)
+    return _QUANTITY.sub(lambda match: _GREEK[match[1]], text)
 
 
 _DECLARED: list[Declared] = []
@@ -134,9 +134,9 @@ def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
     return ("",)
 
 
-def when(there: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
+def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
     """The figure exists once in a campaign that has what it shows."""
-    return lambda campaign: ("",) if there(campaign) else ()
+    return lambda campaign: ("",) if condition(campaign) else ()
 
 
 def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -147,19 +147,21 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
         @styled()
         @wraps(draw)
         def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-            named: Any = args
-            results, *medium = named
+            arguments: Any = args
+            results, *medium = arguments
             words = lacking(results, *(medium or [""]))
-            made = cast("R", missing(words[0], words[1:])) if words else draw(*args, **kwargs)
+            drawn_figures = (
+                cast("R", missing(words[0], words[1:])) if words else draw(*args, **kwargs)
+            )
             if marks := _marks(results, facts["section"], *medium):
-                mark(made, marks)
+                mark(drawn_figures, marks)
             if results.campaign.reenacted:
-                stamp(made, "re-enacted")
-            return made
+                stamp(drawn_figures, "re-enacted")
+            return drawn_figures
 
         # the media that fail a check are named in every figure
-        own = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
-        _DECLARED.append(Declared(name=name, draw=inside, **{"media": single} | facts | own))
+        settings = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
+        _DECLARED.append(Declared(name=name, draw=inside, **{"media": single} | facts | settings))
         return inside
 
     return declare
@@ -168,15 +170,17 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
 def _marks(results: Results, section: str, medium: str = "") -> list[str]:
     """What is to be said of the media that a figure may show, of those that fail a check."""
     campaign, marks = results.campaign, results.marks
-    titles, shown = campaign.titles, list(marks)
+    titles, shown_media = campaign.titles, list(marks)
     if medium in titles:
-        shown = [medium]
+        shown_media = [medium]
     elif section in ("Robot", "Natural sands"):
         robot = (campaign.robot_medium,)
-        shown = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
+        shown_media = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
     elif section == "summary":
-        shown = usable(results, shown) if usable(results, campaign.titles) else shown
-    return [f"{titles[name]}: {say(marks[name])}" for name in shown if name in marks]
+        shown_media = (
+            usable(results, shown_media) if usable(results, campaign.titles) else shown_media
+        )
+    return [f"{titles[name]}: {say(marks[name])}" for name in shown_media if name in marks]
 
 
 @cache
@@ -185,4 +189,4 @@ def figures() -> tuple[Declared, ...]:
     for module in MODULES:
         import_module(f"rftfit.figures.{module}")
     # by module, whichever was imported first
-    return tuple(sorted(_DECLARED, key=lambda one: MODULES.index(one.module)))
+    return tuple(sorted(_DECLARED, key=lambda declared: MODULES.index(declared.module)))

@@ -55,8 +55,10 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
     """Add to a caption what stands beside measured speeds, where there are any."""
 
     def caption_of(results: Results, sweep: str) -> str:
-        known = results.table(f"{sweep or 'robot'}/errors.csv")["measured_cm_per_s"].notna().any()
-        return f"{caption} {good}" if known else caption
+        any_measured = (
+            results.table(f"{sweep or 'robot'}/errors.csv")["measured_cm_per_s"].notna().any()
+        )
+        return f"{caption} {good}" if any_measured else caption
 
     return caption_of
 
@@ -105,7 +107,7 @@ def speed(results: Results, sweep: str) -> Figure:
     Without any measured condition model curves alone are drawn, at seven curvatures.
     """
     speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
-    looks = _shown(speeds, errors)
+    looks = _looks_of_curvatures(speeds, errors)
     page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
     axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
     _frequency_panel(axes, speeds, errors, looks)
@@ -138,20 +140,22 @@ def profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
-    looks, limits, pitch = _shown(speed, errors), _limits(speed, errors), 5.4
+    looks, limits, pitch = _looks_of_curvatures(speed, errors), _limits(speed, errors), 5.4
     page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
     for row, name in enumerate(names):
         top = _TOP_CM + row * pitch
-        own, part = (table[table["profile"] == name] for table in (speed, errors))
-        left = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
-        right = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
-        _frequency_panel(left, own, part, looks)
-        _curvature_panel(right, own, part)
-        for axes, label in ((left, FREQUENCY_LABEL), (right, CURVATURE_LABEL)):
+        speed_rows, error_rows = (table[table["profile"] == name] for table in (speed, errors))
+        frequency_axes = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
+        curvature_axes = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
+        _frequency_panel(frequency_axes, speed_rows, error_rows, looks)
+        _curvature_panel(curvature_axes, speed_rows, error_rows)
+        for axes, label in ((frequency_axes, FREQUENCY_LABEL), (curvature_axes, CURVATURE_LABEL)):
             axes.set_ylim(*limits)
             style.name_below(axes, label, row == len(names) - 1)
-        left.set_ylabel(SPEED_LABEL)
-        left.set_title(PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5)
+        frequency_axes.set_ylabel(SPEED_LABEL)
+        frequency_axes.set_title(
+            PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
+        )
     entries = _speed_entries(looks, errors)
     if (speed["outcome"] == "tipped").any():
         entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
@@ -164,22 +168,30 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     from matplotlib.colors import LinearSegmentedColormap, to_hex
 
     ordered = sorted(set(curvatures))
-    back = [one for one in ordered if one < 0]
-    ahead = [one for one in ordered if one > 0]
-    colours: dict[float, str] = dict.fromkeys([one for one in ordered if one == 0], _FLAT)
-    for part, ends in ((back, _BACK), (ahead, _AHEAD)):
+    backward = [curvature for curvature in ordered if curvature < 0]
+    forward = [curvature for curvature in ordered if curvature > 0]
+    colours: dict[float, str] = dict.fromkeys(
+        [curvature for curvature in ordered if curvature == 0], _FLAT
+    )
+    for same_sign, ends in ((backward, _BACK), (forward, _AHEAD)):
         ramp = LinearSegmentedColormap.from_list("", ends)
-        places = np.linspace(0, 1, len(part)) if len(part) > 1 else [0.5]
-        colours |= {one: to_hex(ramp(at)) for one, at in zip(part, places, strict=True)}
-    return {one: (colours[one], _MARKERS[i % len(_MARKERS)]) for i, one in enumerate(ordered)}
+        places = np.linspace(0, 1, len(same_sign)) if len(same_sign) > 1 else [0.5]
+        colours |= {
+            curvature: to_hex(ramp(place))
+            for curvature, place in zip(same_sign, places, strict=True)
+        }
+    return {
+        curvature: (colours[curvature], _MARKERS[i % len(_MARKERS)])
+        for i, curvature in enumerate(ordered)
+    }
 
 
-def _shown(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
+def _looks_of_curvatures(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
     """Looks of the curvatures that were measured, or of seven of the sweep."""
-    every = sorted(set(errors["curvature_times_R"]) or set(speed["curvature_times_R"]))
-    if errors.empty and len(every) > 7:
-        every = [every[int(i)] for i in np.linspace(0, len(every) - 1, 7).round()]
-    return curvature_looks(every)
+    curvatures = sorted(set(errors["curvature_times_R"]) or set(speed["curvature_times_R"]))
+    if errors.empty and len(curvatures) > 7:
+        curvatures = [curvatures[int(i)] for i in np.linspace(0, len(curvatures) - 1, 7).round()]
+    return curvature_looks(curvatures)
 
 
 def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
@@ -195,30 +207,39 @@ def _frequency_panel(
     curves = _curves(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
-        own_curve = [curve for one, curve in curves.items() if np.isclose(one, curvature)][:1]
+        own_curve = [
+            curve
+            for curve_curvature, curve in curves.items()
+            if np.isclose(curve_curvature, curvature)
+        ][:1]
         # legs at rest, robot at rest
         x, y = np.vstack([np.zeros((1, 2)), *own_curve]).T
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
-        own = errors[np.isclose(errors["curvature_times_R"], curvature)]
-        ends = own["simulated_from_alpha_lo_cm_per_s"], own["simulated_from_alpha_hi_cm_per_s"]
-        axes.vlines(own["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5)
+        error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
+        ends = (
+            error_rows["simulated_from_alpha_lo_cm_per_s"],
+            error_rows["simulated_from_alpha_hi_cm_per_s"],
+        )
+        axes.vlines(
+            error_rows["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5
+        )
         for calibrated, fill in (("no", colour), ("yes", "white")):
-            points = own[own["calibrated"] == calibrated]
+            points = error_rows[error_rows["calibrated"] == calibrated]
             if points.empty:
                 continue
-            at = points["frequency_Hz"], points["measured_cm_per_s"]
+            point_xy = points["frequency_Hz"], points["measured_cm_per_s"]
             bars = points["measured_sd_cm_per_s"].fillna(0)
-            look: style.Look = {
+            marker_style: style.Look = {
                 "color": colour,
                 "markersize": 3.4,
                 "markerfacecolor": fill,
                 "zorder": 3,
             }
-            look |= {"markeredgewidth": 0.7, "elinewidth": 0.6, "capsize": 1.2}
-            axes.errorbar(*at, yerr=bars, fmt=marker, **look)
+            marker_style |= {"markeredgewidth": 0.7, "elinewidth": 0.6, "capsize": 1.2}
+            axes.errorbar(*point_xy, yerr=bars, fmt=marker, **marker_style)
     places = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
-    ringed = errors[np.array([is_of_motion(*at) for at in places], dtype=bool)]
+    ringed = errors[np.array([is_of_motion(*condition) for condition in places], dtype=bool)]
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
     axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
@@ -233,13 +254,23 @@ def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
     moving = table[table["frequency_Hz"] > 0]
     mean = moving.groupby(["curvature_times_R", "frequency_Hz"])[column].mean()
     rows = np.column_stack([*(mean.index.get_level_values(i) for i in (0, 1)), mean]).astype(float)
-    return {float(one): rows[rows[:, 0] == one, 1:] for one in np.unique(rows[:, 0])}
+    return {
+        float(curvature): rows[rows[:, 0] == curvature, 1:] for curvature in np.unique(rows[:, 0])
+    }
 
 
 def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
-    at = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
-    if at:
-        axes.plot(at, np.zeros(len(at)), "x", color=colour, markersize=3, zorder=4, clip_on=False)
+    positions = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
+    if positions:
+        axes.plot(
+            positions,
+            np.zeros(len(positions)),
+            "x",
+            color=colour,
+            markersize=3,
+            zorder=4,
+            clip_on=False,
+        )
 
 
 def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
@@ -251,12 +282,12 @@ def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float 
     return float(np.interp(at_Hz, x, y))
 
 
-def _read(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
+def _speeds_at(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
     """Curvature and speed at one frequency, a row each; NaN where no run is steady."""
-    found = [
+    speed_rows = [
         (curvature, read_at(rows[:, 0], rows[:, 1], at_Hz)) for curvature, rows in curves.items()
     ]
-    return np.array([one for one in found if one[1] is not None], dtype=float).reshape(-1, 2)
+    return np.array([row for row in speed_rows if row[1] is not None], dtype=float).reshape(-1, 2)
 
 
 def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -264,16 +295,25 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
     from matplotlib import colormaps
 
     colours = colormaps[style.SEQUENTIAL](np.linspace(0.02, 0.8, len(READ_HZ)))
-    known = errors[errors["measured_cm_per_s"].notna()]
-    simulated, measured = _curves(speed, "speed_cm_per_s"), _curves(known, "measured_cm_per_s")
+    measured_rows = errors[errors["measured_cm_per_s"].notna()]
+    simulated, measured = (
+        _curves(speed, "speed_cm_per_s"),
+        _curves(measured_rows, "measured_cm_per_s"),
+    )
     tipped = speed[speed["outcome"] == "tipped"]
     for colour, marker, hz in zip(colours, _HZ_MARKERS, READ_HZ, strict=True):
-        line = _read(simulated, hz)
+        line = _speeds_at(simulated, hz)
         axes.plot(*line.T, color=colour, linewidth=1.0)
-        here = tipped[np.isclose(tipped["frequency_Hz"], hz)]
-        _mark_tipped(axes, here, "curvature_times_R", colour)
-        look: dict[str, Any] = {"color": colour, "markersize": 3.4, "markeredgecolor": "black"}
-        axes.plot(*_read(measured, hz).T, marker, markeredgewidth=0.4, zorder=3, **look)
+        tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
+        _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
+        marker_style: dict[str, Any] = {
+            "color": colour,
+            "markersize": 3.4,
+            "markeredgecolor": "black",
+        }
+        axes.plot(
+            *_speeds_at(measured, hz).T, marker, markeredgewidth=0.4, zorder=3, **marker_style
+        )
         line = line[np.isfinite(line[:, 1])]
         if len(line):
             axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
@@ -295,10 +335,10 @@ def _speed_entries(
 ) -> dict[str, Artist]:
     """Entries of a legend that say what colours, lines and points are."""
     entries = {}
-    for one, (colour, marker) in looks.items():
+    for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
         marked = style.line(colour, marker="" if errors.empty else marker, markersize=3.4)
-        entries[f"$R'/r$ = {style.number(one, 2)}"] = marked
+        entries[f"$R'/r$ = {style.number(curvature, 2)}"] = marked
     entries["simulated"] = style.line("black", linewidth=1.0)
     if errors.empty:
         return entries
@@ -325,8 +365,8 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     if not _over_curvature_and_frequency(results, sweep).empty:
         return ()
     speeds = _on_measured_table(results, sweep, "speed")[0]
-    why, *_ = [*speeds["reason"].value_counts().index, "no run of the sweep"]
-    return f"{labels.name_of('table')}: no run of the sweep has a steady speed", str(why)
+    reason, *_ = [*speeds["reason"].value_counts().index, "no run of the sweep"]
+    return f"{labels.name_of('table')}: no run of the sweep has a steady speed", str(reason)
 
 
 @sweep_figure(
@@ -342,30 +382,41 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
 )
 def curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    own, best, known = _on_measured_table(results, sweep, "speed", "optimum", "errors")
+    speed_rows, best, error_rows = _on_measured_table(results, sweep, "speed", "optimum", "errors")
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     table = _over_curvature_and_frequency(results, sweep)
     page = style.new_figure(style.DOUBLE_CM, 8.3)
-    left = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
-    _curvature_panel(left, own, known)
-    left.set_ylim(*_limits(own, known))
-    left.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
-    if len(known):
-        shown = style.line("black"), style.dots("black", 3.4)
+    curvature_axes = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
+    _curvature_panel(curvature_axes, speed_rows, error_rows)
+    curvature_axes.set_ylim(*_limits(speed_rows, error_rows))
+    curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
+    if len(error_rows):
+        handles = style.line("black"), style.dots("black", 3.4)
         names = "simulated", "measured (read between frequencies)"
-        left.legend(shown, names, loc="upper left", frameon=False)
-    right = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
-    whole = table.dropna(axis="columns")
-    cells = (one.to_numpy(float) for one in (whole.columns, whole.index, whole))
-    image = right.pcolormesh(*cells, cmap=style.SEQUENTIAL, shading="nearest", vmin=0)
-    at = best["best_curvature_times_R"]
-    sides = (at - best["reading_lo"]).clip(lower=0), (best["reading_hi"] - at).clip(lower=0)
-    look: style.Look = {"color": "white", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.8}
-    look |= {"capsize": 1.5, "markeredgecolor": "black", "markeredgewidth": 0.4}
-    right.errorbar(at, frequencies, xerr=sides, fmt="o-", **look)
-    right.set(xlim=(-1.04, 1.04), xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
-    right.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
+        curvature_axes.legend(handles, names, loc="upper left", frameon=False)
+    map_axes = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
+    complete_columns = table.dropna(axis="columns")
+    cells = (
+        values.to_numpy(float)
+        for values in (complete_columns.columns, complete_columns.index, complete_columns)
+    )
+    image = map_axes.pcolormesh(*cells, cmap=style.SEQUENTIAL, shading="nearest", vmin=0)
+    best_curvature = best["best_curvature_times_R"]
+    sides = (
+        (best_curvature - best["reading_lo"]).clip(lower=0),
+        (best["reading_hi"] - best_curvature).clip(lower=0),
+    )
+    marker_style: style.Look = {
+        "color": "white",
+        "markersize": 3,
+        "linewidth": 0.8,
+        "elinewidth": 0.8,
+    }
+    marker_style |= {"capsize": 1.5, "markeredgecolor": "black", "markeredgewidth": 0.4}
+    map_axes.errorbar(best_curvature, frequencies, xerr=sides, fmt="o-", **marker_style)
+    map_axes.set(xlim=(-1.04, 1.04), xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
+    map_axes.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
     page.colorbar(image, cax=style.axes_cm(page, 16.5, 0.75, 0.3, 6.1), label=SPEED_LABEL)
     return page
 
@@ -376,7 +427,7 @@ def curvature(results: Results, sweep: str) -> Figure:
 def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
     """Curvature and frequency of the runs of a table, c-leg first, with the rows of each."""
     runs = table.groupby(["curvature_times_R", "frequency_Hz"])
-    return [((float(k), float(f)), part) for (k, f), part in reversed([*runs])]
+    return [((float(k), float(f)), rows) for (k, f), rows in reversed([*runs])]
 
 
 def _run_name(curvature: float, frequency: float) -> str:
@@ -410,23 +461,27 @@ def robot_stance(results: Results) -> Figure:
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
     scale = 3.0 / strongest if strongest > 0 else 0.0
-    for column, (run, part) in enumerate(runs):
+    for column, (run, elements) in enumerate(runs):
         axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
         axes.axhline(0, color=style.SURFACE, linewidth=0.6)
-        legs, standing = part["group"].str.startswith("tripod"), part["group"] == "tripod_1"
+        legs, standing = elements["group"].str.startswith("tripod"), elements["group"] == "tripod_1"
         parts = {"body": ~legs, "other tripod": legs & ~standing, "standing tripod": standing}
         for name, rows in parts.items():
-            ends = part.loc[rows, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
-            look: style.Look = {"colors": _STANCE[name], "linewidths": 1.7, "capstyle": "round"}
-            axes.add_collection(LineCollection(list(ends.reshape(-1, 2, 2)), **look))
-        at = part.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
-        push = part.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
-        felt = np.hypot(*push.T) > 0.01 * strongest
+            ends = elements.loc[rows, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
+            line_style: style.Look = {
+                "colors": _STANCE[name],
+                "linewidths": 1.7,
+                "capstyle": "round",
+            }
+            axes.add_collection(LineCollection(list(ends.reshape(-1, 2, 2)), **line_style))
+        foot = elements.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
+        push = elements.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
+        is_loaded = np.hypot(*push.T) > 0.01 * strongest
         arrows: style.Look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0022}
         arrows |= {"headwidth": 4, "headlength": 5, "color": style.OKABE_ITO["vermillion"]}
-        axes.quiver(*at[felt].T, *(scale * push[felt]).T, zorder=3, **arrows)
+        axes.quiver(*foot[is_loaded].T, *(scale * push[is_loaded]).T, zorder=3, **arrows)
         axes.set_title(_run_name(*run), loc="left", fontsize=7.5)
         axes.plot([-12, -10], [-4.9, -4.9], color="black", linewidth=1)
         axes.text(-11, -4.7, "2 cm", ha="center", va="bottom", fontsize=6)
@@ -504,8 +559,8 @@ def robot_reaction(results: Results) -> Figure:
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]
     page, columns = _panels(motion, 2)
     looks = dict(zip(tripods, _GROUPS, strict=False))
-    for part, panels in columns:
-        _draw_forces(panels, part, looks)
+    for motion_of_run, panels in columns:
+        _draw_forces(panels, motion_of_run, looks)
     labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
     _finish(page, [panels for _, panels in columns], labels)
     _legend(page, looks)
@@ -517,61 +572,72 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
     page, columns = _panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
-    found = False
-    for part, panels in columns:
-        run: Any = part[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
-        time, mean = part["time_s"].to_numpy(float), _mean_speed(part)
-        for curve in [] if measured is None else _aligned(part, _measured(measured, run), run[1]):
+    any_measured = False
+    for motion_of_run, panels in columns:
+        run: Any = motion_of_run[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
+        time, mean = motion_of_run["time_s"].to_numpy(float), _mean_speed(motion_of_run)
+        for curve in (
+            [] if measured is None else _aligned(motion_of_run, _measured(measured, run), run[1])
+        ):
             panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
-            found = True
+            any_measured = True
         for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
-            axes.plot(time, part[name], color="black", linewidth=1)
+            axes.plot(time, motion_of_run[name], color="black", linewidth=1)
         panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=(0, (6, 3)))
         panels[0].set_title(f"{_run_name(*run)}: {mean:.3g} cm/s", fontsize=7)
-        _draw_forces(panels[len(_KINEMATICS) :], part, looks)
+        _draw_forces(panels[len(_KINEMATICS) :], motion_of_run, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
     _finish(page, [panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
-    _legend(page, looks, **curves if found else {})
+    _legend(page, looks, **curves if any_measured else {})
     return page
 
 
 def _measured(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
-    near = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
-    own: pd.DataFrame = strides[near & np.isclose(strides["curvature_times_R"], run[0])]
-    return own
+    near_frequency = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
+    strides_of_run: pd.DataFrame = strides[
+        near_frequency & np.isclose(strides["curvature_times_R"], run[0])
+    ]
+    return strides_of_run
 
 
-def _aligned(part: pd.DataFrame, strides: pd.DataFrame, frequency: float) -> list[FloatArray]:
+def _aligned(
+    motion_of_run: pd.DataFrame, strides: pd.DataFrame, frequency: float
+) -> list[FloatArray]:
     """Measured speed at the simulated moments, each track moved to where it fits best."""
-    phase = part["time_s"].to_numpy(float) * frequency
-    simulated, curves = part["velocity_x_cm_per_s"].to_numpy(float), []
-    for _, own in strides.groupby("run_id"):
-        at, speeds = (own[name].to_numpy(float) for name in ("stride", "velocity_x_cm_per_s"))
-        moved = [np.interp(phase + shift, at, speeds, period=1.0) for shift in at]
-        curves.append(moved[int(np.argmin([np.square(one - simulated).sum() for one in moved]))])
+    phase = motion_of_run["time_s"].to_numpy(float) * frequency
+    simulated, curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []
+    for _, track in strides.groupby("run_id"):
+        stride, speeds = (track[name].to_numpy(float) for name in ("stride", "velocity_x_cm_per_s"))
+        moved = [np.interp(phase + shift, stride, speeds, period=1.0) for shift in stride]
+        curves.append(
+            moved[int(np.argmin([np.square(curve - simulated).sum() for curve in moved]))]
+        )
     return curves
 
 
 def _draw_forces(
-    panels: Sequence[Axes], part: pd.DataFrame, looks: Mapping[str, tuple[str, Any]]
+    panels: Sequence[Axes], motion_of_run: pd.DataFrame, looks: Mapping[str, tuple[str, Any]]
 ) -> None:
     """Draw the forces of groups in two panels: vertical and horizontal."""
     for axes, component in zip(panels, "zx", strict=True):
         for group, (colour, dash) in looks.items():
-            force = _mean_force(part, f"force_{component}_{group}_N")
-            axes.plot(part["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
+            force = _mean_force(motion_of_run, f"force_{component}_{group}_N")
+            axes.plot(motion_of_run["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
         axes.axhline(0, color="black", linewidth=0.4)
 
 
-def _mean_force(part: pd.DataFrame, name: str) -> FloatArray:
+def _mean_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
     """Mean over `MEAN_S` about each sample."""
-    time, force = part["time_s"].to_numpy(float), part[name].to_numpy(float)
-    half = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
+    time, force = motion_of_run["time_s"].to_numpy(float), motion_of_run[name].to_numpy(float)
+    half_window = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
     sums = np.concatenate([np.zeros(1), np.cumsum(force)])
-    at = np.arange(len(force))
-    first, last = np.maximum(at - half, 0), np.minimum(at + half + 1, len(force))
-    mean: FloatArray = (sums[last] - sums[first]) / (last - first)
+    index = np.arange(len(force))
+    starts, ends = (
+        np.maximum(index - half_window, 0),
+        np.minimum(index + half_window + 1, len(force)),
+    )
+    mean: FloatArray = (sums[ends] - sums[starts]) / (ends - starts)
     return mean
 
 
@@ -582,8 +648,8 @@ def group_names(motion: pd.DataFrame) -> list[str]:
     return sorted(names, key=lambda name: not name.startswith("tripod"))
 
 
-def _mean_speed(part: pd.DataFrame) -> float:
-    time, x = part["time_s"].to_numpy(float), part["x_cm"].to_numpy(float)
+def _mean_speed(motion_of_run: pd.DataFrame) -> float:
+    time, x = motion_of_run["time_s"].to_numpy(float), motion_of_run["x_cm"].to_numpy(float)
     return float((x[-1] - x[0]) / (time[-1] - time[0]))
 
 
@@ -597,12 +663,12 @@ def _panels(
     width = _MOTION_LEFT_CM + len(runs) * (panel + _GAP_CM) - _GAP_CM + 0.2
     page = style.new_figure(max(width, 12.0), _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
     columns = []
-    for column, (run, part) in enumerate(runs):
+    for column, (run, motion_of_run) in enumerate(runs):
         left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
         tops = [_MOTION_TOP_CM + row * _PITCH_CM for row in range(rows)]
         panels = [style.axes_cm(page, left, top, panel, _PANEL_CM) for top in tops]
         panels[0].set_title(_run_name(*run), fontsize=7)
-        columns.append((part.sort_values("time_s"), panels))
+        columns.append((motion_of_run.sort_values("time_s"), panels))
     return page, columns
 
 
@@ -613,8 +679,8 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
         for panels in columns:
             panels[row].set_ylim(ends[:, 0].min(), ends[:, 1].max())
             panels[row].margins(x=0)
-            last = row == len(labels) - 1
-            panels[row].tick_params(labelleft=panels is columns[0], labelbottom=last)
+            is_last_row = row == len(labels) - 1
+            panels[row].tick_params(labelleft=panels is columns[0], labelbottom=is_last_row)
         columns[0][row].set_ylabel(label)
     page.align_ylabels(columns[0])
     for panels in columns:
@@ -624,5 +690,5 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
 def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Artist) -> None:
     for group, (colour, dash) in looks.items():
         entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
-    how = {"loc": "upper center", "columnspacing": 1.6, "borderaxespad": 0.1}
-    style.legend(figure, entries, len(entries), **how)
+    legend_options = {"loc": "upper center", "columnspacing": 1.6, "borderaxespad": 0.1}
+    style.legend(figure, entries, len(entries), **legend_options)

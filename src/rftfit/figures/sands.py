@@ -54,12 +54,12 @@ _FITS: dict[str, tuple[str, Any]] = {
 def penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
-    across = min(len(media), _ACROSS)
-    down = -(-len(media) // _ACROSS)
-    width = _LEFT_CM + across * (_SIDE_CM + _GAP_CM) - _GAP_CM + 0.25
+    panel_columns = min(len(media), _ACROSS)
+    panel_rows = -(-len(media) // _ACROSS)
+    width = _LEFT_CM + panel_columns * (_SIDE_CM + _GAP_CM) - _GAP_CM + 0.25
     pitch = _SIDE_CM + 2.1
-    foot = 0.5 if across > 1 else 1.2
-    page = style.new_figure(max(width, style.SINGLE_CM), down * pitch + foot)
+    foot = 0.5 if panel_columns > 1 else 1.2
+    page = style.new_figure(max(width, style.SINGLE_CM), panel_rows * pitch + foot)
     for i, medium in enumerate(media):
         row, column = divmod(i, _ACROSS)
         left, top = _LEFT_CM + column * (_SIDE_CM + _GAP_CM), _TOP_CM + row * pitch
@@ -85,7 +85,7 @@ def penetration(results: Results) -> Figure:
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
     entries[f"{style.level(results)} interval of alpha"] = style.band()
-    columns = 6 if across == _ACROSS else 3 if across > 1 else 2
+    columns = 6 if panel_columns == _ACROSS else 3 if panel_columns > 1 else 2
     style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
     return page
 
@@ -94,9 +94,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     lines, inside = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
-        good = np.isfinite(points).all(axis=1)
-        lines.append(points[good])
-        inside.append(points[good & (trace["in_window"] > 0), 0])
+        is_finite = np.isfinite(points).all(axis=1)
+        lines.append(points[is_finite])
+        inside.append(points[is_finite & (trace["in_window"] > 0), 0])
     depth, stress = np.concatenate([np.empty((0, 2)), *lines]).T
     fitted = np.concatenate([np.empty(0), *inside])
     nothing = "no stress in this test" if runs else "no penetration test"
@@ -104,7 +104,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     stated = max((_value(fits.get("stated"), "linear_to_cm") for fits in tests), default=np.nan)
     of_fits = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
     ends = [end for end in (*depth, *of_fits) if np.isfinite(end)]
-    last = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
+    max_depth = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
     if fitted.size and np.isfinite(stated):
         axes.axvspan(fitted.min(), fitted.max(), color=style.WINDOW, linewidth=0)
     elif np.isfinite(stated):
@@ -112,31 +112,31 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     for line in lines:
         axes.plot(*line.T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
     top = [float(stress.max())] if stress.size else []
-    drawn: set[str] = set()
+    drawn_fits: set[str] = set()
     for fits, (name, (colour, dashes)) in itertools.product(tests, _FITS.items()):
         alpha, low, high, window = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
         if not np.isfinite(alpha):
             continue
-        drawn.add(name)
-        end = window if np.isfinite(window) else last
+        drawn_fits.add(name)
+        end = window if np.isfinite(window) else max_depth
         band = {"color": colour, "alpha": 0.25, "linewidth": 0}
         axes.fill_between([0, end], [0, low * end], [0, high * end], **band)
-        for ends_of, width in (([0, end], 1.1), ([end, last], 0.5)):
+        for ends_of, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
         top.append(alpha * end)
         if name == "detected" and np.isfinite(window) and not _is_whole(fits[name]):
             axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
-    wanted = [name for name in _FITS if any(name in fits for fits in tests)]
-    missing += [f"no fit over the {name} window" for name in wanted if name not in drawn]
-    axes.set(xlim=(0, last), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
+    fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
+    missing += [f"no fit over the {name} window" for name in fit_names if name not in drawn_fits]
+    axes.set(xlim=(0, max_depth), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
     if not top:
         axes.set_yticks([])
     if missing:
-        look: dict[str, Any] = {"va": "top", "color": style.MARK, "fontsize": 6}
-        look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-        axes.text(0.04, 0.96, "\n".join(missing), transform=axes.transAxes, **look)
+        text_style: dict[str, Any] = {"va": "top", "color": style.MARK, "fontsize": 6}
+        text_style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+        axes.text(0.04, 0.96, "\n".join(missing), transform=axes.transAxes, **text_style)
 
 
 def _is_whole(row: Row | None) -> bool:
@@ -152,11 +152,11 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
     lines = []
     for name in _FITS:
         if len(tests) > 1:
-            found = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
-            known = [alpha for alpha in found if np.isfinite(alpha)]
-            if known:
-                ends = f"{style.number(min(known))} to {style.number(max(known))}"
-                head = rf"{len(known)} tests, {name}: $\alpha_z$"
+            values = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
+            alphas = [alpha for alpha in values if np.isfinite(alpha)]
+            if alphas:
+                ends = f"{style.number(min(alphas))} to {style.number(max(alphas))}"
+                head = rf"{len(alphas)} tests, {name}: $\alpha_z$"
                 lines.append(f"{head} = {ends} {style.PER_CM3}")
             continue
         (fits,) = tests

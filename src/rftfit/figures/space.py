@@ -30,11 +30,11 @@ def draw_forces(
     total = np.sqrt((forces[[f"force_{axis}_N" for axis in "xyz"]] ** 2).sum(axis=1, skipna=False))
     pose = 0 if total.isna().all() else int(total.idxmax())
     key = next(iter(motion.columns))
-    at = forces[key].to_numpy()
+    abscissa = forces[key].to_numpy()
     for row, axis in enumerate("xyz"):
         axes = style.axes_cm(page, 1.6, 0.5 + 2.7 * row, 7.6, 2.4)
-        _component(axes, forces, at, axis)
-        axes.axvline(at[pose], color=style.GREY, linewidth=0.4, linestyle=":")
+        _component(axes, forces, abscissa, axis)
+        axes.axvline(abscissa[pose], color=style.GREY, linewidth=0.4, linestyle=":")
         style.name_below(axes, "time (s)" if key == "t_s" else key, axis == "z")
     entries = {"force": style.line("black")}
     if level:
@@ -45,30 +45,30 @@ def draw_forces(
         )
     style.legend(page, entries, 3, loc="lower left")
     _body(page, profile, mesh, motion, pose)
-    where = f"{mesh.name} at {key.partition('_')[0]} = {at[pose]:.4g}"
-    style.text_cm(page, 10.0, 0.5, style.plain(where), va="top")
+    pose_text = f"{mesh.name} at {key.partition('_')[0]} = {abscissa[pose]:.4g}"
+    style.text_cm(page, 10.0, 0.5, style.plain(pose_text), va="top")
     return page
 
 
-def _component(axes: Axes, forces: pd.DataFrame, at: np.ndarray, axis: str) -> None:
+def _component(axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str) -> None:
     """One component of the force over time; interval shaded, error of the law dashed."""
     colour, name = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}"
     value, closure = forces[f"{name}_N"], forces["closure_N"]
     if f"{name}_lo_N" in forces:
         axes.fill_between(
-            at,
+            abscissa,
             forces[f"{name}_lo_N"],
             forces[f"{name}_hi_N"],
             color=colour,
             alpha=0.35,
             linewidth=0,
         )
-    for side in (-1, 1):
-        axes.plot(at, value + side * closure, "--", color=colour, linewidth=0.6)
-    axes.plot(at, value, color=colour)
+    for sign in (-1, 1):
+        axes.plot(abscissa, value + sign * closure, "--", color=colour, linewidth=0.6)
+    axes.plot(abscissa, value, color=colour)
     style.zero_line(axes)
     style.ticks(axes.yaxis, 4)
-    axes.set(ylabel=f"force {axis} (N)", xlim=(at.min(), at.max()))
+    axes.set(ylabel=f"force {axis} (N)", xlim=(abscissa.min(), abscissa.max()))
 
 
 def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: int) -> None:
@@ -90,20 +90,20 @@ def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: in
     corners = mesh.triangles @ turned.T + place
     chosen = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
-    look = {"facecolors": colours[chosen], "edgecolors": "none", "rasterized": True}
-    axes.add_collection3d(Poly3DCollection(corners[chosen], **look))
+    face_style = {"facecolors": colours[chosen], "edgecolors": "none", "rasterized": True}
+    axes.add_collection3d(Poly3DCollection(corners[chosen], **face_style))
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
-    half = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
-    x, y, z = middle[:, None] + half * np.array([-1, 1])
+    half_width = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
+    x, y, z = middle[:, None] + half_width * np.array([-1, 1])
     surface = [[(x[0], y[0], 0), (x[1], y[0], 0), (x[1], y[1], 0), (x[0], y[1], 0)]]
-    if abs(middle[2]) < half:
-        look = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}
-        axes.add_collection3d(Poly3DCollection(surface, **look))
+    if abs(middle[2]) < half_width:
+        face_style = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}
+        axes.add_collection3d(Poly3DCollection(surface, **face_style))
     axes.set(xlim=x, ylim=y, zlim=z, box_aspect=(1, 1, 1))
     axes.set(xlabel="x (cm)", ylabel="y (cm)", zlabel="z (cm)")
     axes.view_init(elev=-12 if moves.size and moves[:, 2].mean() < 0 else 18, azim=-60)
-    for one in (axes.xaxis, axes.yaxis, axes.zaxis):
-        style.ticks(one, 4)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        style.ticks(axis, 4)
     place = page.add_axes((0.935, 0.3, 0.012, 0.45))
-    shown = ScalarMappable(shade, style.SEQUENTIAL)
-    page.colorbar(shown, cax=place, label=f"stress ({style.PER_CM2})")
+    mappable = ScalarMappable(shade, style.SEQUENTIAL)
+    page.colorbar(mappable, cax=place, label=f"stress ({style.PER_CM2})")

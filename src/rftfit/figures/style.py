@@ -89,9 +89,11 @@ def _settings() -> Any:
     import matplotlib as mpl
 
     with as_file(files(__package__).joinpath("rftfit.mplstyle")) as path:
-        own = mpl.rc_params_from_file(path, use_default_template=False)
+        project_settings = mpl.rc_params_from_file(path, use_default_template=False)
     usual = mpl.rcParamsDefault.items()
-    return {key: value for key, value in usual if not key.startswith(_SESSION)} | dict(own)
+    return {key: value for key, value in usual if not key.startswith(_SESSION)} | dict(
+        project_settings
+    )
 
 
 @contextlib.contextmanager
@@ -148,11 +150,15 @@ def degrees(value: float) -> str:
 def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Colour and marker of each medium; names that are not known get what is still free."""
     names = list(dict.fromkeys(media))
-    taken = {name: MEDIUM_LOOKS[name] for name in names if name in MEDIUM_LOOKS}
-    free = [look for look in MEDIUM_LOOKS.values() if look not in taken.values()]
-    free = free or list(MEDIUM_LOOKS.values())
-    unknown = [name for name in names if name not in taken]
-    return taken | {name: free[i % len(free)] for i, name in enumerate(unknown)}
+    taken_looks = {name: MEDIUM_LOOKS[name] for name in names if name in MEDIUM_LOOKS}
+    free_looks = [
+        colour_marker
+        for colour_marker in MEDIUM_LOOKS.values()
+        if colour_marker not in taken_looks.values()
+    ]
+    free_looks = free_looks or list(MEDIUM_LOOKS.values())
+    unknown = [name for name in names if name not in taken_looks]
+    return taken_looks | {name: free_looks[i % len(free_looks)] for i, name in enumerate(unknown)}
 
 
 # Places in centimetres, ticks and legends
@@ -174,17 +180,17 @@ def axes_cm(
     return figure.add_axes((left_cm / width, bottom, width_cm / width, height_cm / height))
 
 
-def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **how: Any) -> None:
+def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **properties: Any) -> None:
     """Write on the figure at a place counted from its upper left corner."""
     width, height = (float(size) / CM for size in figure.get_size_inches())
-    figure.text(left_cm / width, 1 - top_cm / height, text, **how)
+    figure.text(left_cm / width, 1 - top_cm / height, text, **properties)
 
 
-def ticks(axis: Axis, most: int, **how: Any) -> None:
+def ticks(axis: Axis, max_ticks: int, **locator_options: Any) -> None:
     """Put at most so many ticks on an axis, at round numbers."""
     from matplotlib.ticker import MaxNLocator
 
-    axis.set_major_locator(MaxNLocator(most, **how))
+    axis.set_major_locator(MaxNLocator(max_ticks, **locator_options))
 
 
 def zero_line(axes: Axes) -> None:
@@ -192,30 +198,30 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=GREY, linewidth=0.4)
 
 
-def name_below(axes: Axes, label: str, wanted: bool) -> None:
+def name_below(axes: Axes, label: str, is_last_row: bool) -> None:
     """Name and number the axis below where it is wanted: in the last row of a column of panels."""
-    axes.tick_params(labelbottom=wanted)
-    if wanted:
+    axes.tick_params(labelbottom=is_last_row)
+    if is_last_row:
         axes.set_xlabel(label)
 
 
-def dots(colour: str, size: float, **how: Any) -> Artist:
+def dots(colour: str, size: float, **properties: Any) -> Artist:
     """Points of a legend."""
-    return line(colour, marker="o", linestyle="", markersize=size, **how)
+    return line(colour, marker="o", linestyle="", markersize=size, **properties)
 
 
-def line(colour: str, **how: Any) -> Artist:
+def line(colour: str, **properties: Any) -> Artist:
     """Line of a legend."""
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=colour, **how)
+    return Line2D([], [], color=colour, **properties)
 
 
-def patch(**how: Any) -> Artist:
+def patch(**properties: Any) -> Artist:
     """Area of a legend."""
     from matplotlib.patches import Patch
 
-    return Patch(**how)
+    return Patch(**properties)
 
 
 def band(alpha: float = 0.4) -> Artist:
@@ -223,23 +229,23 @@ def band(alpha: float = 0.4) -> Artist:
     return patch(facecolor="#888888", alpha=alpha)
 
 
-def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **how: Any) -> None:
+def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **options: Any) -> None:
     """Explain lines and areas at the foot of a figure."""
     usual: dict[str, Any] = {"loc": "lower center", "columnspacing": 1.2, "borderaxespad": 0.2}
-    figure.legend(list(entries.values()), list(entries), ncols=columns, **usual | how)
+    figure.legend(list(entries.values()), list(entries), ncols=columns, **usual | options)
 
 
 _LINE_CM, _MARGIN_CM = 0.38, 0.4
 
 
 @styled()
-def missing(what: str, reasons: Sequence[str] = ()) -> Figure:
+def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
     """Draw, in place of a figure, what is missing and why."""
-    lines = [one for text in (what, *reasons) for one in textwrap.wrap(text, 110)]
+    lines = [line for text in (message, *reasons) for line in textwrap.wrap(text, 110)]
     figure = new_figure(DOUBLE_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM)
-    for row, one in enumerate(lines):
+    for row, line in enumerate(lines):
         top = _MARGIN_CM + row * _LINE_CM
-        text_cm(figure, _MARGIN_CM, top, plain(one), va="top", fontsize=7)
+        text_cm(figure, _MARGIN_CM, top, plain(line), va="top", fontsize=7)
     return figure
 
 
@@ -250,9 +256,14 @@ def mark(figures: Any, sentences: Sequence[str]) -> None:
     """Write above a figure, or above each page of one, what must be said of the media in it."""
     for page in _pages(figures):
         across = int(15 * page.get_size_inches()[0])  # letters of 7 pt
-        lines = [line for one in sentences for line in textwrap.wrap(plain(one), across)]
-        where = {"va": "bottom", "ha": "center", "fontsize": 7, "color": OKABE_ITO["vermillion"]}
-        page.text(0.5, _ABOVE, "\n".join(lines), **where)
+        lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), across)]
+        text_style = {
+            "va": "bottom",
+            "ha": "center",
+            "fontsize": 7,
+            "color": OKABE_ITO["vermillion"],
+        }
+        page.text(0.5, _ABOVE, "\n".join(lines), **text_style)
 
 
 def stamp(figures: Any, word: str) -> None:
@@ -294,22 +305,22 @@ def _lean_fonts() -> Iterator[None]:
 
     usual = subset.load_font
 
-    def lean(*words: Any, **more: Any) -> Any:
-        font = usual(*words, **more)
+    def lean(*arguments: Any, **keywords: Any) -> Any:
+        font = usual(*arguments, **keywords)
         for table in {"GSUB", "GPOS", "GDEF", "kern"} & {*font.keys()}:
             del font[table]
         return font
 
     subset.load_font = lean
     # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
-    words = logging.getLogger("fontTools")
-    level = words.level
-    words.setLevel(logging.ERROR)
+    logger = logging.getLogger("fontTools")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
     try:
         yield
     finally:
         subset.load_font = usual
-        words.setLevel(level)
+        logger.setLevel(level)
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
@@ -318,30 +329,32 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     The whole file: what matplotlib itself raises on a full disk does not say that it is full.
     """
     # hard compression takes a third of the time of a large png and saves nothing
-    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
+    savefig_options: dict[str, Any] = (
+        {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
+    )
     if any(text.get_position()[1] >= _ABOVE for text in figure.texts):
         # what was written above it belongs to the picture
-        more |= {"bbox_inches": "tight", "pad_inches": 0.05}
+        savefig_options |= {"bbox_inches": "tight", "pad_inches": 0.05}
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
-    whole = BytesIO()
+    buffer = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
     with styled(), _lean_fonts():
-        figure.savefig(whole, format=ending, metadata=metadata, **more)
-    return whole.getvalue()
+        figure.savefig(buffer, format=ending, metadata=metadata, **savefig_options)
+    return buffer.getvalue()
 
 
 def preview(png: bytes) -> bytes:
     """Return a smaller picture of a png, for the page."""
     from PIL import Image
 
-    with Image.open(BytesIO(png)) as whole:
-        picture = whole.convert("RGB")
-    part = PREVIEW if picture.width < 1.1 * DOUBLE_CM * CM * 300 else SHEET
-    size = max(1, round(part * picture.width)), max(1, round(part * picture.height))
+    with Image.open(BytesIO(png)) as png_image:
+        picture = png_image.convert("RGB")
+    scale = PREVIEW if picture.width < 1.1 * DOUBLE_CM * CM * 300 else SHEET
+    size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
     picture = picture.resize(size, Image.Resampling.LANCZOS, reducing_gap=2)
-    made = BytesIO()
-    picture.save(made, "webp", quality=50, method=4)
-    return made.getvalue()
+    buffer = BytesIO()
+    picture.save(buffer, "webp", quality=50, method=4)
+    return buffer.getvalue()
 
 
 def size_of_preview(content: bytes) -> tuple[int, int]:
@@ -358,12 +371,12 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
 def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
     """Write a figure in all `FORMATS`; a point in the name is part of the name."""
     base = Path(base)
-    made = {ending: content(figure, ending, about) for ending in PRINTED}
-    made["webp"] = preview(made["png"])
+    content_by_ending = {ending: content(figure, ending, about) for ending in PRINTED}
+    content_by_ending["webp"] = preview(content_by_ending["png"])
     # not with_suffix: it would cut glass0.3mm_LP at the point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
     for ending, target in targets.items():
-        write_bytes(target, made[ending])
+        write_bytes(target, content_by_ending[ending])
     return list(targets.values())
 
 

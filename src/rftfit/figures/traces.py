@@ -46,22 +46,22 @@ def stress_samples(
     import pandas as pd
 
     ids = _run_ids(tared)
-    named = [campaign.by_id[run].intruder for run in ids.cat.categories]
+    intruders = [campaign.by_id[run].intruder for run in ids.cat.categories]
     # legs have no area and are not drawn here
-    areas = [getattr(campaign.config.intruders[name], "area_cm2", np.nan) for name in named]
+    areas = [getattr(campaign.config.intruders[name], "area_cm2", np.nan) for name in intruders]
     area = np.array(areas, dtype=float)[ids.cat.codes.to_numpy()]
     # extractions are filed with their horizontal stress turned, as alpha_x is
     turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
-    sides = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0)}
+    signs = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0)}
     samples = pd.DataFrame(
         {
             "run_id": ids,
             "depth_cm": tared["depth_cm"],
             "path_cm": tared["path_cm"],
             **{
-                f"{what}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area * side
-                for what, column in (("stress", "force"), ("tare", "tare"))
-                for c, side in sides.items()
+                f"{quantity}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area * sign
+                for quantity, column in (("stress", "force"), ("tare", "tare"))
+                for c, sign in signs.items()
             },
             "in_window": windows["why"].to_numpy() == RowStatus.GOOD,
         }
@@ -72,7 +72,7 @@ def stress_samples(
 
 def stress_of(results: Results, medium: str) -> pd.DataFrame:
     """The `stress_samples` of a medium."""
-    tared, windows = (results.table(f"{part}/{medium}.parquet") for part in ("tared", "windows"))
+    tared, windows = (results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows"))
     return stress_samples(results.campaign, tared, windows, results[medium].fits)
 
 
@@ -101,30 +101,32 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
     Taking the extremes instead of every n-th sample keeps spikes and the width of the noise.
     Returns one array (m, 2) for each stretch between missing samples.
     """
-    good = np.isfinite(x) & np.isfinite(y)
-    if not good.any():
+    is_finite = np.isfinite(x) & np.isfinite(y)
+    if not is_finite.any():
         return []
-    place = np.flatnonzero(good)
+    place = np.flatnonzero(is_finite)
     lines = []
-    for part in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
-        bins = max(1, points * part.size // (2 * place.size))
-        if part.size > 2 * bins:
-            width = part.size // bins
-            bins = part.size // width  # so that less than one stretch is left over
-            body = part[: bins * width].reshape(bins, width)
+    for stretch in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
+        bins = max(1, points * stretch.size // (2 * place.size))
+        if stretch.size > 2 * bins:
+            width = stretch.size // bins
+            bins = stretch.size // width  # so that less than one stretch is left over
+            body = stretch[: bins * width].reshape(bins, width)
             rows = np.arange(bins)
             low = body[rows, y[body].argmin(axis=1)]
             high = body[rows, y[body].argmax(axis=1)]
-            rest = part[bins * width :]
-            part = np.unique(np.concatenate([part[:1], low, high, rest, part[-1:]]))  # noqa: PLW2901
-        lines.append(np.column_stack([x[part], y[part]]))
+            remainder = stretch[bins * width :]
+            stretch = np.unique(np.concatenate([stretch[:1], low, high, remainder, stretch[-1:]]))  # noqa: PLW2901
+        lines.append(np.column_stack([x[stretch], y[stretch]]))
     return lines
 
 
-def draw_thin(axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **how: Any) -> None:
+def draw_thin(
+    axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **properties: Any
+) -> None:
     """Draw a thinned curve: a run has more samples than a panel has dots."""
     for line in thin(x, y, points):
-        axes.plot(*line.T, **how)
+        axes.plot(*line.T, **properties)
 
 
 def round_up_125(value: float) -> float:
@@ -135,13 +137,13 @@ def round_up_125(value: float) -> float:
 
 def span(trace: Trace) -> tuple[float, float]:
     """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
-    every = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
-    every = every[np.isfinite(every)]
-    sides = -every.min(initial=0), every.max(initial=0)
+    stresses = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
+    stresses = stresses[np.isfinite(stresses)]
+    sides = -stresses.min(initial=0), stresses.max(initial=0)
     low, high = (round_up_125(max(side, 1e-3)) for side in sides)
     # less than 0.05 N/cm^2 would blow up mere noise
-    most = max(low, high, 0.05)
-    return (-max(low, most / 5), most) if high >= low else (-most, max(high, most / 5))
+    largest = max(low, high, 0.05)
+    return (-max(low, largest / 5), largest) if high >= low else (-largest, max(high, largest / 5))
 
 
 def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
@@ -154,8 +156,8 @@ def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
 def alpha_text(row: Row, component: str) -> str:
     """Write alpha with the half width of its interval."""
     value, low, high = alpha_of(row, component)
-    half = (high - low) / 2
-    margin = f" \N{PLUS-MINUS SIGN} {number(half, 4)}" if np.isfinite(half) else ""
+    half_width = (high - low) / 2
+    margin = f" \N{PLUS-MINUS SIGN} {number(half_width, 4)}" if np.isfinite(half_width) else ""
     return number(value, 4) + margin
 
 

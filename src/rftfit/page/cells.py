@@ -28,12 +28,12 @@ class Cell:
     """What stands in one place of a table.
 
     `notes`: Small print below; empty ones are left out.
-    `look`: Classes of the style sheet. `link`: Where a click leads.
+    `css_classes`: Classes of the style sheet. `link`: Where a click leads.
     """
 
     text: str
     notes: Sequence[str] = ()
-    look: str = ""
+    css_classes: str = ""
     link: str = ""
 
 
@@ -43,12 +43,12 @@ class Column:
 
     `heading`: With its unit.
     `cell`: What it shows of a row.
-    `look`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
+    `css_classes`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
     """
 
     heading: str
     cell: Callable[[Row], Cell]
-    look: str = ""
+    css_classes: str = ""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,9 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): cell for name, cell in row.items()} for row in table.to_dict("records")]
 
 
-def texts(heading: str, name: str | Callable[[Row], str], note: str = "", look: str = "") -> Column:
+def texts(
+    heading: str, name: str | Callable[[Row], str], note: str = "", css_classes: str = ""
+) -> Column:
     """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
 
     def cell(row: Row) -> Cell:
@@ -78,7 +80,7 @@ def texts(heading: str, name: str | Callable[[Row], str], note: str = "", look: 
         # what is marked up stays so
         return Cell(text if isinstance(text, str) else str(text), _note(row, note))
 
-    return Column(heading, cell, look)
+    return Column(heading, cell, css_classes)
 
 
 Show = Callable[[float | None], str]
@@ -112,8 +114,8 @@ def numbers(
 def span_of_model(row: Row, ends: str, digits: int) -> str:
     """Small print of an interval with the model's own error; `ends` as of `numbers`."""
     lo, hi = (row.get(ends.format(end)) for end in ("lo", "hi"))
-    shown = span(lo, hi, digits)
-    return f"model {shown}" if shown else ""
+    interval_text = span(lo, hi, digits)
+    return f"model {interval_text}" if interval_text else ""
 
 
 def _note(row: Row, name: str) -> tuple[str, ...]:

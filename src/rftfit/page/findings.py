@@ -37,33 +37,46 @@ class Finding(NamedTuple):
 
 def findings(results: Results) -> list[Finding]:
     """How well was measured, what is predicted and why it is off; then the rest."""
-    parts = (_measured, _legs, _theta, _simulated, _why, _pushes, _sands, _robot, _fitted, _turned)
-    return [one for part in parts for one in part(results)]
+    finders = (
+        _measured,
+        _legs,
+        _theta,
+        _simulated,
+        _explanation,
+        _pushes,
+        _sands,
+        _robot,
+        _fitted,
+        _turned,
+    )
+    return [finding for finder in finders for finding in finder(results)]
 
 
 def _measured(results: Results) -> Iterable[Finding]:
     """Whether the data are sound, and how hard the media are to a level plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
-    alike: dict[tuple[str, str], list[str]] = {}
+    media_by_verdict: dict[tuple[str, str], list[str]] = {}
     for name, verdict in verdicts.items():
-        alike.setdefault(verdict, []).append(titles[name])
-    words = {word for word, _ in alike}
-    alike.pop((SOUND, ""), None)
-    good = "yes" if words == {SOUND} else "in part" if SOUND in words else "no"
-    parts = [f"Measured well: {NOT_CHECKED if words == {NOT_CHECKED} else good}"]
+        media_by_verdict.setdefault(verdict, []).append(titles[name])
+    words = {word for word, _ in media_by_verdict}
+    media_by_verdict.pop((SOUND, ""), None)
+    answer = "yes" if words == {SOUND} else "in part" if SOUND in words else "no"
+    parts = [f"Measured well: {NOT_CHECKED if words == {NOT_CHECKED} else answer}"]
     parts.append(_count_checks(results))
-    for (word, why), names in alike.items():
+    for (word, reason), names in media_by_verdict.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(why)}")
-    found = []
+        parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(reason)}")
+    alpha_cells = []
     for name in labels.usable(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
         if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
-            found.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
-    found.sort(key=lambda one: one[0])
+            alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
+    alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = [
         f"{labels.with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
-        for _, name, cell in (found if len(found) < 3 else [found[0], found[-1]])
+        for _, name, cell in (
+            alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
+        )
     ]
     ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
     size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
@@ -73,9 +86,14 @@ def _measured(results: Results) -> Iterable[Finding]:
 def _count_checks(results: Results) -> str:
     """Number of checks that passed wherever they were made, and of those that no medium allows, by name."""
     verdicts = results.checks.groupby("check", sort=False)["verdict"].agg(set)
-    passed = sum(made <= {PASSED, NOT_CHECKED} and PASSED in made for made in verdicts)
+    passed = sum(
+        verdicts_of_check <= {PASSED, NOT_CHECKED} and PASSED in verdicts_of_check
+        for verdicts_of_check in verdicts
+    )
     lacking = [
-        str(check).replace("_", " ") for check, made in verdicts.items() if made == {NOT_CHECKED}
+        str(check).replace("_", " ")
+        for check, verdicts_of_check in verdicts.items()
+        if verdicts_of_check == {NOT_CHECKED}
     ]
     text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
     return f"{text}, {len(lacking)} not possible here: {', '.join(lacking)}" if lacking else text
@@ -85,14 +103,14 @@ def _legs(results: Results) -> Iterable[Finding]:
     """How far measured alpha, or where too few directions were measured the map, can be trusted on legs."""
     profile, lift = _lifts_of_legs(results)
     legs: dict[bool, list[str]] = {True: [], False: []}
-    for leg, part in lift.groupby("leg", sort=False):
-        off = _worst(part)["peak_error_percent"]
-        name = f"{labels.name_of(str(leg))} (worst {labels.percent(off)})"
-        legs[abs(off) <= WITHIN_PERCENT].append(name)
+    for leg, errors_of_leg in lift.groupby("leg", sort=False):
+        worst_error = _worst(errors_of_leg)["peak_error_percent"]
+        name = f"{labels.name_of(str(leg))} (worst {labels.percent(worst_error)})"
+        legs[abs(worst_error) <= WITHIN_PERCENT].append(name)
     if len(lift):
         parts = [
-            f"{'' if near else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
-            for near, names in legs.items()
+            f"{'' if within else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
+            for within, names in legs.items()
             if names
         ]
         sizes = lift["peak_error_percent"].abs()
@@ -106,7 +124,7 @@ def _legs(results: Results) -> Iterable[Finding]:
         )
 
 
-def _why(results: Results) -> Iterable[Finding]:
+def _explanation(results: Results) -> Iterable[Finding]:
     """Whether the stated errors explain the worst peak lift."""
     profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
@@ -116,12 +134,12 @@ def _why(results: Results) -> Iterable[Finding]:
         return
     errors = "the stated errors" if profile == "table" else "the errors of the map"
     can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
-    why = f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
+    sentence = f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
     low, high = worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"]
     if ends := labels.span(low, high, 0):
         does = "includes it" if low <= 0 <= high else "leaves it out too"
-        why += f"; that with the model's own error, {ends} %, {does}"
-    yield Finding(f"Why: {why}.", "legs")
+        sentence += f"; that with the model's own error, {ends} %, {does}"
+    yield Finding(f"Why: {sentence}.", "legs")
 
 
 def _pushes(results: Results) -> Iterable[Finding]:
@@ -130,20 +148,22 @@ def _pushes(results: Results) -> Iterable[Finding]:
     single = False
     for name in labels.usable(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
-        own = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
+        rows_of_medium = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
         lifts = []
-        for leg, part in [] if len(medium.legs) else own.groupby("leg", sort=False):
-            known_force = part[part["force_z_N"].notna()]
-            if len(known_force):
-                top = max(records(known_force), key=lambda row: float(row["force_z_N"]))
+        for leg, rows_of_leg in (
+            [] if len(medium.legs) else rows_of_medium.groupby("leg", sort=False)
+        ):
+            rows_with_force = rows_of_leg[rows_of_leg["force_z_N"].notna()]
+            if len(rows_with_force):
+                top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
                 ends = labels.in_brackets(_two_intervals(top, "force_z_{}_N", 1))
                 lifts.append(
                     f"{number(top['force_z_N'], 1)} N{ends} on the {labels.name_of(str(leg))}"
                 )
         if lifts:
-            known = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
-            single |= known == 1
-            pushes = "one push" if known == 1 else f"{known} directions"
+            direction_count = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
+            single |= direction_count == 1
+            pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
             yield Finding(
                 f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(lifts)}.",
                 "viewer",
@@ -166,24 +186,24 @@ def _sands(results: Results) -> Iterable[Finding]:
     for profile, start in starts.items():
         lifts = []
         lift = _lifts(results, media, profile)
-        for leg, part in lift.groupby("leg", sort=False):
-            worst = _worst(part)
+        for leg, errors_of_leg in lift.groupby("leg", sort=False):
+            worst = _worst(errors_of_leg)
             ends = labels.in_brackets(_two_intervals(worst, "peak_error_{}_percent", 0))
-            off = labels.percent(worst["peak_error_percent"])
-            lifts.append(f"{off}{ends} on the {labels.name_of(str(leg))}")
+            error_text = labels.percent(worst["peak_error_percent"])
+            lifts.append(f"{error_text}{ends} on the {labels.name_of(str(leg))}")
         if lifts:
             yield Finding(f"{start}, the peak lift is off by at most {listed(lifts)}.", "sands")
 
 
 def _two_intervals(row: Mapping[str, Any], ends: str, digits: int) -> str:
     """Interval of alpha and interval with the model's own error, each by name; `ends`: their columns, braces for the end."""
-    named = {"": "of alpha", "model_": "with the model's own error"}
-    shown = []
-    for kind, words in named.items():
+    interval_names = {"": "of alpha", "model_": "with the model's own error"}
+    interval_texts = []
+    for kind, words in interval_names.items():
         low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
         if span := labels.span(low, high, digits):
-            shown.append(f"{span} {words}")
-    return ", ".join(shown)
+            interval_texts.append(f"{span} {words}")
+    return ", ".join(interval_texts)
 
 
 def _simulated(results: Results) -> Iterable[Finding]:
@@ -194,9 +214,9 @@ def _simulated(results: Results) -> Iterable[Finding]:
     # legs that turn faster than resistive forces hold have a warning
     slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
     if len(slow) and errors["measured_cm_per_s"].isna().all():
-        profile = next(one for one in labels.PROFILES if one in set(slow["profile"]))
-        own = records(slow[slow["profile"] == profile])
-        row = max(own, key=lambda row: float(row["speed_cm_per_s"]))
+        profile = next(name for name in labels.PROFILES if name in set(slow["profile"]))
+        rows = records(slow[slow["profile"] == profile])
+        row = max(rows, key=lambda row: float(row["speed_cm_per_s"]))
         yield Finding(
             f"Simulated with the {labels.name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
             f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
@@ -212,10 +232,10 @@ def _theta(results: Results) -> Iterable[Finding]:
         lo, hi = row["theta_error_lo_deg"], row["theta_error_hi_deg"]
         if lo <= 0 <= hi:
             return
-        side = "larger" if lo > 0 else "smaller"
+        size_word = "larger" if lo > 0 else "smaller"
         ends = sorted((abs(lo), abs(hi)))
         yield Finding(
-            f"Forces on the legs begin at a {side} theta than the legs reach the surface: theta of the logs is off by "
+            f"Forces on the legs begin at a {size_word} theta than the legs reach the surface: theta of the logs is off by "
             f"{number(row['theta_error_deg'], 1)} degrees ({number(ends[0], 1)} to {number(ends[1], 1)}), and the errors of "
             "the model on legs contain that.",
             "legs",
@@ -228,11 +248,11 @@ def _robot(results: Results) -> Iterable[Finding]:
         return
     errors = results.table("robot/errors.csv")
     for profile, source in (("table", "with the measured alpha"), ("map", "with the map")):
-        own = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
-        if own["error_percent"].notna().any():
-            near, of = share_within(own, 20)
+        measured_rows = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
+        if measured_rows["error_percent"].notna().any():
+            count, total = share_within(measured_rows, 20)
             yield Finding(
-                f"Simulated {source}, the robot's speed is within 20 % of the measured one in {near} of {of} conditions.",
+                f"Simulated {source}, the robot's speed is within 20 % of the measured one in {count} of {total} conditions.",
                 "robot",
             )
             return
@@ -244,9 +264,9 @@ def _fitted(results: Results) -> Iterable[Finding]:
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
     missed = []
     for row in records(rows[rows["medium"].isin(labels.usable(results, results.laboratory))]):
-        known = results[row["medium"]].alpha["alpha_z_N_per_cm3"].dropna()
-        if len(known) > len(TERMS):  # fewer directions are met whatever the medium is
-            missed.append(100 * row["misfit_rms_N_per_cm3"] / known.abs().max())
+        alpha = results[row["medium"]].alpha["alpha_z_N_per_cm3"].dropna()
+        if len(alpha) > len(TERMS):  # fewer directions are met whatever the medium is
+            missed.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
     if missed:
         ends = dict.fromkeys(number(end, 0) for end in (min(missed), max(missed)))
         yield Finding(
@@ -261,13 +281,19 @@ def _turned(results: Results) -> Iterable[Finding]:
     table = table[table["medium"].isin(labels.usable(results, results.laboratory))]
     peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
     lift: dict[Any, float] = dict(peaks.dropna().to_dict())
-    above = {
+    reversed_is_higher = {
         (medium, profile): lift[medium, profile, REVERSED] > lift[medium, profile, FLAT]
         for medium, profile, leg in lift
         if leg == REVERSED and (medium, profile, FLAT) in lift
     }
-    media = [m for m, profile in above if profile == "table" and (m, "fourier") in above]
-    turned = [m for m in media if above[m, "fourier"] and not above[m, "table"]]
+    media = [
+        m
+        for m, profile in reversed_is_higher
+        if profile == "table" and (m, "fourier") in reversed_is_higher
+    ]
+    turned = [
+        m for m in media if reversed_is_higher[m, "fourier"] and not reversed_is_higher[m, "table"]
+    ]
     if turned:
         yield Finding(
             f"In {len(turned)} of {len(media)} media the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
@@ -287,8 +313,8 @@ def _lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
 def _lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
     """Errors of peak lift that are known."""
     table = results.table("leg_errors.csv")
-    own = table["medium"].isin(list(media)) & (table["profile"] == profile)
-    return table[own & (table["component"] == "z") & table["peak_error_percent"].notna()]
+    is_selected = table["medium"].isin(list(media)) & (table["profile"] == profile)
+    return table[is_selected & (table["component"] == "z") & table["peak_error_percent"].notna()]
 
 
 def _worst(errors: pd.DataFrame) -> Row:
@@ -297,5 +323,5 @@ def _worst(errors: pd.DataFrame) -> Row:
 
 def listed(parts: Iterable[str]) -> str:
     """A list in words."""
-    *most, last = parts
-    return f"{', '.join(most)} and {last}" if most else last
+    *leading_parts, last_part = parts
+    return f"{', '.join(leading_parts)} and {last_part}" if leading_parts else last_part

@@ -51,33 +51,38 @@ SAME_LINE_DEG = 0.01
 
 def profiles(results: Results, medium: str) -> dict[str, Profile]:
     """Profiles of a medium whose numbers are known; of a natural sand the map and the generic one."""
-    found: dict[str, Profile] = {}
-    if len(whole := results.map_table(medium)):
-        found["map"] = TableProfile.from_table(whole, f"map of {results[medium].title}")
+    profile_by_name: dict[str, Profile] = {}
+    if len(map_table := results.map_table(medium)):
+        profile_by_name["map"] = TableProfile.from_table(
+            map_table, f"map of {results[medium].title}"
+        )
     if results[medium].settings.role == "laboratory":
         table = TableProfile.from_table(results[medium].alpha, results[medium].title)
-        found["table"] = table
-        found["fourier"] = FourierProfile(kept_coefficients(results, medium))
-        found["depth_only"] = DepthOnlyProfile.of(table)
+        profile_by_name["table"] = table
+        profile_by_name["fourier"] = FourierProfile(kept_coefficients(results, medium))
+        profile_by_name["depth_only"] = DepthOnlyProfile.of(table)
     if medium in scaled_from_print(results):
         m0 = scaling.published(results.config.fourier.method).m0
     else:
         m0 = kept_coefficients(results, scaling.GENERIC)
-    found["generic"] = scaled_generic(zeta(results, medium), m0)
+    profile_by_name["generic"] = scaled_generic(zeta(results, medium), m0)
     # a measured table may have holes, and says why
-    known = {
-        name: name == "table" or all(np.isfinite(part).all() for part in profile.parameters)
-        for name, profile in found.items()
+    is_complete = {
+        name: name == "table"
+        or all(np.isfinite(parameter).all() for parameter in profile.parameters)
+        for name, profile in profile_by_name.items()
     }
-    return {name: found[name] for name in PROFILES if known.get(name)}
+    return {name: profile_by_name[name] for name in PROFILES if is_complete.get(name)}
 
 
 def zeta(results: Results, medium: str) -> float:
     """Scaling factor of a medium by the configured method; NaN where it has none."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    own = table["method"].isin([method, *scaling.routines(method)]) & (table["medium"] == medium)
-    return float(table.loc[own, "zeta"].iloc[0]) if own.any() else math.nan
+    is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
+        table["medium"] == medium
+    )
+    return float(table.loc[is_of_medium, "zeta"].iloc[0]) if is_of_medium.any() else math.nan
 
 
 def scaled_from_print(results: Results) -> list[str]:
@@ -91,9 +96,9 @@ def references(results: Results) -> list[scaling.Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    known = np.isfinite(table["chi"].to_numpy(float))
-    good = known & table["medium"].isin(usable(results, table["medium"]))
-    rows = table[(table["method"] == method) & good]
+    is_finite = np.isfinite(table["chi"].to_numpy(float))
+    is_usable = is_finite & table["medium"].isin(usable(results, table["medium"]))
+    rows = table[(table["method"] == method) & is_usable]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)}
     if len(chi) < 2 or not np.isfinite(list(values.values())).all():
@@ -118,7 +123,8 @@ def live_data(results: Results) -> dict[str, Any]:
     predicted = results.table("predicted.csv")
     return {
         "media": [
-            {"key": one.name, "title": one.title, "role": one.settings.role} for one in results
+            {"key": medium.name, "title": medium.title, "role": medium.settings.role}
+            for medium in results
         ],
         "terms": list(TERMS),
         "legs": {name: _leg(leg) for name, leg in config.legs.items()},
@@ -129,30 +135,40 @@ def live_data(results: Results) -> dict[str, Any]:
         "gamma_deg": GAMMA_DEG.tolist(),
         "confidence": config.fit.confidence,
         "profiles": {
-            medium: {name: _parameters(one) for name, one in profiles(results, medium).items()}
+            medium: {
+                name: _parameters(profile) for name, profile in profiles(results, medium).items()
+            }
             for medium in results.media
         },
         "alpha": {
-            one.name: _cells(one.alpha, one.flags, one.flags.shared(one.fits)) for one in results
+            medium.name: _cells(medium.alpha, medium.flags, medium.flags.shared(medium.fits))
+            for medium in results
         },
         "maps": {
-            one.name: _cells(_on_lines(whole, one.alpha).assign(reason=_of_map))
-            for one in results
-            if len(whole := results.map_table(one.name))
+            medium.name: _cells(_on_lines(map_table, medium.alpha).assign(reason=_of_map))
+            for medium in results
+            if len(map_table := results.map_table(medium.name))
         },
         "measured": {
-            one.name: {str(leg): _curve(part) for leg, part in one.legs.groupby("leg")}
-            for one in results
+            medium.name: {
+                str(leg): _curve(curve_rows) for leg, curve_rows in medium.legs.groupby("leg")
+            }
+            for medium in results
         },
         "predicted": {
             str(medium): {
-                str(leg): {str(name): _curve(part) for name, part in own.groupby("profile")}
-                for leg, own in rows.groupby("leg")
+                str(leg): {
+                    str(name): _curve(curve_rows)
+                    for name, curve_rows in rows_of_leg.groupby("profile")
+                }
+                for leg, rows_of_leg in rows.groupby("leg")
             }
             for medium, rows in predicted.groupby("medium")
         },
         "push": _unit_push(results),
-        "references": [_reference(one, config.fit.confidence) for one in references(results)],
+        "references": [
+            _reference(reference, config.fit.confidence) for reference in references(results)
+        ],
     }
 
 
@@ -160,14 +176,16 @@ def _of_map(cells: pd.DataFrame) -> pd.Series:
     return "map: " + cells["source"]
 
 
-def _on_lines(whole: pd.DataFrame, measured: pd.DataFrame | None = None) -> pd.DataFrame:
+def _on_lines(map_table: pd.DataFrame, measured: pd.DataFrame | None = None) -> pd.DataFrame:
     """Cells of a map on the lines of the published grid, and of the measured one: those between are too small to tap."""
-    there = np.ones(len(whole), dtype=bool)
+    on_lines = np.ones(len(map_table), dtype=bool)
     for name, lines in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
-        own = np.zeros(0) if measured is None else measured[name].to_numpy(float)
-        off = np.abs(whole[name].to_numpy(float)[:, None] - np.union1d(lines, own))
-        there &= off.min(axis=1) < SAME_LINE_DEG
-    return whole[there]
+        measured_deg = np.zeros(0) if measured is None else measured[name].to_numpy(float)
+        distances = np.abs(
+            map_table[name].to_numpy(float)[:, None] - np.union1d(lines, measured_deg)
+        )
+        on_lines &= distances.min(axis=1) < SAME_LINE_DEG
+    return map_table[on_lines]
 
 
 def _unit_push(results: Results) -> dict[str, Any]:
@@ -177,29 +195,33 @@ def _unit_push(results: Results) -> dict[str, Any]:
     config, level = results.config, results.config.fit.confidence
     exact = Pushes.of(0.0, 90.0, [1.0, np.nan], 0.0)
     try:
-        known = estimate(exact, results.shapes(), confidence=level)
+        unit_map = estimate(exact, results.shapes(), confidence=level)
     except ValueError:  # with media of the campaign that hardly take energy
-        known = estimate(exact, confidence=level)
+        unit_map = estimate(exact, confidence=level)
     model_error = results.model_error
-    now, after = plan("map", known, count=1, confidence=level).steps
+    step_now, step_after = plan("map", unit_map, count=1, confidence=level).steps
     legs = {}
     for name, leg in config.legs.items():
         motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
-        forces, found = predict_with_peaks(
-            known.profile, leg_outline(leg), motion, level, model_error=model_error
+        forces, peaks = predict_with_peaks(
+            unit_map.profile, leg_outline(leg), motion, level, model_error=model_error
         )
         legs[name] = _curve(forces) | {
-            "peaks": {c: _largest(found, names) for c, names in _PEAKS.items()}
+            "peaks": {c: _largest(peaks, names) for c, names in _PEAKS.items()}
         }
     return {
-        "media": len(known.known_media.split(", ")),
+        "media": len(unit_map.known_media.split(", ")),
         "quantile": float(ndtri(0.5 + level / 2)),
         "model_error": model_error,
         "usual": float(usual_error(np.ones(1))[0]),
-        "map": _cells(_on_lines(known.table()).assign(reason="")),
-        "zeta": as_lists(np.array(known.zeta), CURVE_DIGITS),
+        "map": _cells(_on_lines(unit_map.table()).assign(reason="")),
+        "zeta": as_lists(np.array(unit_map.zeta), CURVE_DIGITS),
         "legs": legs,
-        "next": {"direction": after.directions[0], "now": now.typical, "after": after.typical},
+        "next": {
+            "direction": step_after.directions[0],
+            "now": step_now.typical,
+            "after": step_after.typical,
+        },
     }
 
 
@@ -208,12 +230,12 @@ _PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
 
 def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
     """Place, value and ends of both intervals of the largest of some peaks; of a leg in the air 0."""
-    own = [
-        (one.position, one.value, one.lo, one.hi, one.model_lo, one.model_hi)
-        for one in peaks
-        if one.name in names
+    peak_numbers = [
+        (peak.position, peak.value, peak.lo, peak.hi, peak.model_lo, peak.model_hi)
+        for peak in peaks
+        if peak.name in names
     ]
-    largest = max(own, key=lambda one: abs(one[1]), default=(0.0,) * 6)
+    largest = max(peak_numbers, key=lambda numbers: abs(numbers[1]), default=(0.0,) * 6)
     return as_lists(np.array(largest), CURVE_DIGITS)
 
 
@@ -222,14 +244,14 @@ def _reference(reference: scaling.Reference, confidence: float) -> dict[str, Any
     exact, doubtful = (
         scaling.scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0)
     )
-    half_chi, half = (math.log(one.zeta_hi / one.zeta) for one in (exact, doubtful))
+    half_chi, half_total = (math.log(scaled.zeta_hi / scaled.zeta) for scaled in (exact, doubtful))
     return {
         "name": reference.name,
         "media": len(reference.media),
         "chi": exact.chi,
         "half_chi": half_chi,
         # of a test whose error is as large as itself
-        "half_test": math.sqrt(half**2 - half_chi**2),
+        "half_test": math.sqrt(half_total**2 - half_chi**2),
         "student": float(student_quantile(confidence, reference.chi.size - 1)),
         "m0": reference.m0.tolist(),
         "scaled": reference.scaled.tolist(),
@@ -299,12 +321,12 @@ def _cells(
                 notes |= {f"{line},{column_at}": note for line in lines}
     else:
         beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
-        at = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
-        for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*at), strict=True):
+        angle_grid = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
+        for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*angle_grid), strict=True):
             unknown = np.full(alpha.shape, np.nan)
             values |= {c: alpha, f"{c}_lo": unknown, f"{c}_hi": unknown}
         points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
-    cells = {name: as_lists(one, CURVE_DIGITS) for name, one in values.items()}
+    cells = {name: as_lists(grid, CURVE_DIGITS) for name, grid in values.items()}
     angles = {"beta_deg": beta_deg.tolist(), "gamma_deg": gamma_deg.tolist()}
     return cells | angles | {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
 
@@ -314,6 +336,6 @@ def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     rows = rows.sort_values("theta_deg")
     forces = [f"force_{c}_N" for c in "zx"]
     ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
-    there = [name for name in ("theta_deg", *forces) if name in rows]
-    there += [name for name in ends if name in rows and rows[name].notna().any()]
-    return {name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in there}
+    columns = [name for name in ("theta_deg", *forces) if name in rows]
+    columns += [name for name in ends if name in rows and rows[name].notna().any()]
+    return {name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in columns}

@@ -48,8 +48,8 @@ P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing i
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
 """
     cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(paragraphs))}
-    every = enumerate(text.strip().split("\n"), 1)
-    return [(number, line) for number, line in every if number in cited]
+    numbered_lines = enumerate(text.strip().split("\n"), 1)
+    return [(number, line) for number, line in numbered_lines if number in cited]
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
@@ -61,10 +61,10 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 
 def _measurement(results: Results, outcome: Outcome) -> str:
     config, fits = results.config, results.joined("fits/{medium}.csv")
-    done = fits[fits["reason"] == ""] if "reason" in fits else fits
+    fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
     dropped = f" and {len(outcome.dropped)} dropped" if outcome.dropped else ""
-    used = (
+    runs_sentence = (
         f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used{dropped}."
     )
     if config.table is not None and config.table.holds == "alpha":
@@ -73,30 +73,30 @@ def _measurement(results: Results, outcome: Outcome) -> str:
             f"{config.run_sheet}: {outcome.runs_used} values. {_spread(results)}"
         )
     slope = (
-        f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_window(results, done)}."
+        f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_window(results, fitted_runs)}."
         f"{_law(results)}"
     ).replace("DEPTH", f"{config.fit.law_depth_cm:g} cm")
     if config.table is not None:
         return (
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
-            f"{used} {slope} {_spread(results)}"
+            f"{runs_sentence} {slope} {_spread(results)}"
         )
     subtracted = "The force on rod and mount alone, recorded without a plate, was subtracted"
     nothing = "No force on rod and mount alone was recorded, so none was subtracted"
     tare = _tare(results, "plate", fits, subtracted, nothing)
     box, arm = config.container, config.arm
     stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
-    how = (
-        f"Stresses on {_plates(results)} were {_came(results)} in {media} in a container of {box.length_cm:g} x "
+    experiment = (
+        f"Stresses on {_plates(results)} were {_origin(results)} in {media} in a container of {box.length_cm:g} x "
         f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
-        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {used}"
+        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
-        return how  # nothing was subtracted from, or fitted to, runs that gave no number
-    return f"{how} {tare} {slope} {_spread(results)}"
+        return experiment  # nothing was subtracted from, or fitted to, runs that gave no number
+    return f"{experiment} {tare} {slope} {_spread(results)}"
 
 
-def _came(results: Results) -> str:
+def _origin(results: Results) -> str:
     """Where forces and speeds come from."""
     if results.campaign.reenacted:
         return "re-enacted from published results, not measured,"
@@ -105,15 +105,15 @@ def _came(results: Results) -> str:
 
 def _plates(results: Results) -> str:
     """Sizes of the plates that were pushed."""
-    used = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
+    used_plates = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
-    for name, item in results.config.intruders.items():
+    for name, intruder in results.config.intruders.items():
         size = name
-        if isinstance(item, Plate):
-            size = f"{item.length_cm:g} x {item.width_cm:g} cm^2, {item.thickness_cm:g} cm thick"
-        elif isinstance(item, Disc):
-            size = f"a disc of {item.diameter_cm:g} cm, {item.thickness_cm:g} cm thick"
-        sizes += [size] if name in used else []
+        if isinstance(intruder, Plate):
+            size = f"{intruder.length_cm:g} x {intruder.width_cm:g} cm^2, {intruder.thickness_cm:g} cm thick"
+        elif isinstance(intruder, Disc):
+            size = f"a disc of {intruder.diameter_cm:g} cm, {intruder.thickness_cm:g} cm thick"
+        sizes += [size] if name in used_plates else []
     return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
 
 
@@ -123,21 +123,23 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
     fit, parts = config.fit, []
     plates = [run for run in results.campaign.runs if run.kind == "plate"]
     if any(r.direction != "horizontal" and r.medium in results.laboratory for r in plates):
-        least = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
-        most = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
-        stated = " ".join(filter(None, (least, most)))
+        lower_limit = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
+        upper_limit = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
+        stated = " ".join(filter(None, (lower_limit, upper_limit)))
         if config.table is not None:
             parts.append(stated and f"over depths {stated}")
         else:
-            own = [f"over depths {stated}" if stated else "over the depths"]
-            own += [] if least else ["at which the plate was wholly submerged"]
+            phrases = [f"over depths {stated}" if stated else "over the depths"]
+            phrases += [] if lower_limit else ["at which the plate was wholly submerged"]
             clear = f"further than {fit.wall_clearance_cm:g} cm from walls"
-            own.append(f"and {clear}" if most else f"and {clear} and bottom")
-            parts.append(" ".join(own))
+            phrases.append(f"and {clear}" if upper_limit else f"and {clear} and bottom")
+            parts.append(" ".join(phrases))
     fitted = set(fits["medium"]) if len(fits) else ()
-    ends = {name: one for name, one in config.media.items() if one.linear_to_cm is not None}
+    ends = {
+        name: medium for name, medium in config.media.items() if medium.linear_to_cm is not None
+    }
     sands = {
-        f"{ends[one].title} down to {ends[one].linear_to_cm:g} cm" for one in {*ends} & {*fitted}
+        f"{ends[name].title} down to {ends[name].linear_to_cm:g} cm" for name in {*ends} & {*fitted}
     }
     if sands:
         parts.append(f"of a push into {', '.join(sorted(sands))}")
@@ -173,13 +175,13 @@ def _law(results: Results) -> str:
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
         # least squares of k z^p by a line through zero, over an even window
         line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
-        at = [
+        departures = [
             f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
             for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)
         ]
         curved.append(
             f"in {medium.title} as depth to the power of {power:.2f} (median of {len(steep)} pushes), so that "
-            f"forces by alpha times depth are off by what stress differs from the line: {', '.join(at)}"
+            f"forces by alpha times depth are off by what stress differs from the line: {', '.join(departures)}"
         )
     return f" Stress does not grow in proportion to depth: {'; '.join(curved)}." if curved else ""
 
@@ -188,35 +190,41 @@ def _spread(results: Results) -> str:
     """What the intervals hold, by the records of this campaign."""
     level = f"{100 * results.config.fit.confidence:g} % intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
-    known = tables[tables["alpha_z_se_N_per_cm3"].notna()]
-    if known.empty:
+    cells_with_error = tables[tables["alpha_z_se_N_per_cm3"].notna()]
+    if cells_with_error.empty:
         return "No error of alpha is stated, so nothing here has an interval that holds it."
     if results.config.table is not None and results.config.table.holds == "alpha":
-        first = f"{level} are made from the standard errors that the table states"
+        opening = f"{level} are made from the standard errors that the table states"
     else:
         runs = results.joined("runs/{medium}.csv")
         clocks = (runs["clock_se_s"] > 0).any()
         errors = " and add the errors of the force zero" if not results.campaign.numbers else ""
         errors += " and of the clocks" if clocks and errors else ""
-        how = "allow for the correlation of successive samples (ref. 3)"
+        treatment = "allow for the correlation of successive samples (ref. 3)"
         points = results.joined("fits/{medium}.csv")["n_points"]
         if results.config.table is not None and (points < FEWEST).all():
-            how = f"take the depths of a direction, fewer than {FEWEST}, as independent"
-        first = f"{level} {how}{errors}{_named_errors(known)}"
-    kinds = set(known["spread"])
+            treatment = f"take the depths of a direction, fewer than {FEWEST}, as independent"
+        opening = f"{level} {treatment}{errors}{_named_errors(cells_with_error)}"
+    kinds = set(cells_with_error["spread"])
     if kinds == {AS_PREPARED}:
-        return f"{first}; they are those of one bed as prepared, as the config states."
+        return f"{opening}; they are those of one bed as prepared, as the config states."
     if OF_CELL in kinds:
-        rest = "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
-        rest = "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else rest
-        return f"{first}, and hold the scatter of the runs of a direction that was repeated{rest}."
-    size = number(known["run_to_run_z_N_per_cm3"].median(), 4)
-    how = "pooled from repeats, where there are enough"
+        others_phrase = (
+            "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
+        )
+        others_phrase = (
+            "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else others_phrase
+        )
+        return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
+    size = number(cells_with_error["run_to_run_z_N_per_cm3"].median(), 4)
+    treatment = "pooled from repeats, where there are enough"
     if FEW_REPEATS in kinds:
-        how = "an assumed 5 %, moderated by few repeats"
+        treatment = "an assumed 5 %, moderated by few repeats"
     if kinds <= {STATED, ASSUMED}:
-        how = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
-    return f"{first}, and the spread from run to run ({how}; median of alpha_z {size} N/cm^3)."
+        treatment = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
+    return (
+        f"{opening}, and the spread from run to run ({treatment}; median of alpha_z {size} N/cm^3)."
+    )
 
 
 _OF_ALPHA = {
@@ -228,22 +236,24 @@ _OF_ALPHA = {
 }
 
 
-def _named_errors(known: pd.DataFrame) -> str:
+def _named_errors(cells_with_error: pd.DataFrame) -> str:
     """Errors that no single log shows, with their largest part of alpha_z(0, 90 deg)."""
-    push = known[(known["beta_deg"] == 0) & (known["gamma_deg"] == 90)]
-    found = []
+    push = cells_with_error[
+        (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
+    ]
+    error_texts = []
     for name, words in _OF_ALPHA.items():
         column_ = f"alpha_z_{name}_N_per_cm3"
-        if column_ not in known:
+        if column_ not in cells_with_error:
             continue
-        part = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
-        if part >= 0.0005:  # a smaller part is not worth a word
-            found.append(f"{words} (up to {100 * part:.1f} %)")
-    errors = "; ".join(found)
+        share = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
+        if share >= 0.0005:  # a smaller part is not worth a word
+            error_texts.append(f"{words} (up to {100 * share:.1f} %)")
+    errors = "; ".join(error_texts)
     return f", and hold the errors, relative to alpha_z at (0, 90 deg), {errors}" if errors else ""
 
 
-def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: str) -> str:
+def _tare(results: Results, kind: str, table: pd.DataFrame, subtracted: str, nothing: str) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number."""
     if "reason" in table:
         table = table[table["reason"] == ""]
@@ -252,18 +262,24 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, done: str, nothing: 
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
     runs = len(labels.without_tare(results).intersection(table["run_id"]))
-    return f"{done}, save for {runs} runs without such a recording." if runs else f"{done}."
+    return (
+        f"{subtracted}, save for {runs} runs without such a recording."
+        if runs
+        else f"{subtracted}."
+    )
 
 
 def _model(results: Results) -> str:
     fourier = results.config.fourier
-    scaled, own = _scaling(results), labels.of_method(results, "coefficients.csv")
-    own = own[own["value_N_per_cm3"].notna()]
-    if own.empty:
+    scaled, coefficients = _scaling(results), labels.of_method(results, "coefficients.csv")
+    coefficients = coefficients[coefficients["value_N_per_cm3"].notna()]
+    if coefficients.empty:
         return scaled or (
             "No medium was measured in the directions that it needs, so no Fourier series was fitted."
         )
-    mean = labels.usable(results, dict.fromkeys(own.loc[own["medium"] != GENERIC, "medium"]))
+    mean = labels.usable(
+        results, dict.fromkeys(coefficients.loc[coefficients["medium"] != GENERIC, "medium"])
+    )
     generic = (
         f", and the generic coefficients are the mean over {len(mean)} media of their coefficients over their zeta"
         if len(mean) > 1
@@ -271,17 +287,17 @@ def _model(results: Results) -> str:
     )
     intervals = (
         f" Intervals are percentiles of {fourier.draws} parametric bootstrap draws (seed {fourier.seed})."
-        if own["lo"].notna().any()
+        if coefficients["lo"].notna().any()
         else ""
     )
-    how = (
+    fit_method = (
         "least squares at the true angles, one weight for each measured direction (repeats pooled, beta = "
         "-90 and 90 deg one direction, a mirror image only where it was measured too)"
         if fourier.method == "lsq"
         else "the discrete Fourier transform on the index grid that underlies Table S2 of ref. 1"
     )
     return (
-        f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {how}; "
+        f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {fit_method}; "
         f"terms above {fourier.threshold:g} A00 were kept. The scaling factor zeta of a "
         f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{intervals}"
     ) + (f" {scaled}" if scaled else "")
@@ -299,9 +315,11 @@ def _scaling(results: Results) -> str:
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
-    own = labels.of_method(results, "penetration.csv")
-    own = own[own["medium"].isin(labels.usable(results, own["medium"]))]
-    chi = own["chi"].dropna().to_numpy(float)
+    penetration = labels.of_method(results, "penetration.csv")
+    penetration = penetration[
+        penetration["medium"].isin(labels.usable(results, penetration["medium"]))
+    ]
+    chi = penetration["chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
     further = (
@@ -316,11 +334,11 @@ def _scaling(results: Results) -> str:
 
 
 def _software(results: Results) -> str:
-    found = versions()
+    version = versions()
     return (
-        f"All steps were run with rftfit {found['rftfit']} (ref. 2; digest of the settings "
-        f"{settings_digest(results.config)}) under Snakemake {found['snakemake']} (ref. 4) with "
-        f"NumPy {found['numpy']} (ref. 5) and SciPy {found['scipy']} (ref. 6)."
+        f"All steps were run with rftfit {version['rftfit']} (ref. 2; digest of the settings "
+        f"{settings_digest(results.config)}) under Snakemake {version['snakemake']} (ref. 4) with "
+        f"NumPy {version['numpy']} (ref. 5) and SciPy {version['scipy']} (ref. 6)."
     )
 
 
@@ -337,8 +355,8 @@ def _trial(results: Results) -> str:
     """How forces on legs were measured and predicted; empty where they were not."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
     predicted = results.table("predicted.csv")
-    used = {*measured["leg"], *predicted["leg"]}
-    legs = {name: leg for name, leg in config.legs.items() if name in used}
+    used_legs = {*measured["leg"], *predicted["leg"]}
+    legs = {name: leg for name, leg in config.legs.items() if name in used_legs}
     sizes: dict[str, list[str]] = {}
     for name, leg in legs.items():
         size = (
@@ -346,22 +364,28 @@ def _trial(results: Results) -> str:
             f"{leg.hip_height_cm:g} cm above the surface"
         )
         sizes.setdefault(size, []).append(labels.name_of(name))
-    which = f"model legs ({'; '.join(f'{listed(own)}: {size}' for size, own in sizes.items())})"
+    legs_text = (
+        f"model legs ({'; '.join(f'{listed(names)}: {size}' for size, names in sizes.items())})"
+    )
     sentences = []
     if len(measured):
-        done = "The force in air at the same angle was subtracted"
+        subtracted = "The force in air at the same angle was subtracted"
         nothing = "No force in air was recorded, so none was subtracted"
-        tare = _tare(results, "leg", measured, done, nothing)
+        tare = _tare(results, "leg", measured, subtracted, nothing)
         sentences.append(
-            f"Forces on {which}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_came(results)} in "
+            f"Forces on {legs_text}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_origin(results)} in "
             f"{_media(results, measured['medium'])}. {tare}"
         )
-        which = "these legs"
-    by = labels.predicted_by(results)
-    sources = {name: _media(results, by[name]) for name in labels.PROFILES if name in by}
+        legs_text = "these legs"
+    media_by_profile = labels.predicted_by(results)
+    sources = {
+        name: _media(results, media_by_profile[name])
+        for name in labels.PROFILES
+        if name in media_by_profile
+    }
     if sources:
         sentences.append(
-            f"Forces on {which} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
+            f"Forces on {legs_text} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
             f"are below the surface, with {listed(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
         )
         if predicted["force_z_lo_N"].notna().any():
@@ -380,18 +404,22 @@ def _trial(results: Results) -> str:
 
 def _media(results: Results, names: Iterable[str]) -> str:
     """Name one medium, count several."""
-    found = list(dict.fromkeys(names))
-    return results.campaign.titles[found[0]] if len(found) == 1 else f"{len(found)} media"
+    unique_names = list(dict.fromkeys(names))
+    return (
+        results.campaign.titles[unique_names[0]]
+        if len(unique_names) == 1
+        else f"{len(unique_names)} media"
+    )
 
 
 def _map(results: Results, walk: str) -> str:
     """What the map is made of; empty where nothing was predicted with it."""
     if "map" not in labels.predicted_by(results) and "the map of alpha" not in walk:
         return ""
-    own = " and the others of this campaign" if results.config.maps.own_media else ""
+    others_phrase = " and the others of this campaign" if results.config.maps.own_media else ""
     return (
         "The map is alpha in all directions: the mean shape and the scatter of known media, the five of ref. 1"
-        f"{own} without the medium itself, are taken as known beforehand, and the measured directions correct them."
+        f"{others_phrase} without the medium itself, are taken as known beforehand, and the measured directions correct them."
     )
 
 
@@ -408,15 +436,17 @@ def _robot(results: Results) -> str:
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
         f"combinations of leg curvature and stride frequency, with {listed(_SOURCES[name] for name in speed['profile'].unique())}."
     )
-    known = measured[measured["speed_cm_per_s"].notna()]
-    if len(known):
+    conditions = measured[measured["speed_cm_per_s"].notna()]
+    if len(conditions):
         source = "those of ref. 1"
-        if set(known["source"]) == {"marker tracks"}:
+        if set(conditions["source"]) == {"marker tracks"}:
             source = "from marker tracks"
             if results.campaign.reenacted:
                 source += " that were re-enacted from published speeds"
-        text += f" The speeds that it is compared with, in {len(known)} conditions, are {source}."
-    if fitted := int((known["calibrated"] == "yes").sum()):
+        text += (
+            f" The speeds that it is compared with, in {len(conditions)} conditions, are {source}."
+        )
+    if fitted := int((conditions["calibrated"] == "yes").sum()):
         text += f" Its unknown lengths were found from {fitted} of them."
     return text
 
@@ -427,14 +457,16 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
     limits_of = []
     for medium in results:
         profile = medium.profile("table", draws=False)
-        found = {}
+        limits_by_leg = {}
         for name, leg in legs.items():
             motion = rotation(None, leg.hip_height_cm, speed)
             if limits := beyond_measured(profile, leg_outline(leg), motion, results.config):
-                found[labels.name_of(name)] = limits
-        if found:
-            first, limits = next(iter(found.items()))
-            limits_of.append(f"{', '.join(found)} in {medium.title} ({first}: {'; '.join(limits)})")
+                limits_by_leg[labels.name_of(name)] = limits
+        if limits_by_leg:
+            first_leg, limits = next(iter(limits_by_leg.items()))
+            limits_of.append(
+                f"{', '.join(limits_by_leg)} in {medium.title} ({first_leg}: {'; '.join(limits)})"
+            )
     return f"Beyond what was measured: {'; '.join(limits_of)}." if limits_of else ""
 
 

@@ -43,7 +43,7 @@ USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare
 USED_AS["robot"] = "mean-speed"
 """What rows of each kind of run are used for, as the codes of the ledger."""
 
-_STATUSES = {why.code for why in RowStatus}
+_STATUSES = {status.code for status in RowStatus}
 _EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
 """Reasons for which rows of every good run are dropped."""
 
@@ -68,20 +68,22 @@ class Outcome:
 def outcome_of_runs(results: Results) -> Outcome:
     """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
     ledger = results.table("ledger.csv")
-    wanted = ledger["reason_code"] == ledger["kind"].map(USED_AS)
-    good = set(ledger.loc[(ledger["fate"] == USED) & wanted & (ledger["rows"] > 0), "run_id"])
+    is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
+    good_runs = set(
+        ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]
+    )
     outcome = Outcome(Counter(), [])
     for run_id, rows in ledger.groupby("run_id", sort=True):
         medium, kind = str(rows["medium"].iloc[0]), str(rows["kind"].iloc[0])
-        if run_id in good:
+        if run_id in good_runs:
             outcome.used[medium] += 1
             continue
         lost = rows[rows["fate"] == DROPPED]
         special = lost[~lost["reason_code"].isin(_EXPECTED)]
         reasons = dict.fromkeys((lost if special.empty else special)["reason"])
-        why = "; ".join(reasons) or "no row was used; the ledger gives no reason"
+        reason_text = "; ".join(reasons) or "no row was used; the ledger gives no reason"
         facts = {"run_id": run_id, "medium": medium, "kind": kind}
-        outcome.dropped.append(facts | {"rows": rows["rows"].sum(), "reasons": why})
+        outcome.dropped.append(facts | {"rows": rows["rows"].sum(), "reasons": reason_text})
     return outcome
 
 
@@ -103,17 +105,17 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     """Find the most serious flag of the runs and cells of one medium that are used, and count those with a flag."""
-    data = results[medium]
-    flags, alpha = data.flags, data.alpha
-    shared = flags.shared(data.fits)
+    medium_results = results[medium]
+    flags, alpha = medium_results.flags, medium_results.alpha
+    shared = flags.shared(medium_results.fits)
     of_runs = [
         about(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
-        for run_id in data.runs["run_id"]
+        for run_id in medium_results.runs["run_id"]
     ]
     of_cells = [[flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)]
     doubts = [*filter(None, of_runs), *of_cells]
     empty = int(alpha["alpha_z_N_per_cm3"].isna().sum())
-    if empty and data.settings.role == "laboratory":
+    if empty and medium_results.settings.role == "laboratory":
         return f"{empty} of {len(alpha)} cells have no alpha", len(doubts) + empty
     if not doubts:
         return "", 0
@@ -122,9 +124,9 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
 
 def doubt_of_map(results: Results, medium: str) -> str:
     """Say why a measured medium has no map, or where its pushes hardly fit the shape that known media share."""
-    why = results.map_reason(medium)
-    if why and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
-        return f"alpha could not be estimated in directions without a push: {why}"
+    reason = results.map_reason(medium)
+    if reason and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
+        return f"alpha could not be estimated in directions without a push: {reason}"
     chance = results.map_table(medium)["chance_if_it_belongs"].min()
     if not chance < NOT_ALIKE:
         return ""
@@ -145,15 +147,15 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
         return DOUBTFUL, f"{faults_of(rows)}, which the config accepts"
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return NOTHING, "no run gave a slope"
-    used = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
-    bare = len(results[medium].flags.runs_with("no-tare").keys() & set(used["run_id"]))
-    if bare and 2 * bare >= len(used):
-        return DOUBTFUL, f"in {bare} of {len(used)} runs " * (bare < len(used)) + str(
+    used_fits = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
+    bare = len(results[medium].flags.runs_with("no-tare").keys() & set(used_fits["run_id"]))
+    if bare and 2 * bare >= len(used_fits):
+        return DOUBTFUL, f"in {bare} of {len(used_fits)} runs " * (bare < len(used_fits)) + str(
             remark("no-tare")
         )
     giving = len(results[medium].flags.runs_beside_others("gives-back"))
     if giving:
-        return DOUBTFUL, f"in {giving} of {len(used)} runs {CHECKS['work'].fault}"
+        return DOUBTFUL, f"in {giving} of {len(used_fits)} runs {CHECKS['work'].fault}"
     unchecked = table[table["verdict"] == NOT_CHECKED].set_index("check")["found"]
     for check in NEEDED:
         if check in unchecked:
@@ -165,43 +167,45 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
     """Verdict on the model on the legs of a medium by each profile that a user would take, and why."""
     if verdict_of(results, medium)[0] == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
-    errors, found = results.table("leg_errors.csv"), []
+    errors, verdicts = results.table("leg_errors.csv"), []
     for profile in ("map", "generic") if medium in results.sands else ("table", "map"):
         worst = worst_peak(errors, medium, profile)
         if worst:
-            what = "lift" if worst["component"] == "z" else "thrust"
+            force_name = "lift" if worst["component"] == "z" else "thrust"
             # with the model's own error: the verdict rests on it
             ends = span(
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
-            off = percent(worst["peak_error_percent"]) + in_brackets(ends)
-            found.append((profile, worst["verdict"], f"{name_of(worst['leg'])}, {what} {off}"))
-    why = "no leg was measured" if results.config.legs else ""
-    return found or [("", NOT_TESTED, why)]
+            error_text = percent(worst["peak_error_percent"]) + in_brackets(ends)
+            verdicts.append(
+                (profile, worst["verdict"], f"{name_of(worst['leg'])}, {force_name} {error_text}")
+            )
+    reason = "no leg was measured" if results.config.legs else ""
+    return verdicts or [("", NOT_TESTED, reason)]
 
 
 def summary_of_checks(results: Results) -> dict[str, Any]:
     """Sum up the checks: failed ones by medium, those that all media passed, those that were not made."""
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
-    good = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
+    passed = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
     unchecked = []
     for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
-        where = ", ".join(titles[medium] for medium in rows["medium"])
+        titles_of_media = ", ".join(titles[medium] for medium in rows["medium"])
         everywhere = len(rows) == len(results.media)
-        unchecked.append(CHECKS[str(check)].fault + ("" if everywhere else f" ({where})"))
+        unchecked.append(CHECKS[str(check)].fault + ("" if everywhere else f" ({titles_of_media})"))
     verdicts = {medium: verdict_of(results, medium) for medium in results.media}
     faults = [
         (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
         for row in records(failed)
     ]
-    for medium, (word, why) in verdicts.items():
+    for medium, (word, reason) in verdicts.items():
         if word == DOUBTFUL and medium not in set(failed["medium"]):  # doubts that no check reports
-            faults.append((medium, titles[medium], word, as_sentence(why)))
+            faults.append((medium, titles[medium], word, as_sentence(reason)))
     return {
         "failed": faults,
-        "passed": [CHECKS[check].good for check in dict.fromkeys(good["check"])],
+        "passed": [CHECKS[check].good for check in dict.fromkeys(passed["check"])],
         "unchecked": unchecked,
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),

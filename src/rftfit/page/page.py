@@ -88,11 +88,11 @@ def page(results: Results) -> str:
     """
     from jinja2 import Environment, StrictUndefined
 
-    style, script = _part("page.css"), _script()
+    style, script = _read_file("page.css"), _script()
     blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
     environment = Environment(autoescape=True, undefined=StrictUndefined, **blocks)
     environment.filters["quantities"] = quantities
-    template = environment.from_string(_part("page.html"))
+    template = environment.from_string(_read_file("page.html"))
     data = live_data(results)
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
@@ -109,28 +109,30 @@ def context(results: Results) -> dict[str, Any]:
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.scaling(results)
     counts, not_the_same, reproduction = tables.reproduction(results)
-    found, errors = pictures(results), tables.leg_errors(results)
-    has = {
-        "measurement": any(one.section in ("Measurement", "quality") for one in found),
-        "viewer": any(isinstance(item, Leg) for item in config.intruders.values()),
+    page_pictures, errors = pictures(results), tables.leg_errors(results)
+    shown_sections = {
+        "measurement": any(
+            picture.section in ("Measurement", "quality") for picture in page_pictures
+        ),
+        "viewer": any(isinstance(intruder, Leg) for intruder in config.intruders.values()),
         "legs": bool(results.table("leg_errors.csv")["peak_measured_N"].notna().any()),
         "sands": bool(results.sands),
         "robot": bool(results.campaign.robot_medium),
         "reproduction": bool(reproduction.rows),
     }
-    names = {key: name for key, name in SECTIONS.items() if has.get(key, True)}
+    names = {key: name for key, name in SECTIONS.items() if shown_sections.get(key, True)}
     return {
         "title": config.title,
         "measured": _measured(results, outcome),
         "findings": findings(results),
-        "pictures": found,
-        "first": [one for one in found if one.section == "summary"],
+        "pictures": page_pictures,
+        "first": [picture for picture in page_pictures if picture.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
         "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
         "names": names,
         "reenacted": results.campaign.reenacted,
         "level": level(results),
-        "intervals": any(one.alpha["alpha_z_lo_N_per_cm3"].notna().any() for one in results),
+        "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
         "method": config.fourier.method,
         "summary": tables.summary(results, outcome),
         "believed": summary_of_checks(results),
@@ -142,16 +144,20 @@ def context(results: Results) -> dict[str, Any]:
             if medium.note or medium.compaction
         ],
         "doubts": [
-            (one.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
-            for one in results
-            for flag, count in [most_serious_flag(results, one.name)]
+            (medium.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
+            for medium in results
+            for flag, count in [most_serious_flag(results, medium.name)]
             if flag
         ]
-        + [(one.title, doubt) for one in results if (doubt := doubt_of_map(results, one.name))],
+        + [
+            (medium.title, doubt)
+            for medium in results
+            if (doubt := doubt_of_map(results, medium.name))
+        ],
         "of_all": [
-            (one.title, ". ".join(words))
-            for one in results
-            if (words := describe_shared(one.flags.shared(one.fits)))
+            (medium.title, ". ".join(words))
+            for medium in results
+            if (words := describe_shared(medium.flags.shared(medium.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
         "alphas": tables.alphas(results),
@@ -203,9 +209,9 @@ def _measured(results: Results, outcome: Outcome) -> str:
     if results.config.table is not None:
         return f"{media} from a table of stress or alpha.".capitalize()
     runs = "1 run" if outcome.runs_used == 1 else f"{outcome.runs_used:,} runs"
-    how = "re-enacted" if results.campaign.reenacted else "recorded"
+    log_origin = "re-enacted" if results.campaign.reenacted else "recorded"
     lost = f"{dropped} {'run' if dropped == 1 else 'runs'} dropped" if dropped else "none dropped"
-    return f"{media}, {runs} used, {lost}; logs {how}.".capitalize()
+    return f"{media}, {runs} used, {lost}; logs {log_origin}.".capitalize()
 
 
 @dataclass(frozen=True)
@@ -224,19 +230,19 @@ class Picture:
 def pictures(results: Results) -> list[Picture]:
     """Every figure that was drawn, in the order in which figures are shown."""
     return [
-        _picture(results, one, medium)
-        for one in figures()
-        if not one.on_demand
-        for medium in one.media(results.campaign)
-        if results.has(f"{one.file(medium)}.webp")
+        _picture(results, declared, medium)
+        for declared in figures()
+        if not declared.on_demand
+        for medium in declared.media(results.campaign)
+        if results.has(f"{declared.file(medium)}.webp")
     ]
 
 
-def _picture(results: Results, one: Declared, medium: str) -> Picture:
-    file, caption = one.file(medium), one.caption_of(results, medium)
+def _picture(results: Results, declared: Declared, medium: str) -> Picture:
+    file, caption = declared.file(medium), declared.caption_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
-    section = "quality" if one.folder == "quality" else one.section
+    section = "quality" if declared.folder == "quality" else declared.section
     files_of = [(ending, f"{file}.{ending}") for ending in PRINTED]
     name = file.rpartition("/")[2]
     return Picture(name, caption, section, data, *size_of_preview(content), files_of)
@@ -254,19 +260,19 @@ def _kinds(results: Results) -> list[str]:
         return ["directions of the table"]
     kinds = {run.kind for run in results.campaign.runs}
     words = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
-    found = [text for kind, text in words.items() if kind in kinds]
+    kind_names = [text for kind, text in words.items() if kind in kinds]
     if results.campaign.robot_medium and len(results.table("robot/tracks.csv")):
-        found.append("trials of the robot")
-    return found
+        kind_names.append("trials of the robot")
+    return kind_names
 
 
 def _script() -> str:
     # one scope for all parts, so that nothing leaks into the page
-    body = "\n".join(_part(name) for name in SCRIPTS)
+    body = "\n".join(_read_file(name) for name in SCRIPTS)
     return f'"use strict";\n(() => {{\n{body}\n}})();\n'
 
 
-def _part(name: str) -> str:
+def _read_file(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 

@@ -45,22 +45,22 @@ def robot_facts(results: Results) -> dict[str, Any]:
 
 def _shares(errors: pd.DataFrame) -> Table:
     """How many conditions come near, of all and of those that the robot was not calibrated on."""
-    parts = {str(name): part for name, part in errors.groupby("profile", sort=False)}
+    parts = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
     def within(heading: str, percents: float) -> Column:
         def cell(row: Row) -> Cell:
-            part = parts[row["profile"]]
-            new = part[part["calibrated"] == "no"]
-            both = (share_within(some, percents) for some in (part, new))
-            found, others = (f"{near} of {total}" for near, total in both)
-            return Cell(found, (f"predicted: {others}",))
+            rows_of_profile = parts[row["profile"]]
+            uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
+            counts = (share_within(rows, percents) for rows in (rows_of_profile, uncalibrated))
+            share_of_all, share_of_new = (f"{count} of {total}" for count, total in counts)
+            return Cell(share_of_all, (f"predicted: {share_of_new}",))
 
         return Column(heading, cell, "num")
 
-    def held(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
+    def cell_of_count(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
         def cell(row: Row) -> Cell:
-            found, known = count(parts[row["profile"]])
-            return Cell(f"{found} of {known}" if known else "no value")
+            near, total = count(parts[row["profile"]])
+            return Cell(f"{near} of {total}" if total else "no value")
 
         return cell
 
@@ -68,11 +68,13 @@ def _shares(errors: pd.DataFrame) -> Table:
     columns += [
         Column(
             "within the errors of \N{GREEK SMALL LETTER ALPHA} alone",
-            held(count_within_alpha_error),
+            cell_of_count(count_within_alpha_error),
             "num",
         )
     ]
-    columns += [Column("with the model's own error", held(count_within_model_error), "num")]
+    columns += [
+        Column("with the model's own error", cell_of_count(count_within_model_error), "num")
+    ]
     return Table("Share of the conditions", columns, [{"profile": name} for name in parts])
 
 
@@ -101,12 +103,16 @@ def _conditions(errors: pd.DataFrame) -> Table:
 
     def speed(profile: str) -> Column:
         def cell(row: Row) -> Cell:
-            one = simulated.get((row["condition"], profile), {})
-            lo, hi = (one.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi"))
-            notes = filter(None, (percent(one.get("error_percent")), one.get("reason", "")))
-            shown = number(one.get("simulated_cm_per_s"), 1)
-            wider = span_of_model(one, "simulated_model_{}_cm_per_s", 1)
-            return Cell(shown, (span(lo, hi, 1), wider, "; ".join(notes)))
+            simulated_row = simulated.get((row["condition"], profile), {})
+            lo, hi = (
+                simulated_row.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi")
+            )
+            notes = filter(
+                None, (percent(simulated_row.get("error_percent")), simulated_row.get("reason", ""))
+            )
+            speed_text = number(simulated_row.get("simulated_cm_per_s"), 1)
+            wider = span_of_model(simulated_row, "simulated_model_{}_cm_per_s", 1)
+            return Cell(speed_text, (span(lo, hi, 1), wider, "; ".join(notes)))
 
         return Column(f"{name_of(profile)}, cm/s", cell, "num")
 
@@ -128,12 +134,14 @@ def robot_data(results: Results) -> dict[str, Any] | None:
     measured = results.table("robot/errors.csv").drop_duplicates("condition")
     curvatures = sorted(set(measured["curvature_times_R"].tolist()) or {-1.0, 0.0, 1.0})
     curves: dict[str, list[dict[str, Any]]] = {}
-    for name, part in results.table("robot/speed.csv").groupby("profile", sort=False):
+    for name, rows_of_profile in results.table("robot/speed.csv").groupby("profile", sort=False):
         curves[str(name)] = []
         for curvature in curvatures:
-            own = part[np.isclose(part["curvature_times_R"], curvature)]
-            mean = own.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-            f, v = (as_lists(one.to_numpy(float), DIGITS) for one in (mean.index, mean))
+            rows_of_curvature = rows_of_profile[
+                np.isclose(rows_of_profile["curvature_times_R"], curvature)
+            ]
+            mean = rows_of_curvature.groupby("frequency_Hz")["speed_cm_per_s"].mean()
+            f, v = (as_lists(values.to_numpy(float), DIGITS) for values in (mean.index, mean))
             curves[str(name)].append({"curvature": curvature, "f": f, "v": v})
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
     points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}

@@ -43,8 +43,8 @@ DEGREE = "\N{DEGREE SIGN}"
 
 def title_of(results: Results, medium: str) -> str:
     """Title of a medium as the user wrote it."""
-    own = {"": "in air", GENERIC: "generic, no unit"}
-    return (own | results.titles).get(medium, medium)
+    special_titles = {"": "in air", GENERIC: "generic, no unit"}
+    return (special_titles | results.titles).get(medium, medium)
 
 
 def summary(results: Results, outcome: Outcome) -> Table:
@@ -52,56 +52,58 @@ def summary(results: Results, outcome: Outcome) -> Table:
     dropped = Counter(run["medium"] for run in outcome.dropped)
 
     def title(row: Row) -> Cell:
-        used, lost = outcome.used[row["medium"]], dropped[row["medium"]]
-        words = [f"{used} run{'s' * (used != 1)}"]
+        runs_used, runs_dropped = outcome.used[row["medium"]], dropped[row["medium"]]
+        words = [f"{runs_used} run{'s' * (runs_used != 1)}"]
         words = ["natural sand"] * (row["medium"] in results.sands) + words
-        note = ", ".join([*words, f"{lost} dropped"] if lost else words)
+        note = ", ".join([*words, f"{runs_dropped} dropped"] if runs_dropped else words)
         return Cell(results.campaign.titles[row["medium"]], (note,))
 
-    def data(row: Row) -> Cell:
-        word, why = verdict_of(results, row["medium"])
+    def data_verdict(row: Row) -> Cell:
+        word, reason = verdict_of(results, row["medium"])
         count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
         link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
-        look = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
-        return Cell(word, (why, flags), f"verdict {look}", link)
+        css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
+        return Cell(word, (reason, flags), f"verdict {css_class}", link)
 
     def on_legs(row: Row) -> Cell:
         _, code, note = verdicts_on_legs(results, row["medium"])[0]
-        look = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
+        css_class = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
         section = "#sands" if row["medium"] in results.sands else "#legs"
         link = "" if code == NOT_TESTED else section
-        return Cell(VERDICT_WORDS[code], (note,), f"verdict {look}", link)
+        return Cell(VERDICT_WORDS[code], (note,), f"verdict {css_class}", link)
 
-    columns = [Column("Medium", title), Column("Data", data)]
+    columns = [Column("Medium", title), Column("Data", data_verdict)]
     columns += [Column("Model on legs", on_legs)] if results.config.legs else []
     return Table("Summary table", columns, [{"medium": medium} for medium in results.media])
 
 
 def alphas(results: Results) -> list[tuple[str, Table]]:
     """Alpha of every medium with its interval, for paper: rows of beta, columns of gamma, or a list of directions."""
-    found = []
-    for one in results:
-        known = one.alpha[one.alpha[column("z")].notna()]
-        if not lies_on_grid(one.alpha):
+    titled_tables = []
+    for medium in results:
+        cells_with_alpha = medium.alpha[medium.alpha[column("z")].notna()]
+        if not lies_on_grid(medium.alpha):
             columns = [numbers(f"{BETA}, {DEGREE}", "beta_deg", 1)]
             columns += [numbers(f"{GAMMA}, {DEGREE}", "gamma_deg", 1)]
             columns += [numbers(ALPHA_OF[c], column(c), ends=column(c, "_{}")) for c in "zx"]
-            table = Table(f"Alpha, {one.title}", columns, records(known))
-            found.append((f"{one.title}, {PER_CM3}", table))
+            table = Table(f"Alpha, {medium.title}", columns, records(cells_with_alpha))
+            titled_tables.append((f"{medium.title}, {PER_CM3}", table))
             continue
-        for c in "zx" if len(known) else "":
-            beta, gamma, _ = pivot(one.alpha, column(c))
-            cells = {end: pivot(one.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
+        for c in "zx" if len(cells_with_alpha) else "":
+            beta, gamma, _ = pivot(medium.alpha, column(c))
+            cells = {end: pivot(medium.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
             rows = []
             for i, angle in enumerate(beta):
-                own = {f"{end}{k}": v for end in cells for k, v in enumerate(cells[end][i])}
-                rows.append({"beta": angle} | own)
+                values_of_row = {
+                    f"{end}{k}": v for end in cells for k, v in enumerate(cells[end][i])
+                }
+                rows.append({"beta": angle} | values_of_row)
             columns = [numbers(f"{BETA} \\ {GAMMA}", "beta", 0)]
             columns += [numbers(degrees(g), str(k), ends=f"_{{}}{k}") for k, g in enumerate(gamma)]
-            label = Markup("{}, {}, {}").format(ALPHA_OF[c], one.title, PER_CM3)
-            found.append((label, Table(f"alpha_{c}, {one.title}", columns, rows)))
-    return found
+            label = Markup("{}, {}, {}").format(ALPHA_OF[c], medium.title, PER_CM3)
+            titled_tables.append((label, Table(f"alpha_{c}, {medium.title}", columns, rows)))
+    return titled_tables
 
 
 def at_depths(results: Results) -> Table:
@@ -112,14 +114,16 @@ def at_depths(results: Results) -> Table:
         row: dict[str, Any] = {"medium": medium.name, "law": str(law)}
         if law is None:
             continue
-        for at, table in medium.alpha_at_depth.groupby("depth_cm"):
+        for depth, table in medium.alpha_at_depth.groupby("depth_cm"):
             cell = cell_at(table, 0, 90)
             if cell is not None and math.isfinite(cell[column("z")]):
-                row |= {f"{end}{at:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
+                row |= {f"{end}{depth:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
         rows += [row] if len(row) > 2 else []
     head = ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}, at "
     columns = [_medium(results), texts("Stress grows as", "law")]
-    columns += [numbers(head + f"{at:g} cm", f"{at:g}", ends=f"_{{}}{at:g}") for at in depths]
+    columns += [
+        numbers(head + f"{depth:g} cm", f"{depth:g}", ends=f"_{{}}{depth:g}") for depth in depths
+    ]
     return Table("Alpha at stated depths", columns, rows)
 
 
@@ -127,33 +131,35 @@ def coefficients(results: Results, method: str) -> Table:
     """Coefficients of all media by one method, dropped ones in brackets, and what nine terms miss."""
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
-    found = {(row["medium"], row["coefficient"]): row for row in rows}
+    fit_rows = {(row["medium"], row["coefficient"]): row for row in rows}
     reasons: dict[str, set[str]] = {}
     for row in rows:
         reasons.setdefault(row["medium"], set()).add(row["reason"])
 
-    def of(medium: str) -> Column:
+    def column_of(medium: str) -> Column:
         def cell(row: Row) -> Cell:
             if "of" in row:
-                one = found.get((medium, row["of"]), {})
-                return Cell(number(one.get("misfit_rms_N_per_cm3"), 4))
-            one = found.get((medium, row["term"]), {})
-            text = number(one.get("value_N_per_cm3"), 4)
+                fit_row = fit_rows.get((medium, row["of"]), {})
+                return Cell(number(fit_row.get("misfit_rms_N_per_cm3"), 4))
+            fit_row = fit_rows.get((medium, row["term"]), {})
+            text = number(fit_row.get("value_N_per_cm3"), 4)
             # a reason of the whole medium stands once
-            why = (
-                one.get("reason", "") if len(reasons[medium]) > 1 or row["term"] == TERMS[0] else ""
+            reason = (
+                fit_row.get("reason", "")
+                if len(reasons[medium]) > 1 or row["term"] == TERMS[0]
+                else ""
             )
-            notes = (span(one.get("lo"), one.get("hi"), 4), why)
-            if one.get("kept", True):
+            notes = (span(fit_row.get("lo"), fit_row.get("hi"), 4), reason)
+            if fit_row.get("kept", True):
                 return Cell(text, notes)
             return Cell(f"[{text}]", notes, "faint")
 
         return Column(title_of(results, medium), cell, "num")
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
-    columns = [texts("Term", "term"), *(of(medium) for medium in media)]
+    columns = [texts("Term", "term"), *(column_of(medium) for medium in media)]
     rows = [{"term": term} for term in TERMS]
-    if any(math.isfinite(one["misfit_rms_N_per_cm3"]) for one in found.values()):
+    if any(math.isfinite(fit_row["misfit_rms_N_per_cm3"]) for fit_row in fit_rows.values()):
         rows += [
             {"term": Markup(f"misfit of \N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>, rms"), "of": of}
             for c, of in (("z", "A00"), ("x", "C11"))
@@ -163,22 +169,22 @@ def coefficients(results: Results, method: str) -> Table:
 
 def spreads(results: Results) -> list[tuple[str, str]]:
     """Where the spread from run to run of each medium is known from."""
-    found = []
-    for one in results:
-        known = one.alpha.loc[one.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
-        if len(known):
-            found.append((one.title, ", ".join(dict.fromkeys(filter(None, known)))))
-    found = [(title, words) for title, words in found if words]
-    if len(found) > 1 and len({words for _, words in found}) == 1:
-        return [("all media", found[0][1])]
-    return found
+    titled_spreads = []
+    for medium in results:
+        spread = medium.alpha.loc[medium.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
+        if len(spread):
+            titled_spreads.append((medium.title, ", ".join(dict.fromkeys(filter(None, spread)))))
+    titled_spreads = [(title, words) for title, words in titled_spreads if words]
+    if len(titled_spreads) > 1 and len({words for _, words in titled_spreads}) == 1:
+        return [("all media", titled_spreads[0][1])]
+    return titled_spreads
 
 
 def methods(results: Results) -> list[str]:
     """Methods that gave coefficients, the configured one first."""
     table = results.table("coefficients.csv")
-    found = dict.fromkeys(map(str, table.loc[table["value_N_per_cm3"].notna(), "method"]))
-    return sorted(found, key=lambda method: method != results.config.fourier.method)
+    fitted_methods = dict.fromkeys(map(str, table.loc[table["value_N_per_cm3"].notna(), "method"]))
+    return sorted(fitted_methods, key=lambda method: method != results.config.fourier.method)
 
 
 def scaling(results: Results) -> tuple[Table, Table]:
@@ -204,8 +210,8 @@ def scaling(results: Results) -> tuple[Table, Table]:
     parts: dict[bool, list[Row]] = {True: [], False: []}
     for row in _without_repeated_reasons(results, "penetration.csv"):
         parts[row["method"] in (method, *routines(method))].append(row)
-    others = Table("Scaling by the other methods", columns, parts[False])
-    return Table("Scaling table", columns, parts[True]), others
+    other_scaling = Table("Scaling by the other methods", columns, parts[False])
+    return Table("Scaling table", columns, parts[True]), other_scaling
 
 
 def leg_errors(results: Results) -> Table:
@@ -256,10 +262,15 @@ def sands(results: Results) -> Table:
 
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
     """Rows of a table, without the reasons that the page says once."""
-    once = {one.name: codes_of(one.flags.shared(one.fits)).split() for one in results}
+    shared_codes = {
+        medium.name: codes_of(medium.flags.shared(medium.fits)).split() for medium in results
+    }
     rows = records(results.table(name))
     for row in rows:
-        if {*row["reason_code"].split()} <= {"published-media", *once.get(row["medium"], ())}:
+        if {*row["reason_code"].split()} <= {
+            "published-media",
+            *shared_codes.get(row["medium"], ()),
+        }:
             row["reason"] = ""
     return rows
 
@@ -298,37 +309,46 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         return Cell(_significant(row["ours"]), (" to ".join(ends) if all(ends) else "",))
 
     def verdict(row: Row) -> Cell:
-        look = "verdict " + row["verdict"].replace(" ", "-")
-        return Cell(row["verdict"], (row["evidence"], row["why"]), look)
+        css_classes = "verdict " + row["verdict"].replace(" ", "-")
+        return Cell(row["verdict"], (row["evidence"], row["why"]), css_classes)
 
     columns = [Column("Item", item), Column("Paper", paper, "num"), Column("Ours", ours, "num")]
     columns += [Column("Verdict", verdict)]
-    every = records(results.table("reproduction.csv"))
-    rows = [row for row in every if row["verdict"] != NOT_MEASURED]
-    met, possible = (sum(row["evidence"] != TEXT for row in part) for part in (rows, every))
+    all_rows = records(results.table("reproduction.csv"))
+    rows = [row for row in all_rows if row["verdict"] != NOT_MEASURED]
+    met, possible = (
+        sum(row["evidence"] != TEXT for row in counted_rows) for counted_rows in (rows, all_rows)
+    )
     rows = [] if 2 * met < possible else rows
     of_each = Counter((row["evidence"], row["verdict"]) for row in rows)
     sums = {
-        evidence: [f"{of_each[evidence, one]} {one}" for one in VERDICTS if of_each[evidence, one]]
+        evidence: [
+            f"{of_each[evidence, verdict_word]} {verdict_word}"
+            for verdict_word in VERDICTS
+            if of_each[evidence, verdict_word]
+        ]
         for evidence in EVIDENCE
     }
     counts = {evidence: ", ".join(words) for evidence, words in sums.items() if words}
-    others = [row for row in rows if row["verdict"] != SAME]
-    different = Table("Items that are not the same", columns, others, tall=True)
+    differing_rows = [row for row in rows if row["verdict"] != SAME]
+    different = Table("Items that are not the same", columns, differing_rows, tall=True)
     return counts, different, Table("All items", columns, rows, tall=True)
 
 
 def dropped(results: Results, outcome: Outcome) -> Table:
     """Runs that gave no result, and why."""
     columns = [texts("Run", "run_id"), _medium(results), texts("Kind", "kind")]
-    columns += [texts("Rows", "rows", look="num"), texts("Reason", "reasons", look="why")]
+    columns += [
+        texts("Rows", "rows", css_classes="num"),
+        texts("Reason", "reasons", css_classes="why"),
+    ]
     return Table("Runs that gave no result", columns, outcome.dropped, tall=True)
 
 
 def rows_of_logs(results: Results) -> Table:
     """What became of the rows of all logs."""
     columns = [texts("Fate", "fate"), texts("Reason or use", "reason")]
-    columns += [texts("Runs", "runs", look="num"), texts("Rows", "rows", look="num")]
+    columns += [texts("Runs", "runs", css_classes="num"), texts("Rows", "rows", css_classes="num")]
     return Table("Rows by fate", columns, rows_by_reason(results))
 
 

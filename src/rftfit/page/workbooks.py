@@ -51,7 +51,9 @@ class Book:
         options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
         self.workbook = xlsxwriter.Workbook(self._file, options)
         self.workbook.set_properties({"created": _CREATED, "author": "rftfit"})
-        self.formats = {name: self.workbook.add_format(how) for name, how in _FORMATS.items()}
+        self.formats = {
+            name: self.workbook.add_format(properties) for name, properties in _FORMATS.items()
+        }
         self._names: set[str] = set()
 
     def sheet(self, name: str) -> Worksheet:
@@ -86,15 +88,15 @@ class Book:
         column: int,
         value: float,
         form: str = "number",
-        why: str = "",
+        reason: str = "",
     ) -> None:
         """Write a number in full precision, or, for NaN, "no value"; of a cell "no run", its reason as a comment."""
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
-        self.text(sheet, row, column, "no run" if why else "no value", "missing")
-        if why:
-            sheet.write_comment(row, column, why, {"x_scale": 2, "author": "rftfit"})
+        self.text(sheet, row, column, "no run" if reason else "no value", "missing")
+        if reason:
+            sheet.write_comment(row, column, reason, {"x_scale": 2, "author": "rftfit"})
 
     def about(self, title: str, lines: list[str]) -> None:
         """Add the first sheet: what this is, and which version of the program made it."""
@@ -102,8 +104,8 @@ class Book:
         sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
         self.text(sheet, 0, 0, title, "title")
-        made = f"Made by rftfit {__version__}."
-        for row, line in enumerate([made, *lines], start=2):
+        version_line = f"Made by rftfit {__version__}."
+        for row, line in enumerate([version_line, *lines], start=2):
             self.text(sheet, row, 0, line)
 
     def close(self) -> bytes:
@@ -147,7 +149,7 @@ def alpha_workbook(results: Results) -> bytes:
         'A cell "no run" has no usable run; its comment says why.',
         "Sheets:",
     ]
-    book.about("alpha tables", [*lines, *(f"{one.name}: {one.title}" for one in results)])
+    book.about("alpha tables", [*lines, *(f"{medium.name}: {medium.title}" for medium in results)])
     for medium in results:
         sheet = book.sheet(medium.name)
         sheet.set_column(0, 0, 24)
@@ -158,10 +160,10 @@ def alpha_workbook(results: Results) -> bytes:
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"
             row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
-        for of, what in (("", "alpha_{}"), ("_next", "the next push, alpha_{}")):
+        for suffix, label in (("", "alpha_{}"), ("_next", "the next push, alpha_{}")):
             for c in "zx":
-                head = f"half width of the {confidence} interval of {what.format(c)} (N/cm^3)"
-                widths = table.assign(half=half_width(table, c, of))
+                head = f"half width of the {confidence} interval of {label.format(c)} (N/cm^3)"
+                widths = table.assign(half=half_width(table, c, suffix))
                 row = _alpha_block(book, sheet, row, head, widths, "half")
     return book.close()
 
@@ -182,9 +184,9 @@ def _alpha_block(
         sheet.write_number(row + 1, j + 1, angle, book.formats["angle"])
     for i, angle in enumerate(beta):
         sheet.write_number(row + 2 + i, 0, angle, book.formats["angle_side"])
-        for j, other in enumerate(gamma):
-            why = reasons.get((angle % 180, other)) or "no reason was recorded"
-            book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), why=why)
+        for j, gamma_angle in enumerate(gamma):
+            reason = reasons.get((angle % 180, gamma_angle)) or "no reason was recorded"
+            book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), reason=reason)
     return row + beta.size + 3
 
 
@@ -195,10 +197,10 @@ def _alpha_list(
     for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
         book.text(sheet, row, j, head, "head")
     rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
-    for i, (beta, gamma, value, why) in enumerate(rows, start=row + 1):
+    for i, (beta, gamma, value, reason) in enumerate(rows, start=row + 1):
         sheet.write_number(i, 0, beta, book.formats["angle_side"])
         sheet.write_number(i, 1, gamma, book.formats["angle_side"])
-        book.value(sheet, i, 2, value, why=why or "no reason was recorded")
+        book.value(sheet, i, 2, value, reason=reason or "no reason was recorded")
     return row + len(table) + 2
 
 
