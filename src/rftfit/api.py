@@ -138,12 +138,12 @@ def read_log(
     from rftfit.logs.inspect import recognised, recording
 
     file = recording(Path(path))
-    reader_found = recognised(file, dialect, text, options)
-    log = reader_found.reader.load(file)
-    if reader_found.text is None or text is not None:
+    recognition = recognised(file, dialect, text, options)
+    log = recognition.reader.load(file)
+    if recognition.text is None or text is not None:
         return log
     return replace(
-        log, notes=(*log.notes, f"no dialect knows this text; read as {reader_found.text}")
+        log, notes=(*log.notes, f"no dialect knows this text; read as {recognition.text}")
     )
 
 

@@ -381,12 +381,12 @@ class Source(Model, Generic[Q]):
     @property
     def where_words(self) -> dict[str, tuple[str, ...]]:
         """Words that are allowed in each column of `where`."""
-        each = {
+        words_by_column = {
             name: word if isinstance(word, list) else [word] for name, word in self.where.items()
         }
         return {
             name: tuple(f"{word:g}" if isinstance(word, float) else word for word in words)
-            for name, words in each.items()
+            for name, words in words_by_column.items()
         }
 
     @model_validator(mode="after")
@@ -617,11 +617,14 @@ class Grid(Model):
             (beta, gamma) for beta in sorted(self.beta_deg) for gamma in sorted(self.gamma_deg)
         )
 
-    def same(self, one: Direction, other: Direction) -> bool:
+    def same(self, first: Direction, second: Direction) -> bool:
         """Whether two directions are one cell; plates at -90 and 90 degrees are one and the same."""
         # a little more, so that 0.5 is within 0.5 however it is rounded
         most = self.angle_tolerance_deg + 1e-6
-        return abs(one[1] - other[1]) <= most and abs((one[0] - other[0] + 90) % 180 - 90) <= most
+        return (
+            abs(first[1] - second[1]) <= most
+            and abs((first[0] - second[0] + 90) % 180 - 90) <= most
+        )
 
 
 Law = Literal["through_zero", "free_intercept", "power"]
@@ -1020,16 +1023,22 @@ class Config(Model):
     def _table_needs_no_rig(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("table") is not None:
             area = {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}
-            own = data.get("intruders", {})
+            intruder_table = data.get("intruders", {})
             # legs are welcome, to predict forces on them
-            intruders = {**own, UNIT_AREA: area} if isinstance(own, dict) else own
+            intruders = (
+                {**intruder_table, UNIT_AREA: area}
+                if isinstance(intruder_table, dict)
+                else intruder_table
+            )
             return {**_NOT_OF_TABLES, **data, "intruders": intruders}
         return data
 
     @property
     def legs(self) -> dict[str, Leg]:
         """The intruders that are legs, by name."""
-        return {name: one for name, one in self.intruders.items() if isinstance(one, Leg)}
+        return {
+            name: intruder for name, intruder in self.intruders.items() if isinstance(intruder, Leg)
+        }
 
     def grid_of(self, medium: str) -> Grid:
         """Directions of one medium: a natural sand has none planned, but the same tolerance."""

@@ -68,12 +68,12 @@ def decode(data: bytes, file: str, area: str) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line, found = None, "UTF-16"
+        line, encoding = None, "UTF-16"
         if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
             line = len(re.findall(rb"\r\n|\r|\n", data[: error.start])) + 1
-            found = f"byte {data[error.start]:#04x}"
+            encoding = f"byte {data[error.start]:#04x}"
         allowed = "UTF-8 text; in a spreadsheet save as 'CSV UTF-8', in an editor choose UTF-8"
-        problem = Problem(f"{area}.not-utf8", Place(file, line=line), found, allowed)
+        problem = Problem(f"{area}.not-utf8", Place(file, line=line), encoding, allowed)
         raise CampaignError([problem]) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
@@ -121,7 +121,7 @@ def plain_path(text: str) -> str:
         raise BadPath("path-outside", "a relative path, not an absolute one")
     if ".." in text.split("/"):
         raise BadPath("path-outside", "it must stay inside, without ..")
-    if any(is_device(part) for part in text.split("/")):
+    if any(is_device(folder) for folder in text.split("/")):
         raise BadPath("reserved-name", DEVICE)
     return posixpath.normpath(text)
 
@@ -199,8 +199,8 @@ class Folder:
         head, _, name = path.rpartition("/")
         if head not in self._names:
             self._names[head] = self._list(head)
-        found = did_you_mean(name, self._names[head])
-        return None if found is None else f"{head}/{found}" if head else found
+        nearest_name = did_you_mean(name, self._names[head])
+        return None if nearest_name is None else f"{head}/{nearest_name}" if head else nearest_name
 
     def _list(self, head: str) -> tuple[str, ...]:
         try:

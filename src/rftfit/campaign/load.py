@@ -66,8 +66,8 @@ class Campaign:
     @cached_property
     def calibration(self) -> Calibration | None:
         """The calibration that the configuration names, if it names one."""
-        named = self.config.force_log.calibration
-        return None if named is None else read_calibration(self.raw / named)
+        calibration_file = self.config.force_log.calibration
+        return None if calibration_file is None else read_calibration(self.raw / calibration_file)
 
     @cached_property
     def digests(self) -> dict[str, str]:
@@ -81,10 +81,12 @@ class Campaign:
         """
         if medium not in self.config.media:
             raise KeyError(medium)
-        own = {run.run_id: run for run in self.runs if run.medium == medium}
-        named = {run.tare_run for run in own.values() if run.kind == "leg" and run.tare_run}
-        own |= {name: self.by_id[name] for name in named}
-        return tuple(own[name] for name in sorted(own))
+        runs_of_medium = {run.run_id: run for run in self.runs if run.medium == medium}
+        air_runs = {
+            run.tare_run for run in runs_of_medium.values() if run.kind == "leg" and run.tare_run
+        }
+        runs_of_medium |= {name: self.by_id[name] for name in air_runs}
+        return tuple(runs_of_medium[name] for name in sorted(runs_of_medium))
 
     def size_of(self, log: str) -> int | None:
         """Bytes of a log; None where there is none."""
@@ -144,8 +146,8 @@ class Campaign:
     @cached_property
     def unassigned_air_runs(self) -> tuple[Run, ...]:
         """The in-air runs that no leg names, so that they belong to no medium, by run_id."""
-        named = {run.tare_run for run in self.runs if run.kind == "leg"}
-        loose = [run for run in self.runs if not run.medium and run.run_id not in named]
+        air_runs_of_legs = {run.tare_run for run in self.runs if run.kind == "leg"}
+        loose = [run for run in self.runs if not run.medium and run.run_id not in air_runs_of_legs]
         return tuple(sorted(loose, key=lambda run: run.run_id))
 
 
@@ -224,11 +226,11 @@ def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
 
 def _no_campaign(root: Path) -> str:
     """Say that there is no campaign, and where one is or how one is made."""
-    here = Path.cwd()
-    near = [place for place in here.parents if (place / _CONFIG).is_file()][:1]
+    working_folder = Path.cwd()
+    near = [place for place in working_folder.parents if (place / _CONFIG).is_file()][:1]
     with suppress(OSError):
         near += sorted(path.parents[1] for path in root.glob(f"*/{_CONFIG}"))
-    shown = listed([os.path.relpath(one, here) for one in near], 3)
+    shown = listed([os.path.relpath(path, working_folder) for path in near], 3)
     return (
         f"the file does not exist, so this is no campaign; go to the folder of one{shown and f' ({shown})'}, "
         "or make a new one: rftfit init FOLDER"
@@ -254,7 +256,7 @@ def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
 
 def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]) -> list[Problem]:
     """Point out media from which no profile can come, and the role in which one push gives one."""
-    found = []
+    problems = []
     for name, medium in media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
         place = Place(f"{sheet}, medium {name}")
@@ -263,7 +265,7 @@ def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]
                 "a plate run of each medium; without one there is no alpha, and nothing to compare "
                 "the forces on its legs with"
             )
-            found.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
+            problems.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
         level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
         if pushes and level and medium.role == "laboratory":
             text = (
@@ -271,8 +273,10 @@ def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]
                 "needs other directions too"
             )
             only = "nothing but level plates pushed straight down"
-            found.append(Problem("sheet.only-straight-down", place, only, text, severity="warning"))
-    return found
+            problems.append(
+                Problem("sheet.only-straight-down", place, only, text, severity="warning")
+            )
+    return problems
 
 
 def _read_table(
@@ -353,24 +357,24 @@ def _check_rigid_contact(
         )
         for key in ("force_log", "motion_log")
     ]
-    here = ("rigid_contact", "motion_log")
+    section = ("rigid_contact", "motion_log")
     if paths[0] and paths[0] == paths[1]:
         if clock != "same_clock":
-            file.note(here, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
+            file.note(section, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
     elif paths[0] and folded(paths[0]) == folded(paths[1]):
         allowed = f"a file of its own; force_log names it as {paths[0]}: some disks "
-        file.note(here, "shared-file", contact.motion_log, f"{allowed}treat both names as one")
+        file.note(section, "shared-file", contact.motion_log, f"{allowed}treat both names as one")
 
 
-def _check_calibration(file: ModelFile[Config], named: str | None, logs: Folder) -> None:
-    if named is None:
+def _check_calibration(file: ModelFile[Config], calibration_file: str | None, logs: Folder) -> None:
+    if calibration_file is None:
         return
-    here = ("force_log", "calibration")
-    if path := _need_file(file, here, named, logs, "raw", "calibration-file"):
+    section = ("force_log", "calibration")
+    if path := _need_file(file, section, calibration_file, logs, "raw", "calibration-file"):
         try:
             read_calibration(Path(logs.base) / path)
         except InputError as error:
-            file.note(here, "calibration", named, str(error))
+            file.note(section, "calibration", calibration_file, str(error))
 
 
 def _check_robot(

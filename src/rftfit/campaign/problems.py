@@ -101,8 +101,8 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
 @lru_cache(maxsize=1024)
 def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
     plain = {_plain(choice): choice for choice in reversed(choices)}
-    found = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
-    return plain[found[0]] if found else None
+    close_words = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
+    return plain[close_words[0]] if close_words else None
 
 
 def _plain(word: str) -> str:
@@ -125,12 +125,16 @@ def shown(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Write control characters of a text as escapes."""
-    escapes = {one: one.encode("unicode_escape").decode("ascii") for one in {*text}}
-    return "".join(one if one.isprintable() else escapes[one] for one in text)
+    escapes = {
+        character: character.encode("unicode_escape").decode("ascii") for character in {*text}
+    }
+    return "".join(
+        character if character.isprintable() else escapes[character] for character in text
+    )
 
 
-def choose(what: str, word: str, allowed: Sequence[str], more: str = "") -> str:
-    """Check a word against the allowed ones and return it; `more` is said after the allowed words."""
+def choose(what: str, word: str, allowed: Sequence[str], hint: str = "") -> str:
+    """Check a word against the allowed ones and return it; `hint` is said after the allowed words."""
     if word not in allowed:
-        raise InputError(unknown_word(what, word, allowed) + (more and f" ({more})"))
+        raise InputError(unknown_word(what, word, allowed) + (hint and f" ({hint})"))
     return word

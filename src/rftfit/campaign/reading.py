@@ -58,14 +58,21 @@ class ModelFile(Generic[M]):
         around = path
         while around and around not in self.lines:
             around = around[:-1]
-        key = ".".join(str(part + 1) if isinstance(part, int) else part for part in path)
+        key = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
         return Place(self.name, line=self.lines.get(around), key=key or None)
 
     def note(
-        self, path: KeyPath, code: str, found: str | None, allowed: str, nearest: str | None = None
+        self,
+        path: KeyPath,
+        code: str,
+        value_found: str | None,
+        allowed: str,
+        nearest: str | None = None,
     ) -> None:
         """Note what is wrong at a key."""
-        self.problems.append(Problem(f"config.{code}", self.place(path), found, allowed, nearest))
+        self.problems.append(
+            Problem(f"config.{code}", self.place(path), value_found, allowed, nearest)
+        )
 
 
 def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
@@ -93,9 +100,11 @@ def check_model(file: ModelFile[M], model: type[M]) -> None:
         checked = model.model_validate(file.data)
     except ValidationError as error:
         # a value that may be of several types has an error for each: the last is the nearest
-        details = {_path(each["loc"], file.data): each for each in error.errors(include_url=False)}
-        for at, detail in details.items():
-            _translate(detail, at, model, file)
+        details = {
+            _path(detail["loc"], file.data): detail for detail in error.errors(include_url=False)
+        }
+        for location, detail in details.items():
+            _translate(detail, location, model, file)
     else:
         file.model = None if file.problems else checked
     file.problems.sort(key=lambda problem: problem.place.line or 0)
@@ -192,10 +201,10 @@ def _mapping(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -> dic
 
 
 def _refusal(
-    at: Any, file: ModelFile[Any], code: str, allowed: str, found: str | None = None
+    node: Any, file: ModelFile[Any], code: str, allowed: str, value_found: str | None = None
 ) -> CampaignError:
-    place = _place_of(at.start_mark, file)
-    return CampaignError([Problem(f"config.{code}", place, found, allowed)])
+    place = _place_of(node.start_mark, file)
+    return CampaignError([Problem(f"config.{code}", place, value_found, allowed)])
 
 
 def _place_of(mark: Any, file: ModelFile[Any]) -> Place:
@@ -218,19 +227,19 @@ def _path(location: tuple[str | int, ...], data: Any) -> KeyPath:
     """Path in the file of an error's location, without what pydantic adds for keys and unions."""
     path: KeyPath = ()
     tagged = False
-    for part in location:
-        if part == "[key]":
+    for step in location:
+        if step == "[key]":
             continue
-        if isinstance(data, dict) and not tagged and data.get(TAG) == part:
+        if isinstance(data, dict) and not tagged and data.get(TAG) == step:
             tagged = True
             continue
         if not isinstance(data, dict | list):
             break
-        path, tagged = (*path, part), False
+        path, tagged = (*path, step), False
         if isinstance(data, dict):
-            data = data.get(part)
+            data = data.get(step)
         else:
-            data = data[part] if isinstance(part, int) and part < len(data) else None
+            data = data[step] if isinstance(step, int) and step < len(data) else None
     return path
 
 
@@ -242,8 +251,8 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
         # a list that is too short: speak of the list
         sort, path = "tuple_type", path[:-1]
     around = file.data
-    for part in path[:-1]:
-        around = around[part]
+    for step in path[:-1]:
+        around = around[step]
     tag = str(around.get(TAG, "")) if isinstance(around, dict) else ""
     keys = {key.name: key for key in keys_at(model, path[:-1], tag)} if path else {}
     name = str(path[-1]) if path else ""
@@ -254,9 +263,9 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
         text = f"this key is missing; it is needed: {_described(key)}"
         file.note(path, "missing-key", None, text)
     elif sort in ("union_tag_not_found", "union_tag_invalid"):
-        tags, found = tags_of(model, path), value.get(TAG)
-        nearest = did_you_mean(found, tags) if isinstance(found, str) else None
-        file.note((*path, TAG), TAG, _words(found), f"one of {', '.join(tags)}", nearest)
+        tags, tag_value = tags_of(model, path), value.get(TAG)
+        nearest = did_you_mean(tag_value, tags) if isinstance(tag_value, str) else None
+        file.note((*path, TAG), TAG, _words(tag_value), f"one of {', '.join(tags)}", nearest)
     elif "[key]" in detail["loc"] and sort == "literal_error":
         words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
         text = f"one of {', '.join(words)}"

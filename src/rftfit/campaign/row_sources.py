@@ -47,15 +47,17 @@ def source_of_row(source: AnyLog, where: str, columns: str) -> AnyLog:
             for name, words in _assignments(where).items()
         }
     if columns:
-        named: dict[str, Column] = {}
+        columns_of_row: dict[str, Column] = {}
         for quantity, name in read_columns(columns, kind).items():
             stated = source.columns.get(quantity)  # type: ignore[call-overload]
             as_given = name if not name.isdigit() else int(name)
             if stated is None or stated.column is None:
-                named[quantity] = Column(column=as_given)
+                columns_of_row[quantity] = Column(column=as_given)
             else:
-                named[quantity] = stated.model_copy(update={"column": as_given, "plus": None})
-        every: dict[Any, Column] = {**source.columns, **named}
+                columns_of_row[quantity] = stated.model_copy(
+                    update={"column": as_given, "plus": None}
+                )
+        every: dict[Any, Column] = {**source.columns, **columns_of_row}
         changed["columns"] = every
     return source.model_copy(update=changed)
 

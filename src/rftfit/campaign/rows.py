@@ -161,11 +161,11 @@ class Schema:
     file: str = ""
 
     def refusal(
-        self, code: str, allowed: str, found: str | None = None, row: int | None = None
+        self, code: str, allowed: str, value_found: str | None = None, row: int | None = None
     ) -> CampaignError:
         """Say why nothing of the table can be read."""
         place = Place(self.file, row)
-        return CampaignError([Problem(f"{self.area}.{code}", place, found, allowed)])
+        return CampaignError([Problem(f"{self.area}.{code}", place, value_found, allowed)])
 
     @property
     def no_rows(self) -> tuple[Problem, ...]:
@@ -195,7 +195,7 @@ class DraftRow:
         self,
         column: str,
         code: str,
-        found: str | None,
+        value_found: str | None,
         allowed: str,
         nearest: str | None = None,
         severity: Severity = "error",
@@ -204,7 +204,7 @@ class DraftRow:
         if severity == "error":
             self.bad.add(column)
         code, place = f"{self.schema.area}.{code}", Place(self.schema.file, self.row, column)
-        self.problems.append(Problem(code, place, found, allowed, nearest, severity))
+        self.problems.append(Problem(code, place, value_found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:
         """Whether a flag is set; false also where the cell is blank or bad."""
@@ -246,13 +246,13 @@ def read_rows(
     schema = replace(schema, file=str(path) if file is None else file)
     try:
         table = _read_table(path, schema)
-        found, problems = _find_columns(table, schema)
+        places, problems = _find_columns(table, schema)
     except CampaignError as error:
         return [], list(error.problems)
     if not table.rows:
         problems += schema.no_rows
     noted = deque[Problem](maxlen=0) if schema.lenient else problems
-    return _drafts(table, found, schema, noted), problems
+    return _drafts(table, places, schema, noted), problems
 
 
 _Found = dict[str, tuple[int, float]]
@@ -260,20 +260,22 @@ _Found = dict[str, tuple[int, float]]
 
 
 def _drafts(
-    table: _Table, found: _Found, schema: Schema, problems: MutableSequence[Problem]
+    table: _Table, places: _Found, schema: Schema, problems: MutableSequence[Problem]
 ) -> list[DraftRow]:
-    columns = [(column, *found.get(column.name, (None, 1.0))) for column in schema.columns]
+    columns = [(column, *places.get(column.name, (None, 1.0))) for column in schema.columns]
     # a program may write an index below no name
     header = table.header if schema.others == "refused" else ["-"] * len(table.header)
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
         width = len(cells)
-        named = {name: cells[at] if at < width else "" for name, (at, _) in found.items()}
+        cell_of_column = {
+            name: cells[index] if index < width else "" for name, (index, _) in places.items()
+        }
         draft = DraftRow(schema, number, problems)
-        for column, at, scale in columns:
+        for column, index, scale in columns:
             draft.text[column.name] = ""
-            bad = table.bad.get((number, at)) if table.bad and at is not None else None
-            _read_cell(draft, column, named, bad, scale)
+            bad = table.bad.get((number, index)) if table.bad and index is not None else None
+            _read_cell(draft, column, cell_of_column, bad, scale)
         if schema.others != "ignored":
             _check_cells_without_header(draft, header, cells)
         drafts.append(draft)
@@ -305,8 +307,10 @@ class Rows:
                 numbers = [draft.number.get(name, math.nan) for draft in drafts]
                 columns[name] = np.array(numbers, dtype=float)
             else:
-                own = (BAD if name in one.bad else one.text.get(name, "") for one in drafts)
-                columns[name] = _places(own, texts.setdefault(name, {}))
+                cells_of_column = (
+                    BAD if name in draft.bad else draft.text.get(name, "") for draft in drafts
+                )
+                columns[name] = _places(cells_of_column, texts.setdefault(name, {}))
         return cls(columns, texts)
 
 
@@ -329,31 +333,37 @@ def read_columns(
     columns = Rows.of([], schema, texts).columns
     filled = 0
 
-    def join(part: dict[str, npt.NDArray[Any]]) -> None:
+    def join(block_columns: dict[str, npt.NDArray[Any]]) -> None:
         nonlocal filled
-        begin, filled = filled, filled + part["row"].size
-        for name, values in part.items():
+        begin, filled = filled, filled + block_columns["row"].size
+        for name, values in block_columns.items():
             np.add(values, 0, out=columns[name][begin:filled], casting="unsafe")  # no minus zero
 
     try:
         data = _long_text(path, schema)
-        at = _next_row_start(data, 0, _HEAD)
-        at = at if data[:at].strip() else len(data)
+        position = _next_row_start(data, 0, _HEAD)
+        position = position if data[:position].strip() else len(data)
         suffix = path.suffix.lower()
-        table = _read_csv(data[:at].decode(), schema, suffix) if data else _read_table(path, schema)
-        found, problems = _find_columns(table, schema)
-        most = len(table.rows) + data.count(b"\n", at) + 1
+        table = (
+            _read_csv(data[:position].decode(), schema, suffix)
+            if data
+            else _read_table(path, schema)
+        )
+        places, problems = _find_columns(table, schema)
+        most = len(table.rows) + data.count(b"\n", position) + 1
         columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
-        join(Rows.of(_drafts(table, found, schema, problems), schema, texts).columns)
-        while at < len(data):
-            block = data[at : (at := _next_row_start(data, at, _BLOCK))]
-            part = _read_valid_rows(block, table, found, schema, texts)
-            if part is None:
+        join(Rows.of(_drafts(table, places, schema, problems), schema, texts).columns)
+        while position < len(data):
+            block = data[position : (position := _next_row_start(data, position, _BLOCK))]
+            block_columns = _read_valid_rows(block, table, places, schema, texts)
+            if block_columns is None:
                 table.rows = []
                 _take(table, block.decode(), schema)
-                part = Rows.of(_drafts(table, found, schema, problems), schema, texts).columns
-            join(part)
-            if at < len(data) and len(problems) > _MOST_NOTED:
+                block_columns = Rows.of(
+                    _drafts(table, places, schema, problems), schema, texts
+                ).columns
+            join(block_columns)
+            if position < len(data) and len(problems) > _MOST_NOTED:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
@@ -361,12 +371,12 @@ def read_columns(
     if table.last <= table.header_row:
         problems += schema.no_rows
     columns = {name: values[:filled] for name, values in columns.items()}
-    names = {name: table.header[place] for name, (place, _) in found.items()}
+    names = {name: table.header[place] for name, (place, _) in places.items()}
     return Rows(columns, texts), names, problems
 
 
 def _read_valid_rows(
-    block: bytes, table: _Table, found: _Found, schema: Schema, texts: dict[str, dict[str, int]]
+    block: bytes, table: _Table, places: _Found, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Read rows in which every cell is valid; None where one is not."""
     import pyarrow as pa
@@ -374,14 +384,14 @@ def _read_valid_rows(
 
     word = pa.dictionary(pa.int32(), pa.string())
     types = {
-        str(found[column.name][0]): pa.float64() if column.form == "number" else word
+        str(places[column.name][0]): pa.float64() if column.form == "number" else word
         for column in schema.columns
-        if column.name in found
+        if column.name in places
     }
     try:
         cells = pacsv.read_csv(
             pa.BufferReader(block),
-            pacsv.ReadOptions(column_names=[str(at) for at in range(len(table.header))]),
+            pacsv.ReadOptions(column_names=[str(index) for index in range(len(table.header))]),
             pacsv.ParseOptions(delimiter=table.delimiter),
             pacsv.ConvertOptions(column_types=types, include_columns=list(types), null_values=[]),
         ).unify_dictionaries()
@@ -392,15 +402,15 @@ def _read_valid_rows(
         return None  # a blank line, or a quote that swallowed line ends
     columns: dict[str, npt.NDArray[Any]] = {"bad": np.zeros(size, dtype=bool)}
     columns["row"] = np.arange(table.last + 1, table.last + 1 + size)
-    one = DraftRow(schema, 0, deque(maxlen=0))
+    draft = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
         name, number = column.name, column.form == "number"
-        own = texts.setdefault(name, {}) if not number else {}
-        if name not in found:
-            columns[name] = np.full(size, math.nan if number else _places([""], own)[0])
+        codes_of_texts = texts.setdefault(name, {}) if not number else {}
+        if name not in places:
+            columns[name] = np.full(size, math.nan if number else _places([""], codes_of_texts)[0])
             continue
-        at, scale = found[name]
-        values = cells.column(str(at)).combine_chunks()
+        index, scale = places[name]
+        values = cells.column(str(index)).combine_chunks()
         if number:
             columns[name] = values.to_numpy() if scale == 1 else values.to_numpy() * scale
             ends = columns[name].min(), columns[name].max()
@@ -409,12 +419,12 @@ def _read_valid_rows(
             continue
         distinct = []
         for text in values.dictionary.to_pylist():
-            one.text[name] = ""
-            _read_cell(one, column, {name: text.strip()}, None, 1.0)
-            distinct.append(one.text[name])
-        if one.bad:
+            draft.text[name] = ""
+            _read_cell(draft, column, {name: text.strip()}, None, 1.0)
+            distinct.append(draft.text[name])
+        if draft.bad:
             return None
-        columns[name] = _places(distinct, own)[values.indices.to_numpy()]
+        columns[name] = _places(distinct, codes_of_texts)[values.indices.to_numpy()]
     table.last += size
     return columns
 
@@ -462,13 +472,13 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
     if math.isnan(scale):  # the unit is not known: a problem of the header
         draft.bad.add(column.name)
         return
-    value, nearest, more = None, None, ""
+    value, nearest, hint = None, None, ""
     # Python would take 1_0 for 10, and digits of every script
     if cell.isascii() and "_" not in cell:
         with contextlib.suppress(ValueError):
             value = float(cell) * scale
     if value is None and COMMA.fullmatch(cell):
-        code, nearest, more = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
+        code, nearest, hint = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
     elif value is None:
         code = "not-a-number"
         # the minus of a word processor
@@ -479,12 +489,12 @@ def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> No
     elif not column.holds(value):
         code = "out-of-range"
         if column.period and column.low is not None:
-            nearest, more = same_angle(value / scale, column.period, column.low)
+            nearest, hint = same_angle(value / scale, column.period, column.low)
     else:
         draft.text[column.name] = cell
         draft.number[column.name] = value + 0.0  # never -0
         return
-    draft.note(column.name, code, cell, column.allowed + more, nearest)
+    draft.note(column.name, code, cell, column.allowed + hint, nearest)
 
 
 def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
@@ -571,30 +581,30 @@ def _find_columns(
     table: _Table, schema: Schema
 ) -> tuple[dict[str, tuple[int, float]], list[Problem]]:
     """Position of each column, what its unit is in that of the schema, and what is wrong with it."""
-    found: dict[str, tuple[int, float]] = {}
+    places: dict[str, tuple[int, float]] = {}
     problems: list[Problem] = []
     note = DraftRow(schema, table.header_row, problems).note
     unknown: list[str] = []
     names = {name: column for column in schema.columns for name in (column.name, *column.also)}
-    for at, name in enumerate(table.header):
+    for index, name in enumerate(table.header):
         column, scale = _column_of(name, names)
         if column is None:
             unknown += [name] if name else []
-        elif column.name in found:
-            text = f"each column once; it is also column number {found[column.name][0] + 1}"
+        elif column.name in places:
+            text = f"each column once; it is also column number {places[column.name][0] + 1}"
             note(name, "duplicate-column", name, text)
         elif scale is None:
             note(name, "unknown-unit", name, f"{column.name} in {', '.join(column.units)}")
-            found[column.name] = (at, math.nan)
+            places[column.name] = (index, math.nan)
         else:
-            found[column.name] = (at, scale)
-    if not found and (below := _header_below(table, schema)):
+            places[column.name] = (index, scale)
+    if not places and (below := _header_below(table, schema)):
         allowed = (
             f"the names of the columns, which stand in row {below}: take out the rows above it"
         )
         header = next(filter(None, table.header))
         raise schema.refusal("header-below", allowed, header, table.header_row)
-    missing = [column for column in schema.columns if column.name not in found]
+    missing = [column for column in schema.columns if column.name not in places]
     for name in () if schema.others == "ignored" else unknown:
         # first among those that are not there yet, so that two misspellings get two answers
         nearest = did_you_mean(name, [column.name for column in missing])
@@ -610,7 +620,7 @@ def _find_columns(
             text = f"this column is missing; it is needed: {column.meaning}{like}"
             nearest = did_you_mean(column.name, unknown) if schema.others != "refused" else None
             note(column.name, "missing-column", None, text, nearest)
-    return found, problems
+    return places, problems
 
 
 def _header_below(table: _Table, schema: Schema) -> int:
@@ -635,13 +645,13 @@ def _check_cells_without_header(
     draft: DraftRow, header: Sequence[str], cells: Sequence[str]
 ) -> None:
     """Note filled cells that stand under no header."""
-    for at, cell in enumerate(cells):
-        if cell and (at >= len(header) or not header[at]):
+    for index, cell in enumerate(cells):
+        if cell and (index >= len(header) or not header[index]):
             allowed = (
                 "nothing where the header is blank; a comma in a note or a decimal comma cuts a row "
                 "in the wrong place: put such a cell in quotes, write numbers with a point"
             )
-            draft.note(f"number {at + 1}", "no-header", cell, allowed)
+            draft.note(f"number {index + 1}", "no-header", cell, allowed)
 
 
 # --- text and workbooks
@@ -692,13 +702,15 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     names = {name: column for column in schema.columns for name in (column.name, *column.also)}
     head = next((line for line in io.StringIO(text) if line.strip()), "")
 
-    def known(delimiter: str) -> int:
+    def known_names(delimiter: str) -> int:
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
         return sum(_column_of(cell, names)[0] is not None for cell in cells)
 
     # at a draw the commonest one, then that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-    table = _Table(delimiter=max(order, key=lambda one: (known(one), head.count(one))))
+    table = _Table(
+        delimiter=max(order, key=lambda candidate: (known_names(candidate), head.count(candidate)))
+    )
     _take(table, text, schema, schema.most_rows)
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
@@ -735,15 +747,15 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
                 raise _too_many_rows(schema)
             texts = [_text(value) for value in values]
             formulas = next(sources, ()) if sources is not None else ()
-            for at, (value, source) in enumerate(zip_longest(values, formulas)):
+            for row_index, (value, source) in enumerate(zip_longest(values, formulas)):
                 if bad := _bad_cell(value, source):
-                    table.bad[row, at] = bad
-                    texts[at] = texts[at] or bad[1]
-            for at, first in merged.get(row, {}).items() if any(texts) else ():
-                if first == (row, at):
-                    firsts[first] = texts[at] if at < len(texts) else ""
+                    table.bad[row, row_index] = bad
+                    texts[row_index] = texts[row_index] or bad[1]
+            for row_index, first in merged.get(row, {}).items() if any(texts) else ():
+                if first == (row, row_index):
+                    firsts[first] = texts[row_index] if row_index < len(texts) else ""
                 elif firsts.get(first):
-                    table.bad[row, at] = ("merged-cell", firsts[first])
+                    table.bad[row, row_index] = ("merged-cell", firsts[first])
             table.add(row, texts)
     return table
 
@@ -783,17 +795,17 @@ def _check_archive(data: bytes, schema: Schema) -> tuple[bool, bool]:
             allowed = f"{size:.0f} MB when unpacked are too large; at most {most:g} MB are read: save it as csv"
             raise schema.refusal("too-large", allowed)
         parts = {name: archive.read(name) for name in archive.namelist()}
-    if any(b"<!DOCTYPE" in part or b"<!ENTITY" in part for part in parts.values()):
+    if any(b"<!DOCTYPE" in content or b"<!ENTITY" in content for content in parts.values()):
         allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
         raise schema.refusal("not-a-workbook", allowed)
-    if (tags := sum(part.count(b"<") for part in parts.values())) > MAX_TAGS:
+    if (tags := sum(content.count(b"<") for content in parts.values())) > MAX_TAGS:
         limit = f"at most {MAX_TAGS / 1e6:g} million are read: save the sheet as csv"
         raise schema.refusal(
             "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
         )
-    sheets = [part for name, part in parts.items() if name.startswith("xl/worksheets/")]
-    formulas = any(b"<f>" in part or b"<f " in part for part in sheets)
-    return formulas, any(b"<mergeCell " in part for part in sheets)
+    sheets = [content for name, content in parts.items() if name.startswith("xl/worksheets/")]
+    formulas = any(b"<f>" in content or b"<f " in content for content in sheets)
+    return formulas, any(b"<mergeCell " in content for content in sheets)
 
 
 def _merged_cells(data: bytes) -> dict[int, dict[int, tuple[int, int]]]:
@@ -804,13 +816,13 @@ def _merged_cells(data: bytes) -> dict[int, dict[int, tuple[int, int]]]:
         # the library's quick reader passes over them
         ranges = _MERGED.findall(archive.read(sheet._worksheet_path))
     number = openpyxl.utils.column_index_from_string
-    found: dict[int, dict[int, tuple[int, int]]] = {}
+    spans_of_rows: dict[int, dict[int, tuple[int, int]]] = {}
     for left, top, right, bottom in ranges[:_MOST_MERGED]:
         first, last = number(left.decode()) - 1, number(right.decode()) - 1
         for row in range(int(top), min(int(bottom), int(top) + _MOST_MERGED) + 1):
             places = range(first, min(last, MAX_COLUMNS - 1) + 1)
-            found.setdefault(row, {}).update(dict.fromkeys(places, (int(top), first)))
-    return found
+            spans_of_rows.setdefault(row, {}).update(dict.fromkeys(places, (int(top), first)))
+    return spans_of_rows
 
 
 def _sheets(
@@ -820,13 +832,13 @@ def _sheets(
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=not formulas)
-    found = []
+    sheet_paths = []
     for sheet in book.worksheets:
         # the stated size of a sheet is often wrong
         sheet.reset_dimensions()
         rows = sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True)
-        found.append((sheet.title, islice(rows, schema.most_rows + 1)))
-    return found
+        sheet_paths.append((sheet.title, islice(rows, schema.most_rows + 1)))
+    return sheet_paths
 
 
 def _text(value: Any) -> str:

@@ -72,8 +72,8 @@ class Key:
     def fits(self, path: KeyPath) -> bool:
         """Whether a path, as met in a file, leads to this key."""
         return len(path) == len(self.path) and all(
-            own in (part, NUMBER if isinstance(part, int) else NAME)
-            for own, part in zip(self.path, path, strict=True)
+            pattern in (name, NUMBER if isinstance(name, int) else NAME)
+            for pattern, name in zip(self.path, path, strict=True)
         )
 
 
@@ -84,8 +84,8 @@ def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
     module = sys.modules[model.__module__]
     for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
         classes = [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
-        for part in reversed(classes):
-            for key, text in _texts(part.__module__).get(part.__name__, {}).items():
+        for model_class in reversed(classes):
+            for key, text in _texts(model_class.__module__).get(model_class.__name__, {}).items():
                 section["properties"][key]["description"] = text
     return page
 
@@ -113,8 +113,8 @@ def all_keys(model: type[BaseModel] = Config) -> tuple[Key, ...]:
 
 def keys_at(model: type[BaseModel], parent: KeyPath, tag: str = "") -> list[Key]:
     """Keys that a section can have; `tag` says which sort of section it is, where that is known."""
-    found = [key for key in all_keys(model) if key.fits((*parent, key.name))]
-    return [key for key in found if not (tag and key.tag and key.tag != tag)]
+    keys = [key for key in all_keys(model) if key.fits((*parent, key.name))]
+    return [key for key in keys if not (tag and key.tag and key.tag != tag)]
 
 
 def tags_of(model: type[BaseModel], section: KeyPath) -> list[str]:
@@ -127,9 +127,9 @@ def _walk(
 ) -> Iterator[Key]:
     for name, field in node.get("properties", {}).items():
         target = _follow(field, defs)
-        here = (*path, name)
+        key_path = (*path, name)
         yield Key(
-            here,
+            key_path,
             tag,
             _type(target),
             next((unit for end, unit in _UNITS if name.endswith(end)), ""),
@@ -137,9 +137,9 @@ def _walk(
             _allowed(target),
             *_short_and_more(field.get("description", "")),
         )
-        yield from _walk(target, here, defs)
+        yield from _walk(target, key_path, defs)
         if "items" in target:
-            yield from _walk(_follow(target["items"], defs), (*here, NUMBER), defs)
+            yield from _walk(_follow(target["items"], defs), (*key_path, NUMBER), defs)
         # a section whose names the user chooses
         patterns = target.get("patternProperties", {}).values()
         inner = target.get("additionalProperties") or next(iter(patterns), None)
@@ -147,12 +147,12 @@ def _walk(
             for variant in inner.get("oneOf", [inner]):
                 section = _follow(variant, defs)
                 word = section.get("properties", {}).get(TAG, {}).get("const", "")
-                yield from _walk(section, (*here, NAME), defs, word)
+                yield from _walk(section, (*key_path, NAME), defs, word)
 
 
 def _short_and_more(text: str) -> tuple[str, str]:
-    short, _, more = text.partition("\n\n")
-    return " ".join(short.split()), " ".join(more.split())
+    short, _, details = text.partition("\n\n")
+    return " ".join(short.split()), " ".join(details.split())
 
 
 def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
@@ -162,7 +162,7 @@ def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
     # X | None: the X; X | Y: the first
     for option in node.get("anyOf", ()):
         if option.get("type") != "null":
-            nullable = any(other.get("type") == "null" for other in node["anyOf"])
+            nullable = any(option.get("type") == "null" for option in node["anyOf"])
             return {**_follow(option, defs), "nullable": nullable}
     return node
 
@@ -178,7 +178,9 @@ def _type(node: dict[str, Any]) -> str:
 def _items(node: dict[str, Any]) -> list[dict[str, Any]]:
     """Entries of a list, one for each place or one for all; X where they are X or nothing."""
     items = node.get("prefixItems") or [node["items"]]
-    return [_follow(one, {}) if "anyOf" in one else one for one in items]
+    return [
+        _follow(item_schema, {}) if "anyOf" in item_schema else item_schema for item_schema in items
+    ]
 
 
 def _several(node: dict[str, Any]) -> str:
@@ -192,7 +194,7 @@ def _default(field: dict[str, Any]) -> str:
         return "see below"
     if value in (None, ""):
         return "none"
-    return ", ".join(f"{part:g}" for part in value) if isinstance(value, list) else str(value)
+    return ", ".join(f"{number:g}" for number in value) if isinstance(value, list) else str(value)
 
 
 def _allowed(node: dict[str, Any]) -> str:
@@ -271,11 +273,14 @@ def reference_markdown() -> str:
     keys = _table(head, [_key_row(key) for key in all_keys()])
     head = ("column", "needed for", "used by", "unit", "allowed", "meaning")
     columns = _table(head, [_column_row(column) for column in COLUMNS])
-    directions = "".join(f"- `{one}` runs: {', '.join(own)}\n" for one, own in DIRECTIONS.items())
+    directions = "".join(
+        f"- `{kind}` runs: {', '.join(directions_of_kind)}\n"
+        for kind, directions_of_kind in DIRECTIONS.items()
+    )
     # the two kinds of logs have the same keys: said once
     first = {key.more: ".".join(key.path) for key in reversed(all_keys()) if key.more}
-    more = "".join(f"`{path}`: {more}\n\n" for more, path in reversed(first.items()))
-    return f"{_INTRO}\n{keys}\n### In more words\n\n{more}{_SHEET}\n{columns}\nDirections:\n\n{directions}\nRules:\n\n{_NOTES}"
+    details = "".join(f"`{path}`: {details}\n\n" for details, path in reversed(first.items()))
+    return f"{_INTRO}\n{keys}\n### In more words\n\n{details}{_SHEET}\n{columns}\nDirections:\n\n{directions}\nRules:\n\n{_NOTES}"
 
 
 def _key_row(key: Key) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ ANGLE_TOLERANCE_DEG = 0.05
 _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air": ("leg",)}
 _LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
 _ZERO_LOG = next(column for column in COLUMNS if column.name == "zero_log")
-_ORDER = {column.name: at for at, column in enumerate(COLUMNS)}
+_ORDER = {column.name: index for index, column in enumerate(COLUMNS)}
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
 _TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
 _SEARCHES = 20
@@ -116,7 +116,8 @@ class Vocabulary:
         shapes = None if self.shapes is None else tuple(self.shapes)
         words = {"media": self.media, "intruders": shapes}
         columns = tuple(
-            replace(one, choices=words[one.section]) if one.section else one for one in COLUMNS
+            replace(column, choices=words[column.section]) if column.section else column
+            for column in COLUMNS
         )
         return replace(SCHEMA, columns=columns)
 
@@ -146,7 +147,9 @@ def read_sheet(
     _check_ids(drafts)
     _check_files(drafts, vocabulary)
     _check_tares(drafts, vocabulary)
-    problems.sort(key=lambda each: (each.place.row or 0, _ORDER.get(each.place.column or "", -1)))
+    problems.sort(
+        key=lambda problem: (problem.place.row or 0, _ORDER.get(problem.place.column or "", -1))
+    )
     return merge_rods([_run(draft) for draft in drafts if not draft.bad]), problems
 
 
@@ -177,10 +180,10 @@ def _check_intruder(draft: DraftRow, vocabulary: Vocabulary) -> None:
     kind, intruder, shapes = draft.text["kind"], draft.text["intruder"], vocabulary.shapes
     if not kind or not intruder or shapes is None:
         return
-    wanted = _SHAPES[kind]
-    if shapes[intruder] and shapes[intruder] not in wanted:
-        fitting = [name for name, shape in shapes.items() if shape in wanted]
-        allowed = f"an intruder with shape {' or '.join(wanted)} for a {kind} run: "
+    shapes_allowed = _SHAPES[kind]
+    if shapes[intruder] and shapes[intruder] not in shapes_allowed:
+        fitting = [name for name, shape in shapes.items() if shape in shapes_allowed]
+        allowed = f"an intruder with shape {' or '.join(shapes_allowed)} for a {kind} run: "
         allowed += listed(fitting) or "the config has none"
         draft.note("intruder", "intruder-kind", intruder, allowed)
 
@@ -189,15 +192,15 @@ def _check_gamma(draft: DraftRow) -> None:
     gamma, direction = draft.number.get("gamma_deg"), draft.text["direction"]
     if gamma is None:
         return
-    found = draft.text["gamma_deg"]
+    gamma_text = draft.text["gamma_deg"]
     if direction == "horizontal" and gamma != 0:
-        draft.note("gamma_deg", "gamma-not-zero", found, "0 for a horizontal run")
+        draft.note("gamma_deg", "gamma-not-zero", gamma_text, "0 for a horizontal run")
     elif direction in ("intrusion", "extraction") and gamma == 0:
         allowed = f"above 0 for an {direction}; a path at gamma 0 is a horizontal run"
-        draft.note("gamma_deg", "gamma-zero", found, allowed)
+        draft.note("gamma_deg", "gamma-zero", gamma_text, allowed)
     elif direction == "intrusion" and gamma < 0:
         allowed = "above 0 for an intrusion; a motion up at a negative gamma is an extraction"
-        draft.note("gamma_deg", "gamma-up", found, allowed)
+        draft.note("gamma_deg", "gamma-up", gamma_text, allowed)
 
 
 def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
@@ -217,14 +220,14 @@ def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
     if draft.text["direction"] == "extraction":
         cell = file_extraction(beta, gamma)[:2]
     if not any(grid.same(cell, planned) for planned in grid.planned):
-        nearest = min(grid.planned, key=lambda one: math.dist(one, cell))
+        nearest = min(grid.planned, key=lambda planned_cell: math.dist(planned_cell, cell))
         allowed = (
             f"a direction planned in the config's grid, within {grid.angle_tolerance_deg:g} deg; this run "
             f"measures the cell (beta, gamma) = ({cell[0]:g}, {cell[1]:g}), the nearest planned one is "
             f"({nearest[0]:g}, {nearest[1]:g})"
         )
-        found = f"{draft.text['beta_deg']}, {draft.text['gamma_deg']}"
-        draft.note("gamma_deg", "cell-unplanned", found, allowed)
+        angles_text = f"{draft.text['beta_deg']}, {draft.text['gamma_deg']}"
+        draft.note("gamma_deg", "cell-unplanned", angles_text, allowed)
 
 
 def _check_stroke(draft: DraftRow) -> None:
@@ -252,9 +255,9 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
     depth, config = draft.number.get("depth_cm"), vocabulary.config
     if depth is None or config is None:
         return
-    known = config.fit.horizontal_depths_cm
-    if all(abs(depth - other) > DEPTH_TOLERANCE_CM for other in known):
-        depths = ", ".join(f"{other:g}" for other in known)
+    planned_depths = config.fit.horizontal_depths_cm
+    if all(abs(depth - planned_cm) > DEPTH_TOLERANCE_CM for planned_cm in planned_depths):
+        depths = ", ".join(f"{planned_cm:g}" for planned_cm in planned_depths)
         allowed = f"one of {depths} cm (fit.horizontal_depths_cm in the config)"
         draft.note(
             "depth_cm", "depth-unlisted", draft.text["depth_cm"], allowed, severity="warning"
@@ -283,15 +286,15 @@ def _check_ids(drafts: list[DraftRow]) -> None:
         name = draft.text["run_id"]
         if not name:
             continue
-        other = first.setdefault(name.casefold(), draft)
-        if other is draft:
+        first_row = first.setdefault(name.casefold(), draft)
+        if first_row is draft:
             continue
-        if other.text["run_id"] == name:
-            allowed = f"a name that no other run has; row {other.row} has it"
+        if first_row.text["run_id"] == name:
+            allowed = f"a name that no other run has; row {first_row.row} has it"
             draft.note("run_id", "duplicate-id", name, allowed)
         else:
-            allowed = f"a name that differs by more than case from {other.text['run_id']}"
-            draft.note("run_id", "case-id", name, f"{allowed} in row {other.row}")
+            allowed = f"a name that differs by more than case from {first_row.text['run_id']}"
+            draft.note("run_id", "case-id", name, f"{allowed} in row {first_row.row}")
 
 
 def same_file_needs_one_clock(method: str) -> str:
@@ -314,30 +317,32 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 continue
             # of the strokes of one log those with the same number, of the same rows and columns
             selected = _selected(draft, name)
-            named = uses[folded(path)]
+            uses_of_file = uses[folded(path)]
             alike = uses[path, draft.number.get("stroke"), selected]
-            for other, use in [*named[:1], *alike]:
-                same_row = other is draft and other.text[use] == path
+            for earlier_row, use in [*uses_of_file[:1], *alike]:
+                same_row = earlier_row is draft and earlier_row.text[use] == path
                 if same_row and method != "same_clock":
                     draft.note(name, "one-file", path, same_file_needs_one_clock(method))
-                elif other.text[use] == path and (
+                elif earlier_row.text[use] == path and (
                     same_row
-                    or _selected(other, use) != selected
-                    or _are_different_strokes(draft, other, tolerance)
-                    or (_are_rods(draft, other) and not _differences(draft, other))
+                    or _selected(earlier_row, use) != selected
+                    or _are_different_strokes(draft, earlier_row, tolerance)
+                    or (_are_rods(draft, earlier_row) and not _differences(draft, earlier_row))
                 ):
                     continue
                 else:
-                    where = "of this row" if other is draft else f"of row {other.row}"
+                    where = "of this row" if earlier_row is draft else f"of row {earlier_row.row}"
                     allowed = f"a file of its own; {use} {where} names this one"
-                    if other is not draft and _are_rods(draft, other):
-                        different = ", ".join(_differences(draft, other))
+                    if earlier_row is not draft and _are_rods(draft, earlier_row):
+                        different = ", ".join(_differences(draft, earlier_row))
                         allowed += f". Rows of one rod log must agree in {different}"
-                    if other.text[use] != path:
-                        allowed += f", as {other.text[use]}: some disks treat both names as one"
+                    if earlier_row.text[use] != path:
+                        allowed += (
+                            f", as {earlier_row.text[use]}: some disks treat both names as one"
+                        )
                     draft.note(name, "shared-file", path, allowed)
                 break
-            named.append((draft, name))
+            uses_of_file.append((draft, name))
             alike.append((draft, name))
 
 
@@ -347,12 +352,14 @@ def _selected(draft: DraftRow, log: str) -> tuple[str, str]:
     return draft.text[f"{kind}_where"], draft.text[f"{kind}_columns"]
 
 
-def _are_different_strokes(one: DraftRow, other: DraftRow, tolerance_deg: float) -> bool:
+def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_deg: float) -> bool:
     """Whether two rows name different strokes of one log: of a push and its pull back, 1 and 1."""
-    first, second = one.number.get("stroke"), other.number.get("stroke")
+    first, second = first_row.number.get("stroke"), second_row.number.get("stroke")
     if first is None or second is None or first != second:
         return None not in (first, second)
-    facts = ((row.text["direction"], row.number.get("gamma_deg", 0)) for row in (one, other))
+    facts = (
+        (row.text["direction"], row.number.get("gamma_deg", 0)) for row in (first_row, second_row)
+    )
     way, back = (_motion_gamma_deg(*fact) for fact in facts)
     # within the arm's tolerance both would be found along either way
     return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
@@ -365,17 +372,17 @@ _OF_ROD_LOG = tuple(
 )
 
 
-def _are_rods(one: DraftRow, other: DraftRow) -> bool:
-    return one.text["kind"] == other.text["kind"] == "rod"
+def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
+    return first_row.text["kind"] == second_row.text["kind"] == "rod"
 
 
-def _differences(one: DraftRow, other: DraftRow) -> list[str]:
+def _differences(first_row: DraftRow, second_row: DraftRow) -> list[str]:
     """Columns in which two rows of kind rod are not one run of one rod."""
     return [
         name
         for name in _OF_ROD_LOG
-        if one.number.get(name) != other.number.get(name)
-        or (name not in one.number and one.text[name] != other.text[name])
+        if first_row.number.get(name) != second_row.number.get(name)
+        or (name not in first_row.number and first_row.text[name] != second_row.text[name])
     ]
 
 
@@ -422,7 +429,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         kind, name = draft.text["kind"], draft.text["tare_run"]
         if kind not in _TARE_OF or "tare_run" in draft.bad:
             continue
-        wanted = _TARE[_TARE_OF[kind]]
+        tare_kind = _TARE[_TARE_OF[kind]]
         if name in by_id:
             if not draft.yes("excluded") and by_id[name].text["kind"] == _TARE_OF[kind]:
                 users[name].append(draft)
@@ -431,18 +438,18 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             # a search looks at every id, so not for each of thousands of rows
             searches += 1
             nearest = did_you_mean(name, ids_of[_TARE_OF[kind]]) if searches <= _SEARCHES else None
-            allowed = f"the run_id of {wanted} in this sheet"
+            allowed = f"the run_id of {tare_kind} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
-            untared.append((draft, wanted))
+            untared.append((draft, tare_kind))
     _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
         # without an angle a rod says itself that it is the tare of several plates
         if by_id[name].text["kind"] != "rod" or by_id[name].text["beta_deg"]:
             _check_shared(name, several)
-    named = {draft.text["tare_run"] for draft in drafts}
+    tares_in_use = {draft.text["tare_run"] for draft in drafts}
     for name, tare in by_id.items():
-        if tare.text["kind"] in _TARE and name not in named and not tare.yes("excluded"):
+        if tare.text["kind"] in _TARE and name not in tares_in_use and not tare.yes("excluded"):
             allowed = f"a tare that some run names; no run names {name}"
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
 
@@ -464,9 +471,9 @@ def _warn_without_tare(
         text = f"no tare in {which}: they will come out {_WITHOUT_TARE[missing_tare]}"
         untared[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
         return
-    for draft, wanted in untared:
+    for draft, tare_kind in untared:
         text = f"no tare: this run will come out {_WITHOUT_TARE[missing_tare]}"
-        text += f"; name {wanted} to subtract"
+        text += f"; name {tare_kind} to subtract"
         draft.note("tare_run", "tare-missing", None, text, severity="warning")
 
 
@@ -495,11 +502,13 @@ def _check_match(draft: DraftRow, tare: DraftRow) -> None:
         draft.note("tare_run", "tare-kind", name, allowed)
         return
     for column in ("medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm"):
-        own, other = draft.text[column], tare.text[column]
-        if not own or not other or column in draft.bad or column in tare.bad:
+        cell_of_run, cell_of_tare = draft.text[column], tare.text[column]
+        if not cell_of_run or not cell_of_tare or column in draft.bad or column in tare.bad:
             continue
         if not _same(column, draft, tare):
-            allowed = f"the tare must match: {column} is {own} here and {other} in {where}"
+            allowed = (
+                f"the tare must match: {column} is {cell_of_run} here and {cell_of_tare} in {where}"
+            )
             draft.note("tare_run", f"tare-{column.partition('_')[0]}", name, allowed)
     if tare.yes("excluded") and not draft.yes("excluded"):
         allowed = f"a tare that is used; {where} is excluded, so this run will have none"

@@ -248,22 +248,22 @@ def read_pushes(
                 problems += _other_unit("alpha_z_N_per_cm3", head, table, place, schema.area)
         schema = replace(schema, columns=(*schema.columns, _RUN_ID))
         rows = Rows.of(drafts, schema, {})
-    named = [one for one in rows.texts["medium"] if one not in ("", BAD)]
-    titles = titles or {key: key for key in named or [key_of(path.stem) or "medium"]}
-    known = tuple(titles)
+    media_named = [medium for medium in rows.texts["medium"] if medium not in ("", BAD)]
+    titles = titles or {key: key for key in media_named or [key_of(path.stem) or "medium"]}
+    media_known = tuple(titles)
     checked = _Checked(rows, schema, problems)
     checked.no_data(table.missing)
     checked.measures(table, tolerance)
-    checked.media(known)
-    pushes = checked.runs(known, within)
+    checked.media(media_known)
+    pushes = checked.runs(media_known, within)
     ids = {push.run.run_id for push in pushes}
     if len(ids) < len(pushes):  # one name in two media
-        own = (replace(one.run, run_id=f"{one.run.medium}_{one.run.run_id}") for one in pushes)
-        pushes = [replace(one, run=run) for one, run in zip(pushes, own, strict=True)]
-    problems.sort(key=lambda one: one.place.row or 0)
+        runs = (replace(push.run, run_id=f"{push.run.medium}_{push.run.run_id}") for push in pushes)
+        pushes = [replace(push, run=run) for push, run in zip(pushes, runs, strict=True)]
+    problems.sort(key=lambda problem: problem.place.row or 0)
     units = _units(table)
     read_as = [f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units]
-    pushes = sorted(pushes, key=lambda one: one.run.run_id)
+    pushes = sorted(pushes, key=lambda push: push.run.run_id)
     return TableRead(pushes, problems, titles, ", ".join(read_as))
 
 
@@ -277,10 +277,10 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     rows, _, problems = read_columns(path, schema, str(path))
     checked = _Checked(rows, schema, problems)
     checked.measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
-    one = next((name for name in rows.texts["medium"] if name), "")
-    checked.media((one,))
-    pushes = checked.runs((one,), "")
-    if any(one.severity == "error" for one in problems):
+    medium = next((name for name in rows.texts["medium"] if name), "")
+    checked.media((medium,))
+    pushes = checked.runs((medium,), "")
+    if any(problem.severity == "error" for problem in problems):
         raise CampaignError(problems)
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
     table = [
@@ -295,7 +295,10 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
 def _named(schema: Schema, table: Table) -> Schema:
     """The schema with the names that the file has."""
     given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
-    columns = [replace(one, also=(*one.also, *given.get(one.name, ()))) for one in schema.columns]
+    columns = [
+        replace(column, also=(*column.also, *given.get(column.name, ())))
+        for column in schema.columns
+    ]
     return replace(schema, columns=tuple(columns))
 
 
@@ -314,8 +317,12 @@ def _named_with_units(table: Table, problems: list[Problem], schema: Schema) -> 
 
     ``depth_mm`` is the depth in mm. What the config says of a column or a unit counts first.
     """
-    theirs = [one.place.column or "" for one in problems if one.code.endswith(".unknown-column")]
-    named: dict[str, str] = {}
+    theirs = [
+        problem.place.column or ""
+        for problem in problems
+        if problem.code.endswith(".unknown-column")
+    ]
+    columns_by_name: dict[str, str] = {}
     units: dict[str, str] = {}
     for ours, words in _STEMS.items():
         key = _UNIT_OF[ours]
@@ -327,13 +334,13 @@ def _named_with_units(table: Table, problems: list[Problem], schema: Schema) -> 
             if stem not in words.split():
                 continue
             if unit is not None:
-                named.setdefault(ours, header)
+                columns_by_name.setdefault(ours, header)
                 units.setdefault(key, unit)
             break
-    if not named:
+    if not columns_by_name:
         return None
     own_units = {key: unit for key, unit in units.items() if key not in table.model_fields_set}
-    return table.model_copy(update={"columns": {**table.columns, **named}, **own_units})
+    return table.model_copy(update={"columns": {**table.columns, **columns_by_name}, **own_units})
 
 
 def _stem_of(header: str, has_unit: bool) -> str:
@@ -347,10 +354,14 @@ def _stem_of(header: str, has_unit: bool) -> str:
 
 def _say_what_to_paste(problems: list[Problem]) -> None:
     """Add to the problem of a missing column the lines of config that read one without a unit as it."""
-    unread = [one.place.column or "" for one in problems if one.code.endswith(".unknown-column")]
-    for place, one in enumerate(problems):
-        ours = one.place.column or ""
-        if not one.code.endswith(".missing-column") or ours not in _STEMS:
+    unread = [
+        problem.place.column or ""
+        for problem in problems
+        if problem.code.endswith(".unknown-column")
+    ]
+    for place, problem in enumerate(problems):
+        ours = problem.place.column or ""
+        if not problem.code.endswith(".missing-column") or ours not in _STEMS:
             continue
         words = _STEMS[ours].split()
         header = next((header for header in unread if _stem_of(header, False) in words), None)
@@ -358,8 +369,8 @@ def _say_what_to_paste(problems: list[Problem]) -> None:
             key = _UNIT_OF[ours]
             lines = f'table: {{columns: {{{ours}: "{header}"}}, {key}: ...}}'
             units = ", ".join(_SCALES[key])
-            allowed = f"{one.allowed}; if it is '{header}', say so in the config with its unit, one of {units}: {lines}"
-            problems[place] = replace(one, allowed=allowed, nearest=None)
+            allowed = f"{problem.allowed}; if it is '{header}', say so in the config with its unit, one of {units}: {lines}"
+            problems[place] = replace(problem, allowed=allowed, nearest=None)
 
 
 def _units(table: Table) -> dict[str, tuple[str, float]]:
@@ -377,20 +388,20 @@ def _plain(unit: str) -> str:
 
 def _unit_in(name: str, key: str) -> str | None:
     """Unit that the end of a column's name states, as the key of `table` spells it; None: none known."""
-    known = {_plain(unit): unit for unit in _SCALES[key]}
-    known |= {plain: unit for plain, unit in _SAME.items() if unit in _SCALES[key]}
-    ends = (_plain(name[at.end() :]) for at in re.finditer(r"[\s_/,(\[]+", name))
-    return next((known[end] for end in ends if end in known), None)
+    units = {_plain(unit): unit for unit in _SCALES[key]}
+    units |= {plain: unit for plain, unit in _SAME.items() if unit in _SCALES[key]}
+    ends = (_plain(name[separator.end() :]) for separator in re.finditer(r"[\s_/,(\[]+", name))
+    return next((units[end] for end in ends if end in units), None)
 
 
 def _other_unit(ours: str, theirs: str, table: Table, place: Place, area: str) -> list[Problem]:
     """Whether a column's name, not one of ours, states another unit than the config."""
     key = _UNIT_OF.get(ours, "")
-    said = _unit_in(theirs, key) if key and theirs != ours else None
-    stated, scale = _units(table)[ours] if said else ("", 0.0)
-    if said is None or _SCALES[key][said] == scale:
+    unit_in_name = _unit_in(theirs, key) if key and theirs != ours else None
+    stated, scale = _units(table)[ours] if unit_in_name else ("", 0.0)
+    if unit_in_name is None or _SCALES[key][unit_in_name] == scale:
         return []
-    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {said}, or convert the column and rename it"
+    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {unit_in_name}, or convert the column and rename it"
     return [Problem(f"{area}.other-unit", place, theirs, allowed)]
 
 
@@ -403,45 +414,48 @@ class _Checked:
     problems: list[Problem]
 
     def note(
-        self, wrong: npt.NDArray[np.bool_], column: str, code: str, found: str | None, allowed: str
+        self,
+        wrong: npt.NDArray[np.bool_],
+        column: str,
+        code: str,
+        value_found: str | None,
+        allowed: str,
     ) -> None:
-        """Note rows that cannot be used, at the first of them; `{}` of `found` is its value."""
-        columns, at = self.rows.columns, wrong.nonzero()[0]
-        if not at.size:
+        """Note rows that cannot be used, at the first of them; `{}` of `value_found` is its value."""
+        columns, row_indices = self.rows.columns, wrong.nonzero()[0]
+        if not row_indices.size:
             return
         columns["bad"] |= wrong
-        found = found and found.format(columns[column][at[0]])
-        allowed += f"; this is the first of {at.size} rows" if at.size > 1 else ""
-        note = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems).note
-        note(column, code, found, allowed)
+        value_found = value_found and value_found.format(columns[column][row_indices[0]])
+        allowed += f"; this is the first of {row_indices.size} rows" if row_indices.size > 1 else ""
+        note = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems).note
+        note(column, code, value_found, allowed)
 
     def no_data(self, missing: Iterable[float]) -> None:
         """Mark the rows with a value that the config names as no data; the checks see zeros there."""
         columns = self.rows.columns
         absent = [np.isin(columns[name], [*missing]) for name in _NUMBERS if name in columns]
         columns["no_data"] = np.any(absent, axis=0)
-        if not (at := np.flatnonzero(columns["no_data"])).size:
+        if not (row_indices := np.flatnonzero(columns["no_data"])).size:
             return
         for name in _NUMBERS:
             if name in columns:
-                columns[name][at] = 0.0
-        allowed = (
-            f"values other than those of table.missing in the config; {at.size} rows are left out"
-        )
-        draft = DraftRow(self.schema, int(columns["row"][at[0]]), self.problems)
+                columns[name][row_indices] = 0.0
+        allowed = f"values other than those of table.missing in the config; {row_indices.size} rows are left out"
+        draft = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems)
         draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
     def measures(self, table: Table, tolerance: float) -> None:
         """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
-        largest = max(np.abs(np.nan_to_num(each)).max(initial=0) for each in angles)
+        largest = max(np.abs(np.nan_to_num(angle)).max(initial=0) for angle in angles)
         if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
-            found = f"no angle larger than {largest:g}"
+            largest_text = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
             code = f"{self.schema.area}.looks-like-rad"
             place = Place(self.schema.file, column="gamma_deg")
-            self.problems.append(Problem(code, place, found, allowed))
+            self.problems.append(Problem(code, place, largest_text, allowed))
         for name, (unit, scale) in _units(table).items():
             if name not in columns:
                 continue
@@ -464,29 +478,29 @@ class _Checked:
         alpha = np.abs(columns.get("alpha_z_N_per_cm3", np.empty(0)))
         alpha = alpha[np.isfinite(alpha)]
         if alpha.size and np.median(alpha) > LARGEST_ALPHA_N_PER_CM3:
-            found = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
+            largest_text = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
             allowed = (
                 "less than a hundred for sand and soil; is it in another unit? Set alpha_unit of `table` in "
                 f"the config to one of {', '.join(_SCALES['alpha_unit'])}"
             )
             place = Place(self.schema.file, column="alpha_z_N_per_cm3")
             code = f"{self.schema.area}.large-alpha"
-            self.problems.append(Problem(code, place, found, allowed, severity="warning"))
+            self.problems.append(Problem(code, place, largest_text, allowed, severity="warning"))
         if "n" in columns:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
-    def media(self, known: tuple[str, ...]) -> None:
+    def media(self, media: tuple[str, ...]) -> None:
         """Turn names of media into their places in the config; of a single one it may be left out."""
         codes, places = self.rows.columns["medium"], []
         for name, code in self.rows.texts["medium"].items():
-            own = name or (known[0] if len(known) == 1 else "")
-            if own not in (*known, BAD):
-                allowed = f"one of {listed(known)} (media in the config)"
+            medium = name or (media[0] if len(media) == 1 else "")
+            if medium not in (*media, BAD):
+                allowed = f"one of {listed(media)} (media in the config)"
                 self.note(codes == code, "medium", "unknown-medium", name or None, allowed)
-            places.append(known.index(own) if own in known else -1)
+            places.append(media.index(medium) if medium in media else -1)
         self.rows.columns["medium"] = np.array(places, dtype=np.int32)[codes]
 
-    def runs(self, known: tuple[str, ...], file: str) -> list[Push]:
+    def runs(self, media: tuple[str, ...], file: str) -> list[Push]:
         """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
         columns, texts = self.rows.columns, self.rows.texts
         if columns["bad"].any():
@@ -497,12 +511,14 @@ class _Checked:
             run, unnamed = columns["run_id"], texts["run_id"].get("", -1)
             keys = [columns["medium"], run]
             if unnamed >= 0:
-                angles = (columns[f"{one}_deg"] for one in ("beta", "gamma"))
+                angles = (columns[f"{angle}_deg"] for angle in ("beta", "gamma"))
                 keys += [np.where(run == unnamed, angle.round(4), 0.0) for angle in angles]
             # most often the rows of a run stand together: the first of each stretch tells which it is
-            changes = [each[1:] != each[:-1] for each in keys]
+            changes = [values[1:] != values[:-1] for values in keys]
             first = np.flatnonzero(np.append(run.size > 0, np.any(changes, axis=0)))
-            heads = pd.DataFrame({at: each[first] for at, each in enumerate(keys)})
+            heads = pd.DataFrame(
+                {column_number: values[first] for column_number, values in enumerate(keys)}
+            )
             group = heads.groupby([*heads], sort=False).ngroup().to_numpy()
             if np.unique(group).size < group.size:
                 rows = np.repeat(group, np.diff(first, append=run.size))
@@ -515,47 +531,58 @@ class _Checked:
         for start, stop in pairwise([*first.tolist(), columns["row"].size]):
             of_run = {name: values[start:stop] for name, values in columns.items()}
             has_data = ~of_run.pop("no_data", np.zeros(stop - start, dtype=bool))
-            own = {name: values[has_data] for name, values in of_run.items()}
+            columns_of_run = {name: values[has_data] for name, values in of_run.items()}
             if not has_data.any():
                 draft = DraftRow(self.schema, int(of_run["row"][0]), notes)
                 allowed = "one row or more with data in each run; this one is left out"
                 draft.note("depth_cm", "run-without-data", None, allowed, severity="warning")
                 continue
-            said = {name: words[name][own[name][0]] for name in words if name != "medium"}
-            push = _push(own, said, known[own["medium"][0]], self.schema, notes, file)
+            words_of_run = {
+                name: words[name][columns_of_run[name][0]] for name in words if name != "medium"
+            }
+            push = _push(
+                columns_of_run,
+                words_of_run,
+                media[columns_of_run["medium"][0]],
+                self.schema,
+                notes,
+                file,
+            )
             without_data = int(np.count_nonzero(~has_data))
             pushes.append(replace(push, run=replace(push.run, rows_without_data=without_data)))
-        for code in dict.fromkeys(one.code for one in notes):
-            first_of, *others = (one for one in notes if one.code == code)
-            more = f"; this is the first of {1 + len(others)} runs" if others else ""
-            self.problems.append(replace(first_of, allowed=first_of.allowed + more))
+        for code in dict.fromkeys(medium_key.code for medium_key in notes):
+            first_of, *notes_left = (medium_key for medium_key in notes if medium_key.code == code)
+            count_words = f"; this is the first of {1 + len(notes_left)} runs" if notes_left else ""
+            self.problems.append(replace(first_of, allowed=first_of.allowed + count_words))
         return pushes
 
 
 def _push(
-    own: dict[str, npt.NDArray[Any]],
-    said: dict[str, str],
+    columns_of_run: dict[str, npt.NDArray[Any]],
+    words_of_run: dict[str, str],
     medium: str,
     schema: Schema,
     problems: list[Problem],
     file: str,
 ) -> Push:
-    """Make a run of its rows, and note what is wrong with them; `said`: texts of the first."""
-    beta, gamma = (float(own[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
-    row, level = int(own["row"][0]), math.nan
+    """Make a run of its rows, and note what is wrong with them; `words_of_run`: texts of the first."""
+    beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
+    row, level = int(columns_of_run["row"][0]), math.nan
     lacks_force_x = False
-    given = said.get("run_id", f"row{row:05d}")
+    given = words_of_run.get("run_id", f"row{row:05d}")
     name = given or _of_direction(beta, gamma)
-    draft = DraftRow(schema, row, problems, said)
+    draft = DraftRow(schema, row, problems, words_of_run)
     check_excluded(draft)
     for column in ("beta_deg", "gamma_deg", "excluded"):
         # of a run without a name, the angles differ in the last digits only
-        other = abs(own[column] - own[column][0]) > (1e-6 if given else 1e-3)
-        if other.any():
-            draft.row = int(own["row"][other][0])
+        differs = abs(columns_of_run[column] - columns_of_run[column][0]) > (
+            1e-6 if given else 1e-3
+        )
+        if differs.any():
+            draft.row = int(columns_of_run["row"][differs][0])
             allowed = f"as in row {row}: all rows of the run {name} have one direction, and are excluded or not"
             draft.note(column, "two-in-one", None, allowed)
-    columns = {name: own[name] for name in _NUMBERS if name in own}
+    columns = {name: columns_of_run[name] for name in _NUMBERS if name in columns_of_run}
     if (depth := columns.get("depth_cm")) is not None:
         if gamma == 0 and depth.max() - depth.min() <= SAME_DEPTH_CM:
             level = float(depth[0])
@@ -563,7 +590,9 @@ def _push(
         columns["alone"] = _rows_alone(columns)
         columns["other_sense"], again = _rows_against_gamma(depth, gamma, columns["alone"])
         if not draft.yes("excluded"):
-            _note_depths(draft, own | columns, columns["other_sense"], again, name, given)
+            _note_depths(
+                draft, columns_of_run | columns, columns["other_sense"], again, name, given
+            )
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
         run_id=name,
@@ -580,13 +609,13 @@ def _push(
         tare_shared=False,
         surface_z_mm=None,
         excluded=draft.yes("excluded"),
-        reason=said["reason"],
+        reason=words_of_run["reason"],
         note="",
         row=row,
-        session=said["session"],
-        operator=said["operator"],
-        plate=said["plate"],
-        rod=said["rod"],
+        session=words_of_run["session"],
+        operator=words_of_run["operator"],
+        plate=words_of_run["plate"],
+        rod=words_of_run["rod"],
         lacks_force_x=lacks_force_x,
     )
     return Push(run, columns)
@@ -625,32 +654,32 @@ def _rows_against_gamma(
 
 def _note_depths(
     draft: DraftRow,
-    own: dict[str, npt.NDArray[Any]],
-    other: npt.NDArray[np.bool_],
+    columns_of_run: dict[str, npt.NDArray[Any]],
+    differs: npt.NDArray[np.bool_],
     again: int,
     name: str,
     given: str,
 ) -> None:
     """Note problems that the depths of a run show: several pushes in one run, or rows that are left out."""
-    depth = own["depth_cm"]
+    depth = columns_of_run["depth_cm"]
     ask = "give each push a run_id of its own"
     if not given:
         ask = "which column identifies the runs? Its name is run_id, or is given as run_id in table.columns of the config"
-    if (alone := np.flatnonzero(own["alone"])).size:
-        draft.row = int(own["row"][alone[0]])
+    if (alone := np.flatnonzero(columns_of_run["alone"])).size:
+        draft.row = int(columns_of_run["row"][alone[0]])
         text = f"depth and stress near those of the rows before and after; {alone.size} rows of the run {name} are left out"
         draft.note("depth_cm", "stands-alone", f"{depth[alone[0]]:g} cm", text, severity="warning")
     times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
     if again:
-        draft.row = int(own["row"][again])
+        draft.row = int(columns_of_run["row"][again])
         allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
         draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
     elif 1 < times[0] <= _REPEATS and (times == times[0]).all():
         text = f"each depth of the run {name} occurs {times[0]} times; if these are so many pushes: {ask}"
         draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
-    if other.any() and not again:
-        draft.row = int(own["row"][other][0])
-        text = f"from here on {np.count_nonzero(other)} rows of the run {name} are left out: {OTHER_SENSE}"
+    if differs.any() and not again:
+        draft.row = int(columns_of_run["row"][differs][0])
+        text = f"from here on {np.count_nonzero(differs)} rows of the run {name} are left out: {OTHER_SENSE}"
         draft.note("depth_cm", "other-sense", None, text, severity="warning")
 
 
@@ -723,9 +752,9 @@ def _blocks(
     row and beta down its first column. A sheet of a workbook, or a line with the key of a medium alone,
     says whose blocks follow.
     """
-    found: dict[tuple[str, float, float], DraftRow] = {}
+    draft_of_direction: dict[tuple[str, float, float], DraftRow] = {}
     for sheet, rows in grids:
-        medium = next((one for one in media if one == key_of(sheet)), "")
+        medium = next((draft_row for draft_row in media if draft_row == key_of(sheet)), "")
         component: str = ""
         gammas: dict[int, float] = {}
         width = max((len(cells) for _, cells in rows), default=0)
@@ -746,7 +775,7 @@ def _blocks(
                 name = f"alpha_{component}_N_per_cm3"
                 for i, gamma in gammas.items():
                     key, text, value = (medium, beta, gamma), texts[i], rest[i]
-                    draft = found.setdefault(key, DraftRow(schema, number, problems))
+                    draft = draft_of_direction.setdefault(key, DraftRow(schema, number, problems))
                     if name in draft.number:
                         allowed = f"each direction once; row {draft.row} has it"
                         draft.note(name, "twice", text, allowed)
@@ -758,15 +787,19 @@ def _blocks(
                         allowed = "a number, or nothing where none was measured"
                         draft.note(name, "not-a-number", text, allowed)
     both = {"alpha_z_N_per_cm3", "alpha_x_N_per_cm3"}
-    if not any(both <= {*one.number} for one in found.values()):
+    if not any(both <= {*draft_row.number} for draft_row in draft_of_direction.values()):
         return None
-    for draft in found.values():
+    for draft in draft_of_direction.values():
         for name in sorted(both - {*draft.number} - draft.bad):
             if both & {*draft.number}:  # a direction without either was not measured
                 beta, gamma = (draft.number[f"{angle}_deg"] for angle in ("beta", "gamma"))
                 allowed = f"a number at beta {beta:g}, gamma {gamma:g}, where the block of the other component has one"
                 draft.note(name, "one-component", None, allowed)
-    return [one for one in found.values() if both & {*one.number} or one.bad]
+    return [
+        draft_row
+        for draft_row in draft_of_direction.values()
+        if both & {*draft_row.number} or draft_row.bad
+    ]
 
 
 def key_of(name: str) -> str:
@@ -776,35 +809,35 @@ def key_of(name: str) -> str:
 
 def _media_of(grids: list[_Grid]) -> dict[str, str]:
     """Titles by key of the media whose blocks a table holds, in its order; none of a long table."""
-    found: dict[str, str] = {}
+    titles: dict[str, str] = {}
     for sheet, rows in grids:
         if not _components(rows):
             continue
         alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
-        named = [one for one in alone if not _COMPONENT.fullmatch(one) and _float(one) is None]
-        if len(grids) > 1 or not named:
-            named = [sheet]
-        found |= {key_of(one): one.strip() for one in named}
-    found.pop("", None)
-    return found
+        names = [cell for cell in alone if not _COMPONENT.fullmatch(cell) and _float(cell) is None]
+        if len(grids) > 1 or not names:
+            names = [sheet]
+        titles |= {key_of(name): name.strip() for name in names}
+    titles.pop("", None)
+    return titles
 
 
 def _components(rows: list[Line]) -> dict[int, str]:
     """Component that each head of a block in a sheet names, by its row; of two blocks without, z and x."""
     heads = {number: row[0].strip() for number, row in rows}
-    named = {
-        number: found[1].lower()
+    component_of_row = {
+        number: component[1].lower()
         for number, head in heads.items()
-        if (found := _COMPONENT.fullmatch(head))
+        if (component := _COMPONENT.fullmatch(head))
     }
     corners = [
         number
         for number, row in rows
         if not row[0].strip()
         and len(row) > 2
-        and all(_float(one) is not None for one in row[1:] if one.strip())
+        and all(_float(cell) is not None for cell in row[1:] if cell.strip())
     ]
-    return named or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
+    return component_of_row or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
 
 
 def _grids(path: Path, schema: Schema) -> list[_Grid]:

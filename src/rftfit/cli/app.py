@@ -81,8 +81,8 @@ for _command, _words in _EXAMPLES:
     app.command(_words.split()[0], epilog=f"Example: rftfit {_words}")(_command)
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(is_asked: bool) -> None:
+    if is_asked:
         say(f"rftfit {__version__}")
         raise typer.Exit
 
@@ -107,13 +107,19 @@ def _top(
 def make_command() -> Any:
     """All commands; each option shows a word for its value, a switch none."""
     group: Any = typer.main.get_command(app)
-    for one in group.params:
-        one.metavar = ""
+    for parameter in group.params:
+        parameter.metavar = ""
     for info in app.registered_commands:
         hints = get_type_hints(info.callback)
-        for one in group.commands[info.name].params:
-            if one.param_type_name == "option" and one.metavar is None and one.name in hints:
-                kind = str(hints[one.name])
+        for parameter in group.commands[info.name].params:
+            if (
+                parameter.param_type_name == "option"
+                and parameter.metavar is None
+                and parameter.name in hints
+            ):
+                kind = str(hints[parameter.name])
                 words = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
-                one.metavar = next((words[part] for part in words if part in kind), "NAME")
+                parameter.metavar = next(
+                    (words[type_name] for type_name in words if type_name in kind), "NAME"
+                )
     return group

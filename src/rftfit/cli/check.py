@@ -40,8 +40,8 @@ def check(
     from rftfit.measure.verdicts import FAILED
     from rftfit.workflow.check import check_all
 
-    found = check_all(config)
-    campaign, problems, errors = found.campaign, found.problems, found.errors
+    checked = check_all(config)
+    campaign, problems, errors = checked.campaign, checked.problems, checked.errors
     warnings = len(problems) - errors
     checks = None
     if diagnose and campaign is not None and not errors:
@@ -51,36 +51,36 @@ def check(
         checks = records(check_logs(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
-        texts = [asdict(one) | {"message": str(one)} for one in problems]
+        texts = [asdict(problem) | {"message": str(problem)} for problem in problems]
         facts = {"errors": errors, "warnings": warnings, "problems": texts, "checks": checks}
-        facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in found.plan]
+        facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in checked.plan]
         say(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
-        _print(found, checks)
+        _print(checked, checks)
         say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
 
-def _print(found: Checked, checks: list[dict[str, Any]] | None) -> None:
+def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
     for severity in ("error", "warning"):
-        chosen = [problem for problem in found.problems if problem.severity == severity]
+        chosen = [problem for problem in checked.problems if problem.severity == severity]
         if chosen:
             say(f"{count(len(chosen), severity)}:")
             say("\n".join(f"  {problem}" for problem in chosen) + "\n")
     if checks is not None:
         _print_diagnosis(checks)
-    if found.campaign is not None:
-        say(summary(found.campaign))
-        if found.robot.medium:
-            say(of_robot(found.robot))
-        if found.not_opened:
-            say(f"{count(found.not_opened, 'run')} with a log of more than 20 MB, not opened")
+    if checked.campaign is not None:
+        say(summary(checked.campaign))
+        if checked.robot.medium:
+            say(of_robot(checked.robot))
+        if checked.not_opened:
+            say(f"{count(checked.not_opened, 'run')} with a log of more than 20 MB, not opened")
         say()
-    if found.plan:
+    if checked.plan:
         say("Errors that many runs share, as planned, in beds that differ by 5 %:")
         media: dict[str, list[str]] = {}
-        for rating in found.plan:
+        for rating in checked.plan:
             media.setdefault(rating.sentence, []).append(rating.medium)
         say("\n".join(f"  {', '.join(names)}: {text}" for text, names in media.items()) + "\n")
 
@@ -108,12 +108,16 @@ def summary(campaign: Campaign) -> str:
             continue
         # one file may hold force and motion of a run; two runs never share one
         names = {name for run in runs for name in (run.force_log, run.motion_log)}
-        found = {name: campaign.size_of(name) for name in names}
-        there = [size for size in found.values() if size is not None]
-        sizes |= found
+        size_of_log = {name: campaign.size_of(name) for name in names}
+        sizes_known = [size for size in size_of_log.values() if size is not None]
+        sizes |= size_of_log
         counts = [sum(run.kind == kind for run in runs) for kind in _KINDS]
-        counts += [sum(run.excluded for run in runs), len(there), len(found) - len(there)]
-        rows.append([medium or "(in air)", *map(str, counts), f"{sum(there) / 1e6:.1f}"])
+        counts += [
+            sum(run.excluded for run in runs),
+            len(sizes_known),
+            len(size_of_log) - len(sizes_known),
+        ]
+        rows.append([medium or "(in air)", *map(str, counts), f"{sum(sizes_known) / 1e6:.1f}"])
     header = ["medium", *_KINDS, "excluded", "logs", "missing", "MB"]
     total = sum(filter(None, sizes.values()))
     runs_and_logs = f"{count(len(campaign.runs), 'run')}, {count(len(sizes), 'log')}"

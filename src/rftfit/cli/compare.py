@@ -43,66 +43,67 @@ def compare(
     """
     options.check_confidence(confidence)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
-    found = rftfit.compare_media(first, second, confidence)
-    say(_as_json(found) if as_json else _as_text(found, 10**9 if all_ else _MOST))
+    comparison = rftfit.compare_media(first, second, confidence)
+    say(_as_json(comparison) if as_json else _as_text(comparison, 10**9 if all_ else _MOST))
     if figure is not None:
         from rftfit.figures.comparison import draw
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw(found), ending, _DRAWN))
+        write_bytes(figure, content(draw(comparison), ending, _DRAWN))
         if not as_json:
             say(f"Figure: {figure}")
 
 
-def _as_json(found: Comparison) -> str:
-    facts = vars(found) | {"sentence": found.sentence}
-    facts["directions"] = found.directions.to_dict("records")
+def _as_json(comparison: Comparison) -> str:
+    facts = vars(comparison) | {"sentence": comparison.sentence}
+    facts["directions"] = comparison.directions.to_dict("records")
     return json_text(facts)
 
 
-def _as_text(found: Comparison, most: int) -> str:
-    level = f"{100 * found.confidence:g} % interval"
+def _as_text(comparison: Comparison, most: int) -> str:
+    level = f"{100 * comparison.confidence:g} % interval"
     rows = [
         [
             "ratio of sizes, B/A",
-            f"{found.ratio:.4g}",
-            f"{found.ratio_lo:.4g} to {found.ratio_hi:.4g}",
-            _p(found.size_p),
-            f"{found.least_ratio:.3g}",
+            f"{comparison.ratio:.4g}",
+            f"{comparison.ratio_lo:.4g} to {comparison.ratio_hi:.4g}",
+            _p(comparison.size_p),
+            f"{comparison.least_ratio:.3g}",
         ]
     ]
-    if not math.isnan(found.shape_p):
+    if not math.isnan(comparison.shape_p):
         rows.append(
             [
                 "difference of shape, rms",
-                f"{found.shape_percent:.2g} %",
-                f"{found.shape_lo_percent:.2g} to {found.shape_hi_percent:.2g} %",
-                _p(found.shape_p),
-                f"{found.least_shape_percent:.2g} %",
+                f"{comparison.shape_percent:.2g} %",
+                f"{comparison.shape_lo_percent:.2g} to {comparison.shape_hi_percent:.2g} %",
+                _p(comparison.shape_p),
+                f"{comparison.least_shape_percent:.2g} %",
             ]
         )
     lines = [
-        found.sentence,
+        comparison.sentence,
         "",
-        f"A: {found.a}\nB: {found.b}",
+        f"A: {comparison.a}\nB: {comparison.b}",
         table(["", "", level, "p of no difference", "least detected"], rows),
     ]
-    if len(found.directions):
-        shown = count(len(found.directions), "common direction")
+    if len(comparison.directions):
+        shown = count(len(comparison.directions), "common direction")
         along, across = (
-            f"{100 * part:.2g} %" for part in (found.scatter_along, found.scatter_across)
+            f"{100 * share:.2g} %"
+            for share in (comparison.scatter_along, comparison.scatter_across)
         )
         lines.append(
-            f"{shown}, {found.runs_a} and {found.runs_b} runs; scatter of a run: {along} along the force, {across} across"
+            f"{shown}, {comparison.runs_a} and {comparison.runs_b} runs; scatter of a run: {along} along the force, {across} across"
         )
-    lines += [f"Note: {note}" for note in found.notes]
-    if len(found.directions):
-        lines += ["", _directions(found, most)]
+    lines += [f"Note: {note}" for note in comparison.notes]
+    if len(comparison.directions):
+        lines += ["", _directions(comparison, most)]
     return "\n".join(lines)
 
 
-def _directions(found: Comparison, most: int) -> str:
+def _directions(comparison: Comparison, most: int) -> str:
     """List the directions that differ most."""
     head = [
         "beta",
@@ -115,7 +116,7 @@ def _directions(found: Comparison, most: int) -> str:
         "p",
     ]
     rows = []
-    for row in found.directions.head(most).to_dict("records"):
+    for row in comparison.directions.head(most).to_dict("records"):
         numbers = [f"{row['beta_deg']:g}", f"{row['gamma_deg']:.4g}", _number(row["depth_cm"], "g")]
         for c in "zx":
             names = (f"difference_{c}{end}_N_per_cm3" for end in ("", "_lo", "_hi"))
@@ -125,12 +126,14 @@ def _directions(found: Comparison, most: int) -> str:
         rows.append([*numbers, _p(row["p"])])
     text = table(head, rows)
     title = "Directions that differ most (degrees, cm, N/cm^3; intervals hold together):"
-    more = len(found.directions) - len(rows)
-    return f"{title}\n{text}" + (f"\n  and {more} more (--all lists them)" if more > 0 else "")
+    rows_left = len(comparison.directions) - len(rows)
+    return f"{title}\n{text}" + (
+        f"\n  and {rows_left} more (--all lists them)" if rows_left > 0 else ""
+    )
 
 
-def _number(value: float, how: str) -> str:
-    return "" if math.isnan(value) else format(value, how)
+def _number(value: float, number_format: str) -> str:
+    return "" if math.isnan(value) else format(value, number_format)
 
 
 def _p(value: float) -> str:

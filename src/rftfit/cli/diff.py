@@ -32,45 +32,49 @@ def diff(
     from rftfit.workflow.diff import compare
     from rftfit.workflow.provenance import lines_of
 
-    found = compare(first, second)
-    differences, changes = found.numbers, found.changes
+    comparison = compare(first, second)
+    differences, changes = comparison.numbers, comparison.changes
     most = 10**9 if all_ else _MOST
     if as_json:
-        changed, because = ([vars(one) for one in part] for part in (differences, changes))
-        facts = {"changed": changed, "because": because, "only_in_one": found.alone}
-        later = {str(folder): what for folder, what in found.since.items()}
-        say(json_text(facts | {"not_as_recorded": found.unrecorded, "since_the_record": later}))
+        changed, because = (
+            [vars(entry) for entry in entries] for entries in (differences, changes)
+        )
+        facts = {"changed": changed, "because": because, "only_in_one": comparison.alone}
+        later = {str(folder): what for folder, what in comparison.since.items()}
+        say(
+            json_text(facts | {"not_as_recorded": comparison.unrecorded, "since_the_record": later})
+        )
         return
     if not differences:
         say("No alpha, coefficient, zeta or peak is different.")
     else:
-        files = Counter(one.file for one in differences)
+        files = Counter(difference.file for difference in differences)
         say(
             f"{count(len(differences), 'number')} changed, in {', '.join(files)}; the largest first:"
         )
         rows = [
             [
-                one.file,
-                one.row,
-                one.quantity,
-                f"{one.was:.6g}",
-                f"{one.now:.6g}",
-                f"{one.half_widths:.2g}" if math.isfinite(one.half_widths) else "",
+                difference.file,
+                difference.row,
+                difference.quantity,
+                f"{difference.was:.6g}",
+                f"{difference.now:.6g}",
+                f"{difference.half_widths:.2g}" if math.isfinite(difference.half_widths) else "",
             ]
-            for one in differences[:most]
+            for difference in differences[:most]
         ]
         say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
         if len(differences) > most:
             say(f"  and {len(differences) - most} more (--all lists them)")
-    say_some([f"Only in one of them: {name}" for name in found.alone], most)
-    for path in found.unrecorded:
+    say_some([f"Only in one of them: {name}" for name in comparison.alone], most)
+    for path in comparison.unrecorded:
         say(f"Not as recorded (edited, or its run was not finished): {path}")
-    for folder, what in found.since.items():
+    for folder, what in comparison.since.items():
         say(f"Made further after the last whole run of {folder}, with other {', '.join(what)}.")
-    sure = not found.unrecorded and not found.since
+    sure = not comparison.unrecorded and not comparison.since
     if changes or sure:
-        said = "differs in:" if changes else "is the same."
-        say(f"{'What' if sure else 'By their records, what'} they were made from {said}")
+        verdict = "differs in:" if changes else "is the same."
+        say(f"{'What' if sure else 'By their records, what'} they were made from {verdict}")
     else:
         say("What they were made from is not in their records; a whole `rftfit run` writes it.")
     lines = map(str, changes) if all_ else lines_of(changes)

@@ -69,8 +69,8 @@ def _is_right(path: Path, digest: str) -> bool:
     return path.is_file() and sha256_of(path) == digest
 
 
-def _copy(folder: Path, raw: Path, wanted: Mapping[str, str]) -> None:
-    for name, digest in wanted.items():
+def _copy(folder: Path, raw: Path, digests: Mapping[str, str]) -> None:
+    for name, digest in digests.items():
         if not (folder / name).is_file():
             raise InputError(
                 f"--from: no {name} in {folder}; allowed: a folder with all logs of the example"
@@ -79,11 +79,11 @@ def _copy(folder: Path, raw: Path, wanted: Mapping[str, str]) -> None:
             raise InputError(
                 f"--from: {folder / name} is not the log of that name (sha256 differs)"
             )
-        with atomic_path(raw / name) as part:
-            shutil.copyfile(folder / name, part)
+        with atomic_path(raw / name) as partial_file:
+            shutil.copyfile(folder / name, partial_file)
 
 
-def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
+def _download(address: str, raw: Path, digests: Mapping[str, str]) -> None:
     try:
         import pooch
     except ImportError:
@@ -92,10 +92,10 @@ def _download(address: str, raw: Path, wanted: Mapping[str, str]) -> None:
             "that has them: --from DIR"
         ) from None
     pooch.get_logger().setLevel("ERROR")
-    known = {name: f"sha256:{digest}" for name, digest in wanted.items()}
-    store = pooch.create(path=raw, base_url=address, registry=known, retry_if_failed=2)
-    for place, name in enumerate(wanted, start=1):
-        say(f"  {place} of {len(wanted)}: {name}")
+    registry = {name: f"sha256:{digest}" for name, digest in digests.items()}
+    store = pooch.create(path=raw, base_url=address, registry=registry, retry_if_failed=2)
+    for place, name in enumerate(digests, start=1):
+        say(f"  {place} of {len(digests)}: {name}")
         try:
             store.fetch(name)
         except (OSError, ValueError) as error:

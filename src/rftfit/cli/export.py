@@ -68,10 +68,10 @@ def export(
     from rftfit.model.profile_file import MARK
 
     given = {"--medium": medium, "--alpha": alpha, "--pushes": pushes}
-    named = [option for option, value in given.items() if value is not None]
-    if len(named) != 1:
+    options_given = [option for option, value in given.items() if value is not None]
+    if len(options_given) != 1:
         raise InputError(
-            f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or with "
+            f"found {' and '.join(options_given) or 'no medium'}; allowed: one of --medium NAME (published, or with "
             "--results DIR of a campaign), --alpha N/cm^3 (one push straight down) and --pushes FILE"
         )
     if se is not None and alpha is None:
@@ -88,9 +88,9 @@ def export(
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
     if medium is None:
-        known = options.Medium(alpha=alpha, pushes=pushes, results=results)
+        medium_options = options.Medium(alpha=alpha, pushes=pushes, results=results)
         options.check_test(alpha, se or 0.0)
-        source, facts = _of_pushes(known, se)
+        source, facts = _of_pushes(medium_options, se)
     elif results is not None:
         source, facts = _of_campaign(results, medium, profile)
     else:
@@ -140,10 +140,10 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
         warn(f"warning: {name} is {say_remarks(campaign.marks[name])}")
 
 
-def _of_pushes(known: options.Medium, se: float | None) -> tuple[Map, dict[str, Any]]:
+def _of_pushes(medium_options: options.Medium, se: float | None) -> tuple[Map, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
 
-    estimated, path = known.make_map(se), known.pushes
+    estimated, path = medium_options.make_map(se), medium_options.pushes
     made_from = {} if path is None else {path.name: sha256_of(path)}
     return estimated, {"made_from": made_from}
 
@@ -158,22 +158,22 @@ def _of_campaign(
     from rftfit.workflow.provenance import RECORD, SUMS
 
     campaign = rftfit.open(folder)
-    one = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
+    medium = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
     names = [f"{FOLDER}/alpha/{name}.csv", SUMS, RECORD]
     facts = {
         "name": name,
         "title": campaign.campaign.titles[name],
         "marks": say(campaign.marks.get(name, ())),
-        "window": window_of(one.alpha),
+        "window": window_of(medium.alpha),
         "made_from": {
             path: sha256_of(campaign.root / path)
             for path in names
             if (campaign.root / path).is_file()
         },
     }
-    table = one.profile()
+    table = medium.profile()
     is_map = kind == "map" or (kind is None and bool(table.reason))
-    return (one.map() if is_map else table), facts  # type: ignore[return-value]
+    return (medium.map() if is_map else table), facts  # type: ignore[return-value]
 
 
 def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
@@ -193,20 +193,20 @@ def _summary(path: Path) -> str:
 
     content, profile = read_content(path), rftfit.read_profile(path)
     listed, golden = content.directions, content.golden
-    at = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
+    direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
     rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
     draws = profile.spread
     for place, component in enumerate("zx"):
         error = ""
         if isinstance(draws, Profile):
-            error = f" (standard error {draws.alpha(*at)[place].std(ddof=1):.4g})"
+            error = f" (standard error {draws.alpha(*direction_rad)[place].std(ddof=1):.4g})"
         value = getattr(golden, f"alpha_{component}_N_per_cm3")
         rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
-    known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
+    directions_known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
     pushes = profile.pushed.shape[1]
     lines = [
         f"Profile: {content.origin.profile}",
-        f"Directions: {len(listed.beta_deg)}, {known} with a number, {pushes} pushed",
+        f"Directions: {len(listed.beta_deg)}, {directions_known} with a number, {pushes} pushed",
     ]
     if content.validity.without_number:
         lines.append(f"Without a number: {content.validity.without_number[:300]}")

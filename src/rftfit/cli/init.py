@@ -52,10 +52,10 @@ def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
     # lexists: a link that leads nowhere is there too
-    there = [name for name in names if os.path.lexists(folder / name)]
-    if there:
+    existing = [name for name in names if os.path.lexists(folder / name)]
+    if existing:
         raise InputError(
-            f"{folder}: {', '.join(there)} would be overwritten, so nothing was written; name a "
+            f"{folder}: {', '.join(existing)} would be overwritten, so nothing was written; name a "
             "new folder or move these files away"
         )
     refuse_links_out(folder, sorted({name.partition("/")[0] for name in names}))
@@ -84,7 +84,7 @@ def init_from_table(
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
     read = read_pushes(table, f"raw/{name}", Table(holds=holds), (), name)
-    if unreadable := [one for one in read.problems if one.code.endswith(_UNREADABLE)]:
+    if unreadable := [problem for problem in read.problems if problem.code.endswith(_UNREADABLE)]:
         where = Place(str(table), line=unreadable[0].place.line)
         raise CampaignError([replace(unreadable[0], place=where)])
     cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}

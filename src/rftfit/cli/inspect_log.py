@@ -52,15 +52,15 @@ def inspect_log(
 
     log = recording(log)
     ending = check_picture(plot, "--plot", _DRAWN, force) if plot is not None else ""
-    found = _recognised(log, dialect, option or [])
-    surveys, refused = survey_file(found.reader, log)
-    say((_as_json if as_json else _as_text)(found, surveys, refused))
+    recognition = _recognised(log, dialect, option or [])
+    surveys, refused = survey_file(recognition.reader, log)
+    say((_as_json if as_json else _as_text)(recognition, surveys, refused))
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(plot, content(plot_log(found.reader, surveys), ending, _DRAWN))
+        write_bytes(plot, content(plot_log(recognition.reader, surveys), ending, _DRAWN))
         if as_json:
             return
         say(f"\nDrawing: {plot}")
@@ -89,7 +89,7 @@ def _option(pair: str) -> tuple[str, str | float]:
     return key, value
 
 
-def _as_text(found: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
+def _as_text(recognition: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
     """Tell what a file is, by the surveys of each of its clocks, and why it is no log as it stands."""
     from rftfit.logs.delimited import encoding_of
     from rftfit.logs.inspect import config_block, kinds, lacking, together
@@ -97,22 +97,22 @@ def _as_text(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
 
     whole = together(surveys)
     path = whole.path
-    reader, text, options, others = found
+    reader, text, options, other_dialects = recognition
     kind = " and ".join(kinds(whole)) or "unknown kind of"
-    names = dict.fromkeys(column.name for part in surveys for column in part.columns)
+    names = dict.fromkeys(column.name for survey in surveys for column in survey.columns)
     head = f"{reader.name}, {reader.describe()}"
-    how = f"recognised by {reader.evidence}; columns are {', '.join(names)}"
+    evidence = f"recognised by {reader.evidence}; columns are {', '.join(names)}"
     if text is not None:
         head = "none recognises it; read as delimited text"
         shape = ", ".join(f"{key} {value!r}" for key, value in text.items())
-        how = f"it looks like {encoding_of(head_of(path))}: {shape}"
+        evidence = f"it looks like {encoding_of(head_of(path))}: {shape}"
     lines = [f"{path}: {kind} log, {megabytes(path.stat().st_size)}", f"dialect: {head}"]
-    lines += [f"  {line}" for line in (how, *others)]
+    lines += [f"  {line}" for line in (evidence, *other_dialects)]
     if refused is not None:
         why = str(refused).removeprefix(f"{path}: ")
         lines += ["", f"refused as one log: {why}", "", "by clock:"]
-    for part in surveys:
-        lines += ["", *_survey_lines(part)]
+    for survey in surveys:
+        lines += ["", *_survey_lines(survey)]
     lines += [
         "",
         "needed beside this file:",
@@ -124,7 +124,7 @@ def _as_text(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
     return "\n".join(lines)
 
 
-def _as_json(found: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
+def _as_json(recognition: Recognised, surveys: Sequence[Survey], refused: LogError | None) -> str:
     """What `_as_text` tells, for a script; the columns of each clock for themselves."""
     from rftfit.logs.inspect import config_block, kinds, lacking, together
 
@@ -134,50 +134,52 @@ def _as_json(found: Recognised, surveys: Sequence[Survey], refused: LogError | N
     of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     clocks = [
         {
-            "columns": [asdict(column) for column in part.columns],
-            **{name: getattr(part, name) for name in of_survey},
-            "clock": part.clock and {name: getattr(part.clock, name) for name in of_clock},
+            "columns": [asdict(column) for column in survey.columns],
+            **{name: getattr(survey, name) for name in of_survey},
+            "clock": survey.clock and {name: getattr(survey.clock, name) for name in of_clock},
         }
-        for part in surveys
+        for survey in surveys
     ]
     facts = {
         "file": whole.path,
-        "dialect": found.reader.name,
+        "dialect": recognition.reader.name,
         "kinds": kinds(whole),
         "refused": refused and str(refused),
         "clocks": clocks,
         "needed": lacking(whole),
-        "config": config_block(whole, found.reader.name, found.text, found.options),
+        "config": config_block(
+            whole, recognition.reader.name, recognition.text, recognition.options
+        ),
     }
     return json_text(facts)
 
 
-def _survey_lines(found: Survey) -> list[str]:
+def _survey_lines(survey: Survey) -> list[str]:
     header = ["column", "quantity", "unit", "lowest", "highest", "resolution"]
     rows = []
-    for c in found.columns:
+    for c in survey.columns:
         ends = map(_short, (c.lowest, c.highest, c.resolution))
         rows.append([c.name, c.quantity, c.unit or "-", *ends])
-    rows += [[name, "not read", "-", "-", "-", "-"] for name in found.unread]
-    whole = found.rows + sum(found.missing.values())
+    rows += [[name, "not read", "-", "-", "-", "-"] for name in survey.unread]
+    whole = survey.rows + sum(survey.missing.values())
     return [
         table(header, rows),
         "",
-        f"rows: {found.rows}, of which {found.used} can be read",
-        *(f"  {number} dropped: {reason}" for reason, number in found.dropped.items()),
-        *(f"    NaN or infinite in {name}: {number}" for name, number in found.not_finite.items()),
+        f"rows: {survey.rows}, of which {survey.used} can be read",
+        *(f"  {number} dropped: {reason}" for reason, number in survey.dropped.items()),
+        *(f"    NaN or infinite in {name}: {number}" for name, number in survey.not_finite.items()),
         *(
-            f"  no value in {c.name}: {found.used - c.values}, left out where this column is used"
-            for c in found.columns
-            if c.values < found.used
+            f"  no value in {c.name}: {survey.used - c.values}, left out where this column is used"
+            for c in survey.columns
+            if c.values < survey.used
         ),
         *(
             f"  {number} ({number / whole:.1%} of all) missing: {reason}"
-            for reason, number in found.missing.items()
+            for reason, number in survey.missing.items()
         ),
-        *_clock_lines(found.clock, found.time_unit or "s"),
-        *(f"not read: {name}: {why}" for name, why in found.unread.items()),
-        *(f"note: {note}" for note in found.notes),
+        *_clock_lines(survey.clock, survey.time_unit or "s"),
+        *(f"not read: {name}: {why}" for name, why in survey.unread.items()),
+        *(f"note: {note}" for note in survey.notes),
     ]
 
 

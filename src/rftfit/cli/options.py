@@ -99,25 +99,25 @@ MethodName = Annotated[
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command an option for each field of those of its parameters that are dataclasses."""
     hints = get_type_hints(command, include_extras=True)
-    groups: dict[str, Any] = {name: one for name, one in hints.items() if is_dataclass(one)}
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
     for name, given in inspect.signature(command).parameters.items():
         if name not in groups:
             parameters.append(given.replace(kind=given.KEYWORD_ONLY, annotation=hints[name]))
             continue
-        own = get_type_hints(groups[name], include_extras=True)
-        for one in fields(groups[name]):
-            facts = {"default": one.default, "annotation": own[one.name]}
-            parameters.append(inspect.Parameter(one.name, given.KEYWORD_ONLY, **facts))
+        hints_of_group = get_type_hints(groups[name], include_extras=True)
+        for option in fields(groups[name]):
+            facts = {"default": option.default, "annotation": hints_of_group[option.name]}
+            parameters.append(inspect.Parameter(option.name, given.KEYWORD_ONLY, **facts))
 
     @wraps(command)
     def run(**words: Any) -> None:
         for name, group in groups.items():
-            words[name] = group(**{one.name: words.pop(one.name) for one in fields(group)})
+            words[name] = group(**{option.name: words.pop(option.name) for option in fields(group)})
         command(**words)
 
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return run
 
 
@@ -209,22 +209,28 @@ class Medium:
 
         given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
         given |= {"--pushes": self.pushes, "--profile-file": self.profile_file}
-        named = [option for option, value in given.items() if value is not None]
-        if len(named) != 1:
+        sources_given = [option for option, value in given.items() if value is not None]
+        if len(sources_given) != 1:
             raise InputError(
-                f"found {' and '.join(named) or 'no medium'}; allowed: one of --medium NAME (published, or "
+                f"found {' and '.join(sources_given) or 'no medium'}; allowed: one of --medium NAME (published, or "
                 "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
-        others = {"--profile": self.profile, "--results": self.results, "--method": self.method}
-        found = [name for name, value in others.items() if value is not None]
-        if self.profile_file is not None and found:
-            raise InputError(f"found {found[0]} with --profile-file; allowed: that file alone")
+        other_sources = {
+            "--profile": self.profile,
+            "--results": self.results,
+            "--method": self.method,
+        }
+        others_given = [name for name, value in other_sources.items() if value is not None]
+        if self.profile_file is not None and others_given:
+            raise InputError(
+                f"found {others_given[0]} with --profile-file; allowed: that file alone"
+            )
         of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
             allowed = OF_PUSHES if of_pushes else KINDS
-            more = "pushes give no other profile" if of_pushes else ""
-            choose("--profile", self.profile, allowed, more)
+            hint = "pushes give no other profile" if of_pushes else ""
+            choose("--profile", self.profile, allowed, hint)
         if se is not None and self.alpha is None:
             raise InputError("--se is the standard error of --alpha, so it needs --alpha")
         if self.method is not None and self.results is None and not of_pushes:
@@ -259,8 +265,8 @@ class Medium:
             return self._of_pushes(se)
         assert self.medium is not None
         if self.results is None:
-            more = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
-            name = choose("--medium", self.medium, MEDIA, more)
+            hint = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
+            name = choose("--medium", self.medium, MEDIA, hint)
             if self.kind == "map":
                 return published_map(name).profile
             return rftfit.published_medium(name, self.kind or "table")
@@ -482,6 +488,6 @@ class Pushes:
         from rftfit.model.answers import read_pushes
 
         name, pushes, warnings = read_pushes(*self.files)
-        for one in warnings:
-            warn(f"warning: {one}")
+        for warning in warnings:
+            warn(f"warning: {warning}")
         return name, pushes

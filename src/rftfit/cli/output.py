@@ -26,12 +26,12 @@ def say(text: str = "") -> None:
     typer.echo(text)
 
 
-def say_some(lines: Sequence[str], most: int, more: str = "more") -> None:
+def say_some(lines: Sequence[str], most: int, rest_label: str = "more") -> None:
     """Write the first lines of many."""
     for line in lines[:most]:
         say(line)
     if len(lines) > most:
-        say(f"and {len(lines) - most} {more} (--all lists them)")
+        say(f"and {len(lines) - most} {rest_label} (--all lists them)")
 
 
 def warn(text: str) -> None:
@@ -100,7 +100,10 @@ def check_target(
         return
     except OSError as error:
         raise OutputError(f"{path}: cannot be looked at: {error.strerror or error}") from error
-    if any(other is not None and other.exists() and other.samefile(path) for other in inputs):
+    if any(
+        input_path is not None and input_path.exists() and input_path.samefile(path)
+        for input_path in inputs
+    ):
         raise InputError(f"{path}: this file is read; name another for the {what} with {option}")
     if mark.encode() not in head and not force:
         command = mark.partition(" by ")[2] or "rftfit"

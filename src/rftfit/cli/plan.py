@@ -68,7 +68,7 @@ def plan(
         ),
     ] = None,
     body: options.Body,
-    known: options.Pushes,
+    push_options: options.Pushes,
     results: Annotated[
         Path | None,
         typer.Option(
@@ -94,27 +94,27 @@ def plan(
 
     options.check_confidence(confidence)
     if not 0 < rig.error_percent <= 100:
-        found = f"{rig.error_percent:g}"
-        raise InputError(f"--error-percent: found {found}; allowed: above 0, up to 100")
-    read = (*known.files, body.outline, body.path)
+        error_text = f"{rig.error_percent:g}"
+        raise InputError(f"--error-percent: found {error_text}; allowed: above 0, up to 100")
+    read = (*push_options.files, body.outline, body.path)
     check_target(output, MARK, "rows of the run sheet", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     aim = wanted(target, body)
     betas, gammas = _angles("--beta", rig.beta), _angles("--gamma", rig.gamma)
-    before = _known(known, results, medium, (betas, gammas), confidence)
+    before = _known(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
     try:
-        made = rftfit.plan(aim, before, limits, number, confidence)
+        plan_made = rftfit.plan(aim, before, limits, number, confidence)
     except ValueError as error:
         raise InputError(str(error)) from error
-    say(_as_json(made, output) if as_json else _as_text(made, before))
-    write_text(output, run_sheet_rows(made))
+    say(_as_json(plan_made, output) if as_json else _as_text(plan_made, before))
+    write_text(output, run_sheet_rows(plan_made))
     if figure is not None:
         from rftfit.figures.plan import draw
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw(made, before), ending, _DRAWN))
+        write_bytes(figure, content(draw(plan_made, before), ending, _DRAWN))
     if not as_json:
         say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
@@ -147,8 +147,8 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     """Angles of a list on the command line, degrees."""
     if text is None:
         return ()
-    angles = tuple(options.number_of(part.strip()) for part in text.split(","))
-    if wrong := [one for one in angles if not abs(one) <= 90]:
+    angles = tuple(options.number_of(angle_text.strip()) for angle_text in text.split(","))
+    if wrong := [angle for angle in angles if not abs(angle) <= 90]:
         raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
     return angles
 
@@ -178,41 +178,45 @@ def _known(
             return estimate(given, None, nodes, confidence=confidence, name=title)
         if results is not None:
             campaign = rftfit.open(results)
-            own = campaign[name]
-            given = pushes_of(own.alpha, campaign.config)
-            shapes, title = campaign.shapes(own.name), own.name
+            medium_results = campaign[name]
+            given = pushes_of(medium_results.alpha, campaign.config)
+            shapes, title = campaign.shapes(medium_results.name), medium_results.name
             return estimate(given, shapes, nodes, confidence=confidence, name=title)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
     return prior_map(nodes=nodes)
 
 
-def _as_text(found: Plan, known: Map) -> str:
+def _as_text(plan_made: Plan, medium_map: Map) -> str:
     rows = []
-    for row in found.table().to_dict("records"):
+    for row in plan_made.table().to_dict("records"):
         where = ["now", "", ""]
         if row["push"]:
             way = "down and back" if row["way_back"] else ""
             where = [f"({row['beta_deg']:g}, {row['gamma_deg']:.4g})", way, f"{row['runs']}"]
         rows.append([str(row["push"]), *where, f"{row['half_width_percent']:.1f} %"])
     head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
-    width = [100 * step.typical for step in found.steps]
+    width = [100 * step.typical for step in plan_made.steps]
     enough_for = ""
     for limit in (30, 20, 15, 10, 5):
         if width[0] > limit and min(width) <= limit:
-            enough = next(i for i, one in enumerate(width) if one <= limit)
-            enough_for = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {found.target} within {limit} %."
-    have = f"{known.pushes} made already" if known.pushes else "none made yet"
+            enough = next(i for i, half_width in enumerate(width) if half_width <= limit)
+            enough_for = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {plan_made.target} within {limit} %."
+    have = f"{medium_map.pushes} made already" if medium_map.pushes else "none made yet"
     return (
-        f"Pushes for {found.target}, {have}\n\n{table(head, rows)}\n\n"
-        f"Half width of the {100 * found.confidence:g} % interval, relative, root mean square over "
-        f"{'; '.join(found.parts)}.{enough_for}"
+        f"Pushes for {plan_made.target}, {have}\n\n{table(head, rows)}\n\n"
+        f"Half width of the {100 * plan_made.confidence:g} % interval, relative, root mean square over "
+        f"{'; '.join(plan_made.parts)}.{enough_for}"
     )
 
 
-def _as_json(found: Plan, output: Path) -> str:
-    rows = found.table().to_dict("records")
+def _as_json(plan_made: Plan, output: Path) -> str:
+    rows = plan_made.table().to_dict("records")
     for row in rows:
         row |= {name: None for name in ("beta_deg", "gamma_deg") if row["push"] == 0}
-    content = {"target": found.target, "parts": list(found.parts), "confidence": found.confidence}
+    content = {
+        "target": plan_made.target,
+        "parts": list(plan_made.parts),
+        "confidence": plan_made.confidence,
+    }
     return json_text(content | {"pushes": rows, "run_sheet_rows": str(output)})

@@ -63,7 +63,7 @@ def predict(
     sheet: Annotated[
         bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
     ] = False,
-    known: options.Medium,
+    medium_options: options.Medium,
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
     model_error: options.ModelError = None,
@@ -85,7 +85,7 @@ def predict(
     from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
     from rftfit.store import write_bytes, write_text
 
-    known.check(se)
+    medium_options.check(se)
     _check_words(body, mesh, unit, sheet, figure)
     inputs = CollectedErrors()
     shape: Any = None
@@ -97,9 +97,9 @@ def predict(
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_model_error(model_error)
-        source = known.find(se, partial(_is_whole, shape, motion))
+        source = medium_options.find(se, partial(_is_whole, shape, motion))
     inputs.check()
-    read = (body.outline, body.path, known.profile_file, known.pushes, mesh)
+    read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     if mesh is not None:
@@ -111,13 +111,15 @@ def predict(
     not_stated = unknown_peaks(best, looked_for, peaks)
     unknown = int(forces[list(quantities)].isna().any(axis=1).sum())
     reason = next((text for text in forces["reason"] if text), "")
-    results = known.results
+    results = medium_options.results
     if mesh is None:
         what, elements = "outline", f"{len(shape.body)} elements"
     else:
         what, elements = "mesh", f"{len(shape.faces)} triangles"
     names = {what: f"{shape.name}, {shape.area_cm2:.4g} cm^2, {elements}", "motion": motion.name}
-    names["profile"] = source.name + (f", {results.as_posix()}" if results and known.medium else "")
+    names["profile"] = source.name + (
+        f", {results.as_posix()}" if results and medium_options.medium else ""
+    )
     eps = eps_of(model_error, source)
     percent = f"{100 * confidence:g} % interval"
     level = f"{percent} of alpha" if source.spread is not None else ""
@@ -152,8 +154,10 @@ def predict(
             say(
                 f"Not stated, as it may lie in one of the {count(unknown, 'pose')} without a number: {words}."
             )
-        kind = known.kind or ("table" if known.medium and not source.name.startswith("map") else "")
-        if level and known.medium and (left_out := _LEFT_OUT.get(kind)):
+        kind = medium_options.kind or (
+            "table" if medium_options.medium and not source.name.startswith("map") else ""
+        )
+        if level and medium_options.medium and (left_out := _LEFT_OUT.get(kind)):
             say(f"Not in the intervals: {left_out}.")
         if mesh is not None:
             say(
@@ -161,7 +165,7 @@ def predict(
                 "(closure_N), if it errs alike on all faces."
             )
     if unknown:
-        needs_less = results is not None and known.kind in ("table", "depth_only")
+        needs_less = results is not None and medium_options.kind in ("table", "depth_only")
         warn(
             f"warning: no number in {unknown} of {len(forces)} poses: {_shortened(reason)}"
             + ("; --profile map needs one push in any direction only" if needs_less else "")
@@ -191,17 +195,17 @@ def _check_words(
     """Refuse options of a mesh without one, and those of an outline with one."""
     if mesh is None:
         given = {"--unit": unit is not None, "--sheet": sheet, "--figure": figure is not None}
-        if found := [option for option, there in given.items() if there]:
-            raise InputError(f"found {found[0]} without --mesh FILE, to which it belongs")
+        if options_given := [option for option, is_given in given.items() if is_given]:
+            raise InputError(f"found {options_given[0]} without --mesh FILE, to which it belongs")
         return
     given = {"--width": body.width is not None, "--hip": body.hip is not None}
-    if found := [*body.named, *(option for option, there in given.items() if there)]:
-        raise InputError(f"found {' and '.join(found)} with --mesh; allowed: a mesh alone")
+    if options_given := [*body.named, *(option for option, is_given in given.items() if is_given)]:
+        raise InputError(f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone")
     needed = {
         "--unit, the unit of its coordinates: mm, cm, m or in": unit,
         "--path FILE, csv with t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg": body.path,
     }
-    if missing := [words for words, there in needed.items() if there is None]:
+    if missing := [words for words, value in needed.items() if value is None]:
         raise InputError(f"--mesh needs {'; and '.join(missing)}")
 
 
@@ -262,13 +266,13 @@ def _peaks_as_text(
         rows.append([words, *(f"{number:.4g}" for number in numbers), unit, f"{peak.position:g}"])
     if not rows:
         return "  no force in these poses that can be stated"
-    named = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]
+    intervals_text = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]
     if not level:
-        named.insert(0, "No interval of alpha: the errors of this profile are not known")
-    text = ".\n".join(named)
+        intervals_text.insert(0, "No interval of alpha: the errors of this profile are not known")
+    text = ".\n".join(intervals_text)
     return (
         f"{table([*header, 'unit', key], rows)}\n\n{text}."
-        if named
+        if intervals_text
         else table([*header, "unit", key], rows)
     )
 
@@ -277,19 +281,19 @@ def _peaks_as_json(
     peaks: list[Peak], key: str, names: dict[str, str]
 ) -> dict[str, dict[str, float] | None]:
     """Peaks by name; what is not there is None."""
-    found: dict[str, dict[str, float] | None] = dict.fromkeys(names)
-    for one in peaks:
-        found[one.name] = {
-            one.quantity: one.value,
-            "lo": one.lo,
-            "hi": one.hi,
-            "model_lo": one.model_lo,
-            "model_hi": one.model_hi,
-            "next_lo": one.next_lo,
-            "next_hi": one.next_hi,
-            key: one.position,
+    peak_by_name: dict[str, dict[str, float] | None] = dict.fromkeys(names)
+    for peak in peaks:
+        peak_by_name[peak.name] = {
+            peak.quantity: peak.value,
+            "lo": peak.lo,
+            "hi": peak.hi,
+            "model_lo": peak.model_lo,
+            "model_hi": peak.model_hi,
+            "next_lo": peak.next_lo,
+            "next_hi": peak.next_hi,
+            key: peak.position,
         }
-    return found
+    return peak_by_name
 
 
 def _table_text(forces: pd.DataFrame, notes: list[str]) -> str:

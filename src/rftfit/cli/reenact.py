@@ -150,8 +150,8 @@ def reenact(
         f"{runs}, {count(len(sizes), 'file')}, {megabytes(sum(sizes))}, "
         f"{time.perf_counter() - began:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
     )
-    for made in campaign.faults:
-        say(f"  fault {made}")
+    for planted_fault in campaign.faults:
+        say(f"  fault {planted_fault}")
     say(PLAINLY)
     say(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
@@ -163,10 +163,10 @@ def _copied(config: Path, live: Path) -> Path:
     from rftfit.store.links import refuse_links_out
 
     refuse_links_out(live, ["config"])
-    own = live / "config" / "config.yaml"
-    if not own.is_file():
-        write_text(own, read_text(config, config.as_posix(), "config", 1_000_000))
-    return own
+    live_config = live / "config" / "config.yaml"
+    if not live_config.is_file():
+        write_text(live_config, read_text(config, config.as_posix(), "config", 1_000_000))
+    return live_config
 
 
 def _lacks_tracks(places: Campaign) -> bool:

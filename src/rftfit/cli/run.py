@@ -232,8 +232,8 @@ def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
 
 def others_line(recorded: Recorded) -> list[str]:
     """Name files among the results that are none of this campaign, if there are any."""
-    found = listed(recorded.others(), _MOST)
-    return [f"Not made by this campaign, and left as they are: {found}."] if found else []
+    names = listed(recorded.others(), _MOST)
+    return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -31,7 +31,7 @@ def scale(
         ),
     ] = None,
     se: options.ErrorOfTest = None,
-    known: options.Pushes,
+    push_options: options.Pushes,
     profile: Annotated[
         str | None,
         typer.Option(
@@ -62,14 +62,14 @@ def scale(
     from rftfit.model.answers import answer_of_pushes, answer_of_test
     from rftfit.store import write_text
 
-    if (alpha is None) != bool(known):
-        found = "neither" if alpha is None else "both"
+    if (alpha is None) != bool(push_options):
+        given_text = "neither" if alpha is None else "both"
         raise InputError(
-            f"found {found} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
+            f"found {given_text} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
             "--pushes FILE (a table of pushes; or --profile-file, or both)"
         )
-    check_target(output, MARK, "alpha table", force, known.files)
-    if known and se is not None:
+    check_target(output, MARK, "alpha table", force, push_options.files)
+    if push_options and se is not None:
         raise InputError("--se is the standard error of --alpha; a table has columns se_z, se_x")
     options.check_test(alpha, se or 0.0)
     options.check_confidence(confidence)
@@ -79,7 +79,7 @@ def scale(
     if alpha is not None:
         name, pushes = options.describe_test(alpha, se), options.one_push(alpha, se)
     else:
-        name, pushes = known.read()
+        name, pushes = push_options.read()
     if profile == "generic":
         scaled = options.scaled_from(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)
@@ -101,7 +101,8 @@ def _table_text(answer: Answer) -> str:
     for row in zip(*answer.columns.values(), strict=True):
         # + 0.0 so that nothing is called -0
         cells = [
-            one if isinstance(one, str) else f"{round(float(one), 6) + 0.0:.6g}" for one in row[2:]
+            cell if isinstance(cell, str) else f"{round(float(cell), 6) + 0.0:.6g}"
+            for cell in row[2:]
         ]
         lines.append(",".join([f"{row[0]:.2f}", f"{row[1]:.2f}", *cells]))
     notes = [answer.description, f"_lo and _hi: {answer.level}"]

@@ -41,11 +41,11 @@ def check_folder(folder: Path, force: bool) -> None:
     check_target(folder / MOTION, MARK, "motion", force)
     for name in OTHERS:
         refuse_target_by_link(folder / name)
-    there = [name for name in OTHERS if (folder / name).exists()]
+    existing = [name for name in OTHERS if (folder / name).exists()]
     # beside a table of our own they are our own
-    if there and not force and not (folder / MOTION).exists():
+    if existing and not force and not (folder / MOTION).exists():
         raise InputError(
-            f"{folder}: {', '.join(there)} would be overwritten and no {MOTION} of rftfit simulate "
+            f"{folder}: {', '.join(existing)} would be overwritten and no {MOTION} of rftfit simulate "
             "is beside it; name another folder with --output, or add --force"
         )
 
@@ -130,8 +130,10 @@ def run_as_json(
         "strides",
         "averaged",
     )
-    found = {name: getattr(run, name) for name in facts}
-    return json_text(names | condition | found | {"last_two_strides": ranges(tail), "files": files})
+    facts_of_run = {name: getattr(run, name) for name in facts}
+    return json_text(
+        names | condition | facts_of_run | {"last_two_strides": ranges(tail), "files": files}
+    )
 
 
 @options.grouped
@@ -140,7 +142,7 @@ def simulate(
     curvature: Annotated[
         float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
-    known: options.Medium,
+    medium_options: options.Medium,
     se: options.ErrorOfTest = None,
     robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
@@ -164,9 +166,9 @@ def simulate(
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.motion import SAMPLES, tail_of
 
-    known.check(se)
+    medium_options.check(se)
     body = paper_robot() if robot is None else read_robot(robot)
-    source = known.find(se)
+    source = medium_options.find(se)
     check_folder(output, force)
     try:
         run = rftfit.simulate(
@@ -193,9 +195,11 @@ def simulate(
     if not as_json:
         say(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
-        made = write_animation(output, body, source, run, SAMPLES, f"{body.title}, {condition}")
+        animation_path = write_animation(
+            output, body, source, run, SAMPLES, f"{body.title}, {condition}"
+        )
         if not as_json:
-            say(f"Animation: {', '.join(map(str, made))}")
+            say(f"Animation: {', '.join(map(str, animation_path))}")
 
 
 SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))

@@ -75,19 +75,19 @@ def verify(
     changes = changes_between(recorded, present_provenance(now.states))
     most = 10**9 if all_ else _MOST
     stale = _stale(now)
-    known = [path for record in now.results().values() for path in record.writes]
-    chosen = _chosen(results or [], now.root, known)
-    wanted = chosen or known
-    differ = [name for name in wanted if now.maker[name].name in stale]
-    findings = [one for found in stale.values() for one in found]
-    if not known:
+    recorded_paths = [path for record in now.results().values() for path in record.writes]
+    chosen = _chosen(results or [], now.root, recorded_paths)
+    paths = chosen or recorded_paths
+    differ = [name for name in paths if now.maker[name].name in stale]
+    findings = [finding for findings_of_job in stale.values() for finding in findings_of_job]
+    if not recorded_paths:
         findings = now.findings_of()
     why = list(dict.fromkeys(map(_text_of, findings)))
     if as_json:
-        facts = {name: name not in differ for name in wanted}
-        said = {"changed": [str(one) for one in changes], "why": why}
-        said["others"] = now.others()
-        say(json_text({"as_recorded": facts, **said, "versions": recorded.versions}))
+        facts = {name: name not in differ for name in paths}
+        answer = {"changed": [str(change) for change in changes], "why": why}
+        answer["others"] = now.others()
+        say(json_text({"as_recorded": facts, **answer, "versions": recorded.versions}))
     else:
         for name in chosen:
             say("\n".join(_chain(now, name, stale, most)))
@@ -97,16 +97,16 @@ def verify(
         if findings or differ:
             say_some(why, most, "more")
             say(
-                f"{len(differ)} of {count(len(wanted), 'result')} not as recorded; `rftfit run` makes "
+                f"{len(differ)} of {count(len(paths), 'result')} not as recorded; `rftfit run` makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
             )
         else:
-            made = f", made with rftfit {recorded.versions.get('rftfit', '')}"
-            made += f" at commit {data['commit']}" if data.get("commit") else ""
-            say(f"{count(len(wanted), 'result')}: all as recorded{made}.")
+            origin_words = f", made with rftfit {recorded.versions.get('rftfit', '')}"
+            origin_words += f" at commit {data['commit']}" if data.get("commit") else ""
+            say(f"{count(len(paths), 'result')}: all as recorded{origin_words}.")
         for line in others_line(now):
             say(line)
-    if differ or not known:
+    if differ or not recorded_paths:
         raise typer.Exit(NOT_AS_RECORDED)
 
 
@@ -119,19 +119,21 @@ def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> N
     if as_json:
         facts = {
             "same": remade.same,
-            "unlike": {one.path: one.difference for one in remade.unlike},
+            "unlike": {unlike_file.path: unlike_file.difference for unlike_file in remade.unlike},
             "not_made_again": remade.not_made,
             "others": now.others(),
         }
         say(json_text(facts))
     else:
-        say_some([str(one) for one in remade.unlike], most, "more that differ")
+        say_some([str(unlike_file) for unlike_file in remade.unlike], most, "more that differ")
         if remade.unlike:
-            findings = [finding for found in _stale(now).values() for finding in found]
+            findings = [
+                finding for findings_of_job in _stale(now).values() for finding in findings_of_job
+            ]
             say_some(list(dict.fromkeys(map(_text_of, findings))), most, "more reasons")
-        made = len(remade.same) + len(remade.unlike)
+        count_made = len(remade.same) + len(remade.unlike)
         say(
-            f"{count(made, 'result')} made again: {len(remade.same)} with the same bytes, "
+            f"{count(count_made, 'result')} made again: {len(remade.same)} with the same bytes, "
             f"{len(remade.unlike)} otherwise."
         )
         if remade.not_made:
@@ -151,14 +153,14 @@ def _quiet(*_: object) -> None:
 def _stale(now: Recorded) -> dict[str, list[Finding]]:
     """Jobs that are out of date, or read what such a job writes, with what was found about them."""
     jobs = now.results()
-    stale = {name: found for name in jobs if (found := now.findings(name))}
-    while more := [
+    stale = {name: findings_of_job for name in jobs if (findings_of_job := now.findings(name))}
+    while further_jobs := [
         name
         for name, record in jobs.items()
         if name not in stale
         and any(path in now.maker and now.maker[path].name in stale for path in record.reads)
     ]:
-        stale |= {name: [] for name in more}
+        stale |= {name: [] for name in further_jobs}
     return stale
 
 
@@ -166,8 +168,8 @@ def _text_of(finding: Finding) -> str:
     job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
-            how = "edited or damaged" if finding.sort == "edited" else "not there"
-            return f"result {finding.what}: {how}; was sha256 {finding.was[:12]}"
+            fault = "edited or damaged" if finding.sort == "edited" else "not there"
+            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
         case "new":
             return f"{job}: never finished"
         case "input":
@@ -176,23 +178,26 @@ def _text_of(finding: Finding) -> str:
             return f"{job}: made with other {finding.what}"
 
 
-def _chosen(words: list[Path], root: Path, known: list[str]) -> list[str]:
+def _chosen(words: list[Path], root: Path, recorded_paths: list[str]) -> list[str]:
     """Paths from the campaign's folder of the results that are asked for."""
     chosen: dict[str, None] = {}
     for word in words:
         places = [(Path.cwd() / word).resolve(), (root / word).resolve()]
         names = [path.relative_to(root).as_posix() for path in places if path.is_relative_to(root)]
-        found = [
-            one for name in names for one in known if one == name or one.startswith(f"{name}/")
+        chosen_paths = [
+            path
+            for name in names
+            for path in recorded_paths
+            if path == name or path.startswith(f"{name}/")
         ]
-        if not found:
-            nearest = did_you_mean(word.as_posix(), known)
+        if not chosen_paths:
+            nearest = did_you_mean(word.as_posix(), recorded_paths)
             hint = f"; did you mean '{nearest}'?" if nearest else ""
             raise InputError(
-                f"{word}: not among the {len(known)} results that are recorded, so nobody can say "
+                f"{word}: not among the {len(recorded_paths)} results that are recorded, so nobody can say "
                 f"what it was made from{hint}"
             )
-        chosen |= dict.fromkeys(found)
+        chosen |= dict.fromkeys(chosen_paths)
     return list(chosen)
 
 
@@ -218,8 +223,8 @@ def _chain(now: Recorded, name: str, stale: dict[str, list[Finding]], most: int)
         f"  {count(len(runs), 'row')} of the run sheet: {listed(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
-    found = [finding for job in jobs for finding in stale.get(job, [])]
-    return lines + [f"  {_text_of(finding)}" for finding in found[:most]]
+    findings_of_chain = [finding for job in jobs for finding in stale.get(job, [])]
+    return lines + [f"  {_text_of(finding)}" for finding in findings_of_chain[:most]]
 
 
 def _medium(now: Recorded, job: Record) -> str:

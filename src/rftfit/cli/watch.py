@@ -59,7 +59,7 @@ def watch(
     from rftfit.bench.server import Page
     from rftfit.bench.watch import Watch
 
-    found = Watch(config, wait, wanted(target, options.Body()))
+    watched = Watch(config, wait, wanted(target, options.Body()))
     page = None if no_page else Page(port)
     asked = page.asked if page else Signal()
 
@@ -72,14 +72,14 @@ def watch(
         tell("page", {"address": page.address})
     with suppress(KeyboardInterrupt):
         while True:
-            for event in found.step():
+            for event in watched.step():
                 tell(event.kind, event.facts)
                 if page and not event.facts.get("first"):
-                    page.show(partial(page_of, found), changed=True)
+                    page.show(partial(page_of, watched), changed=True)
             if page:
-                page.show(partial(page_of, found), changed=False)
-            media = found.media.values()
-            if stop is not None and media and all(one.width <= stop for one in media):
+                page.show(partial(page_of, watched), changed=False)
+            media = watched.media.values()
+            if stop is not None and media and all(medium.width <= stop for medium in media):
                 return
             asked.wait(_POLL_S)
 
@@ -115,7 +115,7 @@ def as_text(kind: str, facts: Mapping[str, Any]) -> str:
         pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
         lines = [text, f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""]
         lines += [
-            f"check {one['check']} fails, {one['effect']}: {one['sentence']}"
-            for one in facts["checks"]
+            f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
+            for check in facts["checks"]
         ]
     return time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""

@@ -32,8 +32,8 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
     parts = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
     basis = np.zeros((depth.size, knots + 2))
     rows = np.arange(depth.size)
-    for column, stretch in enumerate(parts):
-        basis[rows, cell + column] = stretch / 6
+    for column, spline in enumerate(parts):
+        basis[rows, cell + column] = spline / 6
     return basis
 
 

@@ -176,8 +176,8 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
             )
             clock = np.array([_moved_by_clock(run, component) for run in runs_at_depth])
             # a tare and a clock that they share and a curvature that they have alike do not make them differ
-            bed_variance = se**2 - shares_tare * tare**2 - curvature**2 - clock**2
-            groups.append((alpha, np.sqrt(np.maximum(bed_variance, 0.0))))
+            own_variance = se**2 - shares_tare * tare**2 - curvature**2 - clock**2
+            groups.append((alpha, np.sqrt(np.maximum(own_variance, 0.0))))
     return groups
 
 

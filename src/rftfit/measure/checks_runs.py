@@ -155,8 +155,8 @@ def check_repeats(measured: Measured) -> Check:
         "repeats",
         apart.empty,
         [
-            remark("apart", run_id=run, beside=alphas_beside, times=times)
-            for run, alphas_beside, times in of_runs
+            remark("apart", run_id=run, beside=runs_beside, times=times)
+            for run, runs_beside, times in of_runs
         ],
         count=len(apart),
         size=len(repeated_runs),

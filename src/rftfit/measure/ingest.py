@@ -75,14 +75,14 @@ def ingest_traces(
         except InputError as error:
             compliance = error
     for run, pair in load_pairs(campaign, runs):
-        trace = _ingest_run(config, run, pair, ledger, compliance, clocks)
-        if isinstance(trace, Trace):
-            traces.append(trace)
-            rows.append(_run_row(trace, config.arm.surface_z_mm, clocks))
-            ledger.flag(run, *trace.flags)
+        outcome = _ingest_run(config, run, pair, ledger, compliance, clocks)
+        if isinstance(outcome, Trace):
+            traces.append(outcome)
+            rows.append(_run_row(outcome, config.arm.surface_z_mm, clocks))
+            ledger.flag(run, *outcome.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
-            rows.append(RUN_COLUMNS | refused | reason_columns(trace))
+            rows.append(RUN_COLUMNS | refused | reason_columns(outcome))
     return traces, rows, ledger
 
 
@@ -321,13 +321,13 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     ]
     parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
     flags = []
-    for lost_of_log, lost_beside, log, log_kind in zip(
+    for lost_of_log, lost_beside, log, suffix in zip(
         lost, lost[::-1], (force, motion), parts, strict=True
     ):
         for reason, count in lost_of_log.items():
             # of one table a line, unlike a cell, is lost to both logs
             of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
-            file = log.path.name + ("" if of_both else log_kind)
+            file = log.path.name + ("" if of_both else suffix)
             flags.append(remark(dropped_rows(reason).code, count=count, file=file, why=reason))
     return list(dict.fromkeys(flags))
 

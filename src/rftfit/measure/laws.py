@@ -84,9 +84,9 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
             nothing = np.full(depth.size, math.nan)
             return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
         size = with_shape / square
-        exponent_excess = (with_log - size * across) / alone
+        bent_share = (with_log - size * across) / alone
         # a component that is not felt has no exponent
-        step = exponent_excess / size if size else 0.0
+        step = bent_share / size if size else 0.0
         if not fits or abs(step) < _SMALL or not steps_left:
             break
         p += min(max(step, -0.5), 0.5)
@@ -99,7 +99,7 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         alpha,
         gain,
         np.stack([shape, size * bent]),
-        stress - alpha * at_cm * shape - exponent_excess * bent,
+        stress - alpha * at_cm * shape - bent_share * bent,
         p if fits else math.nan,
         float(gain @ (p * size * shape / above)) / (alpha or 1.0),
         exponent_gain,

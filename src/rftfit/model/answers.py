@@ -80,8 +80,8 @@ def read_pushes(
     """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""
     tables, warnings = [], []
     if pushes is not None:
-        pushes_and_warnings, problems = pushes_in(pushes)
-        tables.append(pushes_and_warnings)
+        table, problems = pushes_in(pushes)
+        tables.append(table)
         warnings = [str(problem) for problem in problems]
     if profile_file is not None:
         tables.append(pushes_in_profile(profile_file))

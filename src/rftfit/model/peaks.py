@@ -53,7 +53,7 @@ class Peak:
 class DrawStatistics:
     """Intervals by pose, and the peaks of every draw, collected over the parts of a motion.
 
-    `quantities` get an interval; `extremes` are collected of these quantities, over the poses that are `known`.
+    `quantities` get an interval; `extremes` are collected of these quantities, over the poses that have a best value.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class DrawStatistics:
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
-        """Draws of the quantities in the next poses, shape (draws, p); `known`: which poses have a best value."""
+        """Draws of the quantities in the next poses, shape (draws, p); `is_finite`: which poses have a best value."""
         for name, parts in self._parts.items():
             parts.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():

@@ -537,7 +537,7 @@ def _triangulated(
 
 
 def _interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
-    """Interval between nodes, and the place inside it from 0 to 1 (NaN where `at` is)."""
+    """Interval between nodes, and the place inside it from 0 to 1 (NaN where `angle` is)."""
     index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
     return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])
 

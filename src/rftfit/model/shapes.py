@@ -286,7 +286,7 @@ class _Prior(NamedTuple):
         )
 
     def covariance(self, rough_share: float) -> FloatArray:
-        """C + (1 - w) K + w R, `own`: w."""
+        """C + (1 - w) K + w R, `rough_share`: w."""
         return (
             self.between.T @ self.between
             + (1 - rough_share) * self.smooth
@@ -1040,8 +1040,8 @@ class _Likelihood:
         whiten: FloatArray,
     ) -> None:
         self.mean, self.y = mean, y
-        bed_free = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
-        self.least_error = float(np.sqrt(np.maximum(bed_free, 0.0).min()))
+        variance_without_bed = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
+        self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
         # one decomposition serves every size: both covariances become diagonal
         values, vectors = np.linalg.eigh(whiten @ prior @ whiten.T)
         self._values = np.maximum(values, 0.0)

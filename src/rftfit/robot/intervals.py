@@ -144,7 +144,7 @@ def speeds_of(
 
 
 def half_width(values: FloatArray, best_value: float, confidence: float) -> Width:
-    """Half the width of an interval from the values of a few draws, which scatter about `own`.
+    """Half the width of an interval from the values of a few draws, which scatter about `best_value`.
 
     It is unknown where a draw has no value: without that draw the interval would be too narrow.
     """

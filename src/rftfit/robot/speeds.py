@@ -142,9 +142,16 @@ def measured_speeds(
         middle = rounded(float(frequency.mean())) if frequency.size else math.nan
         mean = float(speed.mean()) if speed.size else math.nan
         place = (name, trials_of_condition["medium"].iloc[0], curvature, middle, spread(frequency))
-        calibration_and_source = is_calibrated(curvature, middle, calibrated), "marker tracks"
+        is_calibrated_and_source = is_calibrated(curvature, middle, calibrated), "marker tracks"
         rows.append(
-            (*place, mean, spread(speed), len(good), *calibration_and_source, *reason_cells(reason))
+            (
+                *place,
+                mean,
+                spread(speed),
+                len(good),
+                *is_calibrated_and_source,
+                *reason_cells(reason),
+            )
         )
     return pd.DataFrame(rows, columns=MEASURED)
 
@@ -173,12 +180,12 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
                 rounded(frequency),
                 math.nan,
             )
-            calibration_and_source = (
+            is_calibrated_and_source = (
                 is_calibrated(curvature_times_R, rounded(frequency), calibrated),
                 "Fig. 4C",
             )
             rows.append(
-                (*place, float(speed), math.nan, 3, *calibration_and_source, *reason_cells([]))
+                (*place, float(speed), math.nan, 3, *is_calibrated_and_source, *reason_cells([]))
             )
     return pd.DataFrame(rows, columns=MEASURED)
 
