@@ -911,8 +911,10 @@ def test_channels_against_what_every_medium_feels(seen, code, count):
         ({X: [-1.0] * 3 + [1.0] * 9}, "", 0),
         ({X: [0.0] * 9 + [1.0] * 3}, "channel-silent", 9),
         ({X: [-1.0] * 6 + [1.0] * 6}, "channel-reversed", 6),
-        # one of three repeats is not the direction's
-        ({X: [0.0, 1.0, 1.0] * 4}, "", 0),
+        # one silent run beside repeats that feel the force is a dead channel, not an alpha of 0
+        ({X: [0.0, 1.0, 1.0] * 4}, "channel-silent", 4),
+        ({X: [0.0, 1.0, 1.0] * 2 + [1.0] * 6}, "", 0),
+        # one of three repeats does not turn the sign of its direction
         ({X: [-1.0, 1.0, 1.0] * 4}, "", 0),
         ({X: [0.0, 0.0, 1.0] * 4}, "channel-silent", 8),
     ],

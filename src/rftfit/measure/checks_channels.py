@@ -169,7 +169,9 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
         must_feel = np.abs(expected[component]) >= _MUST_FEEL
         silent = faint & must_feel
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_feel
-        n_must, n_silent = _count(direction, must_feel), _count(direction, silent)
+        n_must = _count(direction, must_feel)
+        # a dead channel beside repeats that feel the force is no alpha of 0
+        n_silent = np.unique(direction[silent]).size
         n_strong = _count(direction, strong[component])
         reversed_ = opposite & strong[component]
         n_reversed = _count(direction, reversed_)
