@@ -10,7 +10,7 @@ from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, mapped
 
 UNITS = {
     **dict.fromkeys(("F1", "F2", "F3"), "N"),

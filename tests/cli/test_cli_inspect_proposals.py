@@ -15,7 +15,7 @@ from rftfit.campaign.config import ForceLog
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import recognised
 from rftfit.logs.registry import source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, mapped
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 

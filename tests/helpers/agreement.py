@@ -7,7 +7,7 @@ from jobs import run_rules
 
 from rftfit.campaign.load import check_campaign
 from rftfit.errors import InputError
-from rftfit.measure.pairs import readers
+from rftfit.measure.read import readers
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.results import open_results
 

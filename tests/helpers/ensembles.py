@@ -21,9 +21,9 @@ from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
+from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.laws import by_law, power_fit
 from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
-from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 FloatArray = np.ndarray

@@ -13,8 +13,7 @@ from rftfit.conventions import direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import path_in_lab_frame
-from rftfit.measure.pairs import clean
-from rftfit.measure.readings import without_holds, without_lone_positions
+from rftfit.measure.readings import clean, without_holds, without_lone_positions
 from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
 
 AIR_CM = 2.0

@@ -12,7 +12,7 @@ from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
 from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
 from rftfit.logs.registry import source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, mapped
 
 REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
 UNITS = {

@@ -16,10 +16,11 @@ from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import Run, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table, with_flagged
-from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.ledger import check, join
+from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.tare import tare_medium
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import BACKWARDS, DUPLICATE
-from rftfit.measure.pairs import clean, gaps
+from rftfit.measure.readings import clean, gaps
 
 
 def log_of(time, value=None):

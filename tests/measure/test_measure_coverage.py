@@ -9,8 +9,8 @@ import pytest
 from scipy.signal import lfilter
 from seeds import ALL, assert_share, seeds
 
+from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.slopes import fit_slope
-from rftfit.measure.zero import find_zero
 
 pytestmark = pytest.mark.statistics
 

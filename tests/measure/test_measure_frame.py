@@ -11,7 +11,7 @@ from campaign_room import plate_run
 from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
 from rftfit.logs.base import Log
 from rftfit.measure.lab_frame import path_in_lab_frame, sensor_to_lab
-from rftfit.measure.pairs import completed, mapped
+from rftfit.measure.log_columns import completed, mapped
 
 
 def transducer(x, y, z, turn_deg):

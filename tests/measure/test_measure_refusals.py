@@ -12,13 +12,13 @@ from rftfit.campaign.config import Arm, Clock
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
-from rftfit.measure.ingest import _gaps
 from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.pairs import FORCE_TO_N, completed, factor
+from rftfit.measure.log_columns import FORCE_TO_N, completed, factor
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface, place_surface
+from rftfit.measure.trace import _gaps
 
 NAN = float("nan")
 PUSH = plate_run("a", medium="sand")

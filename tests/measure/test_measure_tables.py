@@ -11,9 +11,10 @@ from campaign_room import plate_run
 
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
-from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
+from rftfit.measure.fits import FIT_COLUMNS, fit_medium
 from rftfit.measure.flags import about, remark
 from rftfit.measure.ledger import RowStatus
+from rftfit.measure.leg_curves import LEG_COLUMNS, leg_curves
 
 AREA = 3.81 * 2.54
 ALPHA = np.array([0.31, -0.12])

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
-from rftfit.measure.fits import half_extent, window
+from rftfit.measure.fits import window
+from rftfit.measure.lab_frame import half_extent
 from rftfit.measure.ledger import RowStatus
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)

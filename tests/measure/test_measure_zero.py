@@ -8,7 +8,7 @@ import pytest
 from rftfit.campaign.config import Leg, Plate, Transducer
 from rftfit.campaign.config import Zero as Stated
 from rftfit.measure.flags import Refused
-from rftfit.measure.zero import find_zero, height_needed, stated_zero
+from rftfit.measure.lab_frame import find_zero, height_needed, stated_zero
 
 TIME = np.arange(2000) / 100
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)

@@ -95,7 +95,7 @@ def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
     for module in (ingest, session_clocks):
-        monkeypatch.setattr(module, "load_pairs", lambda *_: iter(()))
+        monkeypatch.setattr(module, "read_logs", lambda *_: iter(()))
     (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.clocks import ClockFit
-    from rftfit.measure.ingest import Trace as Ingested
     from rftfit.measure.surface import Surface
+    from rftfit.measure.trace import Trace as Ingested
     from rftfit.results import Results
 
 

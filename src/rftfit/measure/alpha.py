@@ -53,14 +53,6 @@ SAME_DIRECTION_DEG = 0.5
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
 
-QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
-"""Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
-
-
-def column(component: str, quantity: str = "") -> str:
-    """Name of a column of alpha: component ``z`` or ``x``, one of `QUANTITIES`."""
-    return f"alpha_{component}{quantity}_N_per_cm3"
-
 
 def alpha_table(
     fits: pd.DataFrame,
@@ -122,6 +114,15 @@ def alpha_table(
     # no plate run at all: the columns of a table all the same
     columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_WORDS]
     return pd.DataFrame(rows, columns=columns)
+
+
+QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
+"""Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
+
+
+def column(component: str, quantity: str = "") -> str:
+    """Name of a column of alpha: component ``z`` or ``x``, one of `QUANTITIES`."""
+    return f"alpha_{component}{quantity}_N_per_cm3"
 
 
 def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[float, float]]:

@@ -19,7 +19,7 @@ from rftfit.measure import lab_frame
 from rftfit.measure.alignment import BUILD_UP_S, Alignment, estimate_clocks
 from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.flags import REASON, Refused, Remark, quoted, reason_columns, remark
-from rftfit.measure.pairs import load_pairs
+from rftfit.measure.read import read_logs
 from rftfit.measure.strokes import IntruderPath
 
 Push = dict[Any, Any]
@@ -38,14 +38,14 @@ def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
     """Align the clocks of each push straight down of a medium by its force, or say why they cannot be."""
     runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
-    for run, pair in load_pairs(campaign, runs):
-        if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
-            yield run, pair.problems[0]
+    for run, logs in read_logs(campaign, runs):
+        if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
+            yield run, logs.problems[0]
             continue
         try:
-            force_log = lab_frame.without_repeats(pair.force, campaign.config.transducer)
+            force_log = lab_frame.without_repeats(logs.force, campaign.config.transducer)
             readings = lab_frame.force_in_lab_frame(force_log, campaign.config.transducer)
-            path = lab_frame.path_in_lab_frame(pair.motion, run, campaign.config.arm)
+            path = lab_frame.path_in_lab_frame(logs.motion, run, campaign.config.arm)
             yield run, align_push(campaign.config.clock, run, readings, path)
         except ValueError as error:
             yield run, quoted(error)

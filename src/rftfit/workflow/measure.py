@@ -12,11 +12,12 @@ from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
-from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
 from rftfit.measure.ledger import check, join
-from rftfit.measure.pairs import same_table
+from rftfit.measure.leg_curves import leg_curves
+from rftfit.measure.read import same_table
 from rftfit.measure.session_clocks import align_medium
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium

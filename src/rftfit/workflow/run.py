@@ -15,7 +15,7 @@ from typing import Any
 
 from rftfit.campaign.problems import listed
 from rftfit.errors import InputError, OutputError, WorkflowError
-from rftfit.measure.pairs import readers
+from rftfit.measure.read import readers
 from rftfit.store.links import RESULTS, put_results_at, refuse_links_out, results_elsewhere
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
