@@ -7,7 +7,7 @@ import re
 
 import pandas as pd
 import pytest
-from rigroom import Room, one, paper, planned
+from rigroom import Room, paper, planned, row_of_run
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
@@ -170,7 +170,7 @@ def test_fault_in_the_tare(room, fault, run):
     assert no_number(fit)
     if status["status"] == "refused":
         assert fit["reason"] == f"no tare: {rod} cannot be used: {status['reason']}"
-        tare = one(results.tares, run)
+        tare = row_of_run(results.tares, run)
         assert tare["reason"] == fit["reason"]
         assert math.isnan(tare["valid_to"])
     else:
@@ -232,7 +232,7 @@ def test_tare_shorter_than_the_run(room):
     fit = results.fit(RUN)
     assert fit["reason_code"] == "tare-short"
     assert no_number(fit)
-    assert 3 < one(results.tares, RUN)["valid_to"] < 6
+    assert 3 < row_of_run(results.tares, RUN)["valid_to"] < 6
 
 
 def without_rows(text):
