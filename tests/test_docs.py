@@ -87,7 +87,7 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path):
                 f"{block.place}: make gallery"
             )
     for made, words in SAYS.get(page, {}).items():
-        assert words in reader.said, made
+        assert words in reader.transcript, made
 
 
 def test_examples_of_the_build_say_what_the_package_computes():

@@ -61,9 +61,9 @@ def main() -> None:
     """Write all three."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        made = follow("space", folder / "space").here / "wheel.png"
+        made = follow("space", folder / "space").folder / "wheel.png"
         save(Image.open(made), "space_path", 1000)
-        save(rover(follow("mujoco", folder / "mujoco").here), "space_rover", 800)
+        save(rover(follow("mujoco", folder / "mujoco").folder), "space_rover", 800)
         script = ROOT / "examples" / "cmu-wheel" / "wheel.py"
         subprocess.run([sys.executable, script, folder / "runs.png"], check=True)
         save(Image.open(folder / "runs.png"), "space_wheel", 900)

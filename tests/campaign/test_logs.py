@@ -139,7 +139,7 @@ def test_logs_of_rows(room, change, config, codes):
     room.touch(UPPER)
     room.put(change)
     room.config += config
-    places, found = room.told()
+    places, found = room.list_problems()
     of_config = [(one.place.key, one.code[7:]) for one in found if one.place.key]
     of_sheet = [(code[6:], *place) for code, *place in places if code.startswith("sheet")]
     tares = ("tare-missing", "tare-unused")

@@ -235,8 +235,8 @@ def path_cm(motion: ArmMotion, intruder: AnyPlate | Leg) -> FloatArray:
 
 def delayed(force: FloatArray, samples: float) -> FloatArray:
     """Forces, shape (2, n), so many samples ago; before the first, that."""
-    at = np.arange(force.shape[1], dtype=float)
-    return np.array([np.interp(at - samples, at, row) for row in force])
+    place = np.arange(force.shape[1], dtype=float)
+    return np.array([np.interp(place - samples, place, row) for row in force])
 
 
 # --- Logs.
@@ -314,8 +314,8 @@ def below(law: Law, surface_cm: float) -> Law:
 
 def bent(depth_cm: FloatArray, power: float) -> FloatArray:
     """Factor of a force that is proportional to depth where stress goes as depth^power."""
-    felt = power_law(depth_cm, power)
-    return np.divide(felt, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
+    equivalent_cm = power_law(depth_cm, power)
+    return np.divide(equivalent_cm, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
 
 
 def push_alpha(run: Run) -> float:

@@ -49,9 +49,9 @@ class Case:
     dialect: str = "rig"
 
     def __str__(self):
-        more = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
-        more += "" if self.dialect == "rig" else f", {self.dialect}"
-        return f"{self.grid}, {self.protocol}{more}"
+        suffix = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
+        suffix += "" if self.dialect == "rig" else f", {self.dialect}"
+        return f"{self.grid}, {self.protocol}{suffix}"
 
 
 CASES = [
@@ -93,10 +93,14 @@ def make(folder, case):
 
 def judge(folder, case, held):
     """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
-    wanted = set(directions_of(GRIDS[case.grid], 2013))
+    planned_directions = set(directions_of(GRIDS[case.grid], 2013))
     table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
-    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
-    wrong = [] if found == wanted else [f"{len(wanted - found)} directions without a row"]
+    measured_directions = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    wrong = (
+        []
+        if measured_directions == planned_directions
+        else [f"{len(planned_directions - measured_directions)} directions without a row"]
+    )
     if not (folder / "results" / "report.html").is_file():
         wrong.append("no page")
     inside, off = [], []

@@ -44,9 +44,11 @@ media:
 
 def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
     """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
-    found = recognised(recording(path))
-    surveys, _ = survey_file(found.reader, recording(path))
-    lines = config_block(together(surveys), found.reader.name, found.text, found.options)
+    log_format = recognised(recording(path))
+    surveys, _ = survey_file(log_format.reader, recording(path))
+    lines = config_block(
+        together(surveys), log_format.reader.name, log_format.text, log_format.options
+    )
     return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 

@@ -18,10 +18,10 @@ from rftfit.workflow import measure
 @pytest.mark.statistics
 def test_intervals_hold_the_force_at_stated_depths():
     """`make curved` is the same with 400 campaigns and other powers."""
-    found = forces_held("poppy_LP", seeds(10, 4), 5, {"power": 1.3})
-    assert list(found["cells"]) == [156, 132, 108]
-    assert found["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()
-    assert (found["width"] < seeds(1.3, 2)).all()
+    coverage = forces_held("poppy_LP", seeds(10, 4), 5, {"power": 1.3})
+    assert list(coverage["cells"]) == [156, 132, 108]
+    assert coverage["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()
+    assert (coverage["width"] < seeds(1.3, 2)).all()
 
 
 def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
@@ -47,11 +47,11 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:
-        part = table[table["depth_cm"] == depth]
-        lo, truth, hi = alpha_cells(part)
-        there = np.isfinite(lo)
+        rows_at_depth = table[table["depth_cm"] == depth]
+        lo, truth, hi = alpha_cells(rows_at_depth)
+        is_finite = np.isfinite(lo)
         force = truth * power_law(np.array(depth), power) / depth
-        assert ((lo <= force) & (force <= hi))[there].mean() > 0.9
+        assert ((lo <= force) & (force <= hi))[is_finite].mean() > 0.9
         assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
     # a window that holds none of the depths has no row on the page
     results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))

@@ -61,8 +61,8 @@ def log_of(unit):
 
 @pytest.mark.parametrize("unit", ["V", "counts", "klb", ""])
 def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
-    wanted = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
-    source = ForceLog.model_validate({"columns": {"F3": wanted}})
+    column = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
+    source = ForceLog.model_validate({"columns": {"F3": column}})
     units = {"F3": "N", "time": "s"}
     log = log_columns.mapped(log_of(unit), source, units, "force_log")
     np.testing.assert_allclose(log.columns["F3"], [10, 30, 70])
@@ -84,7 +84,7 @@ def test_a_unit_is_never_guessed(unit, column, why):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "sentences"),
     [
         (
             "load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n",
@@ -95,12 +95,12 @@ def test_a_unit_is_never_guessed(unit, column, why):
         (f"load,unit,G1\nF1,N,{'1' * 200_000}\n", ("cannot be split into cells",)),
     ],
 )
-def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, said):
+def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, sentences):
     path = tmp_path / "calibration.csv"
     path.write_text(text)
     with pytest.raises(InputError) as error:
         read_calibration(path)
-    assert all(words in str(error.value) for words in said)
+    assert all(words in str(error.value) for words in sentences)
 
 
 def test_loads_are_sums_of_gauges():

@@ -23,10 +23,10 @@ LEG = Leg(
 
 
 def stretches(*pairs):
-    found = np.zeros(TIME.size, dtype=bool)
+    in_stretch = np.zeros(TIME.size, dtype=bool)
     for start, end in pairs:
-        found |= (start <= TIME) & (end > TIME)
-    return found
+        in_stretch |= (start <= TIME) & (end > TIME)
+    return in_stretch
 
 
 FORCE = np.stack([np.full(TIME.size, 1.25), np.full(TIME.size, -0.5)])

@@ -74,7 +74,7 @@ def test_draws_of_memory(undisturbed, asked, sd):
     runs = found.runs
     steep = [i for i, run in enumerate(runs) if abs(run.gamma_deg) == 90 and run.beta_deg == 30]
     alpha = np.array([run.alpha for run in runs])[steep][:, :, None]
-    moved = (found.found["alpha"] - undisturbed.found["alpha"])[steep] / alpha
+    moved = (found.quantities["alpha"] - undisturbed.quantities["alpha"])[steep] / alpha
     if asked.startswith("surface"):
         # error of the depth: times sum z over sum z squared
         lever = [float((runs[i].depth ** 2).sum() / runs[i].depth.sum()) for i in steep]
@@ -91,8 +91,8 @@ def test_all_else_is_the_same(undisturbed):
     none = simulate(
         MEDIUM, CAMPAIGNS, SEED, {name: one.nothing for name, one in DISTURBANCES.items()}
     )
-    for name, values in undisturbed.found.items():
-        np.testing.assert_array_equal(none.found[name], values)
+    for name, values in undisturbed.quantities.items():
+        np.testing.assert_array_equal(none.quantities[name], values)
 
 
 def test_the_rod_opposes_the_motion():

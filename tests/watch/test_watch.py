@@ -84,7 +84,7 @@ def test_any_order_of_arrival_gives_what_a_run_gives(bench, seed):
     watch = bench.watch()
     for _ in range(12):
         change(bench, chance)
-        bench.look(watch, chance.randrange(4))
+        bench.collect_events(watch, chance.randrange(4))
     # a run needs rows without error: what is wrong is corrected, and the last push is made
     bench.rows = {name: dict(bench.every[name]) for name in bench.rows}
     bench.push(chance.choice(bench.plates))
@@ -104,7 +104,7 @@ def test_a_log_that_grows_is_never_read(bench):
     watch = bench.watch()
     for part in range(1, 12):
         bench.put(force, whole[: part * len(whole) // 12])
-        events = bench.look(watch)
+        events = bench.collect_events(watch)
         assert name not in {facts["run_id"] for facts in told(events, "push")}
     assert watch.state(MEDIUM, name) == GROWING
     bench.put(force)
@@ -117,7 +117,7 @@ def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatc
     name = bench.plates[0]
     bench.push(name)
     watch = bench.watch()
-    bench.look(watch, 3)
+    bench.collect_events(watch, 3)
     plain = ingest_medium
 
     def while_written(*given):
@@ -127,7 +127,7 @@ def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatc
         return found
 
     monkeypatch.setattr("rftfit.bench.medium.ingest_medium", while_written)
-    events = bench.look(watch)
+    events = bench.collect_events(watch)
     assert name not in {facts["run_id"] for facts in told(events, "push")}
     bench.settle(watch)
     assert_as_run(bench, watch)

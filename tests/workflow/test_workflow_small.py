@@ -108,7 +108,7 @@ def again(small, tmp_path_factory):
             patch.setattr(States, "of", plain)
 
         patch.setattr("jobs.do_job", alone)
-        other.run_here(drawn=None, made=small)
+        other.run_here(drawn=None, real_run=small)
     return other, seen
 
 
