@@ -54,9 +54,9 @@ def api() -> str:
     """Every public name with its signature, docstring and public members."""
     import rftfit
 
-    named = [name for names in GROUPS.values() for name in names]
-    if sorted(named) != sorted(rftfit.__all__):
-        raise ValueError(f"the page lacks {set(rftfit.__all__) ^ set(named)}")
+    documented = [name for names in GROUPS.values() for name in names]
+    if sorted(documented) != sorted(rftfit.__all__):
+        raise ValueError(f"the page lacks {set(rftfit.__all__) ^ set(documented)}")
     text = ""
     for group, names in GROUPS.items():
         text += f"## {group}\n\n"
@@ -73,9 +73,9 @@ def _signature(name: str, thing: object) -> str:
         return ""
     shown = inspect.signature(thing)  # type: ignore[arg-type]
     bare = [
-        one.replace(annotation=inspect.Parameter.empty)
-        for one in shown.parameters.values()
-        if one.name not in ("self", "cls")
+        parameter.replace(annotation=inspect.Parameter.empty)
+        for parameter in shown.parameters.values()
+        if parameter.name not in ("self", "cls")
     ]
     plain = shown.replace(parameters=bare, return_annotation=inspect.Signature.empty)
     return f"```python\n{name}{plain}\n```\n\n"
@@ -115,7 +115,9 @@ def _entries(content: str) -> str:
 
 
 def _prose(text: str) -> str:
-    return "".join(f"{_line(part)}\n\n" for part in text.split("\n\n") if part.strip())
+    return "".join(
+        f"{_line(paragraph)}\n\n" for paragraph in text.split("\n\n") if paragraph.strip()
+    )
 
 
 def _line(text: str) -> str:

@@ -98,7 +98,7 @@ class Comparison:
     Examples
     --------
     >>> import rftfit
-    >>> found = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
+    >>> comparison = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
     >>> found.ratio, found.size_p, found.shape_p  # doctest: +SKIP
     """
 
