@@ -99,7 +99,7 @@ class Comparison:
     --------
     >>> import rftfit
     >>> comparison = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
-    >>> found.ratio, found.size_p, found.shape_p  # doctest: +SKIP
+    >>> comparison.ratio, comparison.size_p, comparison.shape_p  # doctest: +SKIP
     """
 
     a: str
