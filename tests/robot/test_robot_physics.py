@@ -132,14 +132,14 @@ def test_mirror_image(robot, profile, curvature):
     data = robot.model_dump()
     data["legs"]["hips"][0]["x_cm"] = 4.0  # a robot that is not its own mirror image
     robot = Robot.model_validate(data)
-    found = []
+    courses = []
     for body, sign in ((robot, 1), (mirrored(robot), -1)):
-        how = 2.0 * sign, curvature * sign, 0.1 * sign
-        s = simulate(body, profile, *how, samples_per_stride=20, strides=1).series
+        gait = 2.0 * sign, curvature * sign, 0.1 * sign
+        s = simulate(body, profile, *gait, samples_per_stride=20, strides=1).series
         assert s is not None
-        found.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
-    for one, two, most in zip(*found, (2e-5, 2e-5, 1e-3), strict=True):
-        np.testing.assert_allclose(one, two, atol=most)
+        courses.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
+    for course, mirrored_course, most in zip(*courses, (2e-5, 2e-5, 1e-3), strict=True):
+        np.testing.assert_allclose(course, mirrored_course, atol=most)
 
 
 def test_order_of_the_methods(robot, nine):
