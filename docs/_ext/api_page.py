@@ -107,10 +107,10 @@ def _body(thing: object) -> str:
 def _entries(content: str) -> str:
     text = ""
     for entry in re.split(r"\n(?=\S)", content.strip()):
-        head, _, rest = entry.partition("\n")
+        head, _, description = entry.partition("\n")
         name, _, kind = head.partition(" : ")
         text += f"- `{name}`{kind and f' ({kind})'}"
-        text += f": {_line(rest)}\n" if rest.strip() else "\n"
+        text += f": {_line(description)}\n" if description.strip() else "\n"
     return text
 
 

@@ -37,8 +37,8 @@ def test_half_widths_are_those_of_the_conditional_covariance():
     seen = np.concatenate([places, start.beta.size + np.array(places)])
     noise = usual_error(start.alpha.ravel())[seen] ** 2
     middle = covariance[np.ix_(seen, seen)] + np.diag(noise)
-    left = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
-    draws = root_of(left).reshape(-1, 2, start.beta.size)
+    conditional = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
+    draws = root_of(conditional).reshape(-1, 2, start.beta.size)
     moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
     expected = 1.95996 * np.sqrt((moved**2).sum())
     assert plan.steps[3].half_width[0] == pytest.approx(expected, rel=1e-4)

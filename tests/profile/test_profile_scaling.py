@@ -165,9 +165,9 @@ def test_fit_media_with_empty_cells(paper_config):
         assert np.isnan([fit.used, fit.full]).all()
         assert math.isnan(fit.zeta)
     table.loc[table["beta_deg"] != 0, NUMBERS] = np.nan
-    few = fit_media([table], paper_config)[0]
-    assert (few.medium, few.method) == ("poppy_LP", "lsq")
-    assert "12 measured directions do not determine 5 separate terms" in few.reason
+    level_fit = fit_media([table], paper_config)[0]
+    assert (level_fit.medium, level_fit.method) == ("poppy_LP", "lsq")
+    assert "12 measured directions do not determine 5 separate terms" in level_fit.reason
     table[NUMBERS] = np.nan
     none = fit_media([table], paper_config)
     assert none[0].reason == "0 measured directions are too few for 5 terms"
@@ -347,8 +347,8 @@ def nine_terms(medium, off):
 
 def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     """Exact cells give their terms back; what the other two would change is told beside it."""
-    few = paper_config.fourier.model_copy(update={"draws": 200})
-    paper_config = paper_config.model_copy(update={"fourier": few})
+    few_draws = paper_config.fourier.model_copy(update={"draws": 200})
+    paper_config = paper_config.model_copy(update={"fourier": few_draws})
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     table = nine_terms("poppy_LP", 0.5)
     kept = fit_medium(table, paper_config, "lsq")

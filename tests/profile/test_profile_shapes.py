@@ -109,8 +109,8 @@ def _dense(mean, covariance, pushes, size):
     gain = across @ np.linalg.inv(middle)
     off = y - size * mean[seen]
     likelihood = -0.5 * (np.linalg.slogdet(middle)[1] + off @ np.linalg.solve(middle, off))
-    left = size**2 * np.diag(covariance)[nodes] - (gain * across).sum(axis=1)
-    return size * mean[nodes] + gain @ off, np.maximum(left, 0), float(likelihood)
+    variance = size**2 * np.diag(covariance)[nodes] - (gain * across).sum(axis=1)
+    return size * mean[nodes] + gain @ off, np.maximum(variance, 0), float(likelihood)
 
 
 def test_draws_are_of_the_whole_posterior(monkeypatch):

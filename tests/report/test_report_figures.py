@@ -188,12 +188,12 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     assert z[90, 179] == pytest.approx(down * cos)
     assert z[90, 100] == z[90, 179]
     assert x[179, 90] == pytest.approx(left * cos, rel=0.05)  # +-90 degrees are one plate
-    rest = figure.axes[2].collections[0].get_array()
-    assert rest is not None
-    assert rest.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
+    residual = figure.axes[2].collections[0].get_array()
+    assert residual is not None
+    assert residual.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
     lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
-    told = words(depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
-    assert any("no depth-only model" in line for line in told)
+    text = words(depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
+    assert any("no depth-only model" in line for line in text)
 
 
 def test_generic_figure_scales_by_zeta():
@@ -284,9 +284,9 @@ def test_which_runs_the_stress_figure_shows():
     assert stress_runs(memory({}, ["poppy_LP"], runs[2:3]).campaign) == ["30 45 intrusion"]
     assert declared("stress_of_runs").media(results.campaign) == ()
     # a run that was refused has no samples: another one is shown
-    left = traces[traces["run_id"] != "down"]
+    other_traces = traces[traces["run_id"] != "down"]
     results = of_runs(traces, fits)
-    results.tables |= of_runs(left, fits[fits["run_id"] != "down"]).tables
+    results.tables |= of_runs(other_traces, fits[fits["run_id"] != "down"]).tables
     assert any(line.startswith("extraction") for line in words(stress_of_runs(results)))
 
 
@@ -310,13 +310,13 @@ def test_tare_figure_shades_the_valid_range():
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
     np.testing.assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
-    for column, value, told in (
+    for column, value, message in (
         ("tare_z_N", np.nan, "valid nowhere"),
         ("valid_to", np.nan, "no plate run has a tare"),
     ):
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
         lost = tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
-        assert any(told in line for line in words(lost))
+        assert any(message in line for line in words(lost))
 
 
 def declared(name):
@@ -326,8 +326,8 @@ def declared(name):
 def test_braces_in_the_title_of_a_medium_are_text():
     results = memory({}, ["poppy_LP"])
     results.campaign.titles["poppy_LP"] = "sand {wet}"
-    told = declared("depth_only_maps").caption_of(results, "poppy_LP")
-    assert " in sand {wet}, made from" in told
+    caption = declared("depth_only_maps").caption_of(results, "poppy_LP")
+    assert " in sand {wet}, made from" in caption
 
 
 def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
@@ -365,10 +365,10 @@ def test_a_sand_alone_has_no_figure_of_laboratory_media():
 def test_a_caption_is_short_and_needs_no_table(figure):
     results = memory({}, [*reference.MEDIA, *reference.SANDS])
     for medium in figure.media(results.campaign):
-        told = figure.caption_of(results, medium)
-        assert told or figure.folder == "quality"
-        assert not set(told) & set("{}*")
-        assert len(told.partition(" After ")[0].split()) <= 40
+        caption = figure.caption_of(results, medium)
+        assert caption or figure.folder == "quality"
+        assert not set(caption) & set("{}*")
+        assert len(caption.partition(" After ")[0].split()) <= 40
 
 
 @pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "webp"])

@@ -268,8 +268,8 @@ def test_a_prediction_without_numbers_is_told_with_its_reason():
     table.loc[bad, "reason"] = "cell (30, 45) is missing"
     lost = results(predicted=table)
     for figure in (legs(lost, "poppy_LP"), legs_by_medium(lost)):
-        told = " ".join(panels(figure)).replace("\n", " ")
-        assert "no prediction (cell (30, 45) is missing)" in told
+        text = " ".join(panels(figure)).replace("\n", " ")
+        assert "no prediction (cell (30, 45) is missing)" in text
 
 
 def test_a_medium_without_any_data_has_a_row_that_says_so():
@@ -317,9 +317,9 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
     table = table[table["medium"] != "palms29"]
     figure = peak_errors(results(leg_errors=table))
-    told = [set(text.split("\n")) for text in panels(figure)]
-    assert told[0] == {"no value: no measured curve", "no value: nine-term fit"}
-    assert told[1] == {"no value: nine-term fit", "nothing predicted"}
+    labels_of_panels = [set(text.split("\n")) for text in panels(figure)]
+    assert labels_of_panels[0] == {"no value: no measured curve", "no value: nine-term fit"}
+    assert labels_of_panels[1] == {"no value: nine-term fit", "nothing predicted"}
     labels = [label.get_text() for label in drawn("peak_errors").axes[0].get_yticklabels()]
     titles = results().campaign.titles
     assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]

@@ -68,7 +68,7 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     # the campaign's own sheet is wrong as well: that hides nothing
     campaign_sheet = root / "raw" / "paper" / "runs.csv"
     campaign_sheet.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
-    code, told = run_check(root)
+    code, text_of_check = run_check(root)
     assert code == 2
     for words in (
         "raw/paper/robot/runs.csv, row 2, column run_id: found 'p1'; allowed: a name that no run of",
@@ -81,15 +81,15 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
         " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: a number above 0",
         "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
     ):
-        assert words in told, told
+        assert words in text_of_check, text_of_check
 
 
 def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_path):
     track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
     track.unlink()
-    code, told = run_check(root)
+    code, text = run_check(root)
     assert code == 0
-    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in told
+    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in text
     checked = check_robot(root / "config" / "config.yaml")
     assert [problem.severity for problem in checked.problems] == ["warning"]
     (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
@@ -97,9 +97,9 @@ def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_p
         track.symlink_to(tmp_path / "elsewhere.csv")
     except OSError:
         pytest.skip("links cannot be made here")
-    code, told = run_check(root)
+    code, text = run_check(root)
     assert code == 2
-    assert "a link leads out of it" in told
+    assert "a link leads out of it" in text
 
 
 def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):

@@ -79,8 +79,8 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     assert slip < 0.01 * scale
     np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
     # sand takes energy: over whole strides the drive has to give more than it gets back
-    given = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
-    assert given > max(energy[-1] - energy[0], 0)
+    work_of_drive = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
+    assert work_of_drive > max(energy[-1] - energy[0], 0)
 
 
 @pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])

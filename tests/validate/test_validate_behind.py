@@ -58,7 +58,7 @@ def test_noise_is_all_there_is_where_the_legs_are_exact(table, paper_config):
         medium_of(table, with_errors(paper_config, hip_cm=0, arc_percent=0))
     )
     assert set(peak_errors) == {(leg, c) for leg in LEGS for c in "zx"}
-    assert {told for told, _ in peak_errors.values()} == {"noise 100 %"}
+    assert {share for share, _ in peak_errors.values()} == {"noise 100 %"}
     assert [percent for _, percent in peak_errors.values()] == pytest.approx([0.0] * 6)
 
 
@@ -107,7 +107,7 @@ def test_flagged_cells_and_the_others_make_the_whole_peak(table, paper_config):
     config = with_errors(paper_config, hip_cm=0, arc_percent=0)
     some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
     parts = [errors_of_peaks(medium_of(flagged(table, where), config)) for where in (some, ~some)]
-    both = [{key: told[1] for key, told in peak_errors.items()} for peak_errors in parts]
+    both = [{key: entry[1] for key, entry in peak_errors.items()} for peak_errors in parts]
     for key, percent in both[0].items():
         assert percent + both[1][key] == pytest.approx(100), key
         assert percent != pytest.approx(0)

@@ -238,10 +238,10 @@ def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone():
     table = leg_errors(measured, predicted, behind=behind).set_index(["profile", "component"])
     names = ["peak_errors", "peak_on_flagged_percent"]
     assert list(table.loc[("table", "z"), names]) == ["bed 90 %, noise 10 %", 12.5]
-    rest = table.drop(index=("table", "z"))
-    assert len(rest) == 3
-    assert (rest["peak_errors"] == "").all()
-    assert rest["peak_on_flagged_percent"].isna().all()
+    other_rows = table.drop(index=("table", "z"))
+    assert len(other_rows) == 3
+    assert (other_rows["peak_errors"] == "").all()
+    assert other_rows["peak_on_flagged_percent"].isna().all()
 
 
 def test_curves_are_compared_over_the_theta_that_both_have():

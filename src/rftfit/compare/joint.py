@@ -776,8 +776,8 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
         variances = np.maximum(variances, 0)
         mean = vectors.T @ (prior.mean / error)
         for name, matrix in AXES.items():
-            given = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
-            values = np.concatenate([given[0], side * given[1]])
+            alpha_in_axes = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
+            values = np.concatenate([alpha_in_axes[0], side * alpha_in_axes[1]])
             turned = vectors.T @ (values / error)
             size = math.sqrt((values @ values) / (prior.mean @ prior.mean + np.trace(covariance)))
             sizes = (size * steps)[None, :, None]

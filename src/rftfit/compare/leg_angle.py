@@ -122,14 +122,16 @@ def common_offset(offsets_deg: Mapping[str, Sequence[float]]) -> AngleOffset:
         np.array([offset for offset in curves if math.isfinite(offset)])
         for curves in offsets_deg.values()
     ]
-    told = [curves for curves in by_leg if curves.size]
-    if not told:
+    offsets_of_legs = [curves for curves in by_leg if curves.size]
+    if not offsets_of_legs:
         return AngleOffset()
-    means = np.array([curves.mean() for curves in told])
+    means = np.array([curves.mean() for curves in offsets_of_legs])
     variances = np.array(
-        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in told]
+        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in offsets_of_legs]
     )
     weights = 1 / variances
     offset = float(weights @ means / weights.sum())
     half = QUANTILE / math.sqrt(float(weights.sum()))
-    return AngleOffset(offset, offset - half, offset + half, sum(curves.size for curves in told))
+    return AngleOffset(
+        offset, offset - half, offset + half, sum(curves.size for curves in offsets_of_legs)
+    )

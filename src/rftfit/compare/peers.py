@@ -257,6 +257,6 @@ def _predict_from_others(
         both = np.array([run, count + run])
         towards = covariance[np.ix_(both, used)]
         predicted[both] = size * mean[both] + towards @ off
-        left = covariance[np.ix_(both, both)] - towards @ inverse @ towards.T
-        error[both] = np.sqrt(np.diag(left))
+        conditional = covariance[np.ix_(both, both)] - towards @ inverse @ towards.T
+        error[both] = np.sqrt(np.diag(conditional))
     return predicted.reshape(2, count), error.reshape(2, count)

@@ -202,9 +202,11 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
             rms = _rms(legs, [factors] * len(legs))
-            few = reason_columns([] if len(legs) >= 3 else [remark("few-legs", found=len(legs))])
+            reasons = reason_columns(
+                [] if len(legs) >= 3 else [remark("few-legs", found=len(legs))]
+            )
             numbers = (*factors, rms, crossed, 100 * gain, worth)
-            rows.append((medium, model, *numbers, *few.values()))
+            rows.append((medium, model, *numbers, *reasons.values()))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 

@@ -37,13 +37,13 @@ def seconds_left(earlier_means: dict[str, float], progress: Progress, cores: int
     """
     means = earlier_means | _means(progress)
     ended = [*progress.made, *progress.skipped, *progress.failed.values()]
-    left = Counter(progress.planned) - Counter(job.rule for job in ended)
-    if not left or not left.keys() <= means.keys():
+    jobs_left = Counter(progress.planned) - Counter(job.rule for job in ended)
+    if not jobs_left or not jobs_left.keys() <= means.keys():
         return None
-    now, remaining_s = time.monotonic(), sum(means[rule] * count for rule, count in left.items())
+    now, left_s = time.monotonic(), sum(means[rule] * count for rule, count in jobs_left.items())
     for number, began in progress.began.items():
-        remaining_s -= min(now - began, means[progress.jobs[number].rule])
-    return remaining_s / min(cores, left.total())
+        left_s -= min(now - began, means[progress.jobs[number].rule])
+    return left_s / min(cores, jobs_left.total())
 
 
 def _means(progress: Progress) -> dict[str, float]:

@@ -128,11 +128,11 @@ class Workflow:
         known_targets = {*self.recorded.maker, *self.recorded.all}
         if self.snakefile or self.words or not known_targets.issuperset(self.targets):
             return
-        left = list(
+        jobs_left = list(
             dict.fromkeys(finding.job for finding in self.recorded.findings_of(self.targets))
         )
-        if left:
-            names = listed([name.replace("/", " ") for name in left], _MOST)
+        if jobs_left:
+            names = listed([name.replace("/", " ") for name in jobs_left], _MOST)
             raise WorkflowError(
                 f"still out of date after this run: {names}. Snakemake goes by the times of files, and those of this disk "
                 "or clock are not in order: delete the folder results, then run again"
