@@ -73,10 +73,12 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(medium, tmp_path):
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
-    (one,) = draw_quality(traces, fits, Flags(), "poppy")
+    (figure,) = draw_quality(traces, fits, Flags(), "poppy")
     mixed = traces.sort_values("run_id", ascending=False, kind="stable")
-    (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
-    for first, second in zip(save(one, tmp_path / "a"), save(other, tmp_path / "b"), strict=True):
+    (mixed_figure,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
+    for first, second in zip(
+        save(figure, tmp_path / "a"), save(mixed_figure, tmp_path / "b"), strict=True
+    ):
         assert first.read_bytes() == second.read_bytes(), first.suffix
 
 
@@ -156,8 +158,8 @@ def test_panel_scales_are_round_and_hold_the_trace():
     assert [round_up_125(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
         [1, 1, 2, 5, 10, 0.05]
     )
-    one = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
-    assert span(one) == (-0.4, 2.0)
+    trace = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
+    assert span(trace) == (-0.4, 2.0)
     assert span({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
     assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
@@ -205,23 +207,23 @@ def test_alpha_that_pushes_along_the_motion_is_positive():
     np.testing.assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
 
 
-def repeats(count, wrong, each):
-    """Runs beside their repeats, `each` a direction; the first of each of some directions is half as strong."""
+def repeats(count, wrong, per_direction):
+    """Runs beside their repeats, `per_direction` of them; the first of each of some directions is half as strong."""
     luck = np.random.default_rng(1)
-    direction = np.arange(count) // each
+    direction = np.arange(count) // per_direction
     table = pd.DataFrame(
         {"run_id": [f"run${number}" for number in range(count)], "gamma_deg": 90.0}
     )
     table["beta_deg"] = direction * 2.0 - 80
     for c, alpha in (("z", 0.3), ("x", 0.1 + 0.0 * direction)):
         off = 1 + 0.03 * luck.standard_normal(count)
-        off[: wrong * each : each] = 0.5
+        off[: wrong * per_direction : per_direction] = 0.5
         table[f"alpha_{c}_N_per_cm3"], table[f"alpha_{c}_se_N_per_cm3"] = alpha * off, 0.001
     return compare_runs(table.assign(depth_from_cm=np.nan), "poppy_LP")
 
 
 @pytest.mark.parametrize(
-    ("count", "wrong", "each", "said"),
+    ("count", "wrong", "per_direction", "sentence"),
     [
         (5, 0, 5, "5 runs, 0 of 5 apart"),
         (90, 2, 3, "90 runs, 2 of 90 apart"),
@@ -229,8 +231,8 @@ def repeats(count, wrong, each):
         (5, 0, 1, "5 runs: too few to estimate how much runs differ"),
     ],
 )
-def test_runs_side_by_side(count, wrong, each, said):
-    table = repeats(count, wrong, each)
+def test_runs_side_by_side(count, wrong, per_direction, sentence):
+    table = repeats(count, wrong, per_direction)
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
     page = runs_side_by_side(results)
     points, red = [], []
@@ -241,7 +243,7 @@ def test_runs_side_by_side(count, wrong, each, said):
         red.append(len(marked_ones))
     assert (points, red) == ([count] * 2, [wrong] * 2)
     text = "\n".join(words(page))
-    assert said in text
+    assert sentence in text
     # the farthest are named, and their numbers stand once, where they differ most
     far = table[table["apart"]].sort_values("times_spread", ascending=False)["run_id"]
     for number, name in enumerate(far[:6], 1):
@@ -253,5 +255,7 @@ def test_runs_side_by_side(count, wrong, each, said):
 @pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
 def test_without_two_runs_there_is_nothing_side_by_side(table):
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    assert not next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
+    assert not next(
+        figure for figure in figures() if figure.name == "runs_side_by_side"
+    ).caption_of(results)
     assert "nothing to compare" in words(runs_side_by_side(results))[0]

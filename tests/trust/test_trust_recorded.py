@@ -131,7 +131,7 @@ def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
         path = states_now.campaign.root / "results" / name
         path.parent.mkdir(exist_ok=True)
         path.touch()
-    assert recorded.others() == ["results/mine.txt"]
+    assert recorded.list_foreign_files() == ["results/mine.txt"]
 
 
 def test_a_job_that_is_not_as_recorded_loses_its_state_file(states_now):

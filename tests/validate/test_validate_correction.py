@@ -60,17 +60,17 @@ def few(z, x):
 @pytest.mark.parametrize("size_N", [1.0, 0.01])
 def test_factors_and_errors_by_hand(size_N):
     """One factor for all six forces is (2 + 1 + 2 + 1 + 8 + 4) / (4 + 8), whichever leg is left out."""
-    one, two = [size_N], [2 * size_N]
-    predicted = few([one, one, two], [one, one, two]).assign(force_z_lo_N=np.nan)
-    measured = few([two, two, [4 * size_N]], [one, one, two])
+    unit, double = [size_N], [2 * size_N]
+    predicted = few([unit, unit, double], [unit, unit, double]).assign(force_z_lo_N=np.nan)
+    measured = few([double, double, [4 * size_N]], [unit, unit, double])
     table = corrections(measured, predicted).set_index("model")
     numbers = ["factor_z", "factor_x", "rms_fit_N", "rms_cv_N", "gain_cv_percent"]
     half = np.sqrt(0.5)
-    wanted = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
-              "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
-    for model, row in wanted.items():
-        found = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
-        assert list(found) == pytest.approx(row, abs=1e-12), model
+    expected = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
+                "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
+    for model, row in expected.items():
+        actual = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
+        assert list(actual) == pytest.approx(row, abs=1e-12), model
     assert list(table["earns_its_place"]) == [False, True, True]
     assert (table["reason"] == "").all()
 
@@ -160,7 +160,7 @@ def test_a_sand_without_a_measured_leg_is_no_fault():
 
 def test_no_natural_sand_leaves_an_empty_table_with_its_columns():
     nothing = curves(ONE, ONE).iloc[:0]
-    found = corrections(nothing, nothing)
-    assert found.empty
-    assert list(found.columns) == list(corrections(curves(ONE, ONE), curves(ONE, ONE)).columns)
-    assert "earns_its_place" in found
+    table = corrections(nothing, nothing)
+    assert table.empty
+    assert list(table.columns) == list(corrections(curves(ONE, ONE), curves(ONE, ONE)).columns)
+    assert "earns_its_place" in table

@@ -232,7 +232,7 @@ def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
 
 def others_line(recorded: Recorded) -> list[str]:
     """Name files among the results that are none of this campaign, if there are any."""
-    names = listed(recorded.others(), _MOST)
+    names = listed(recorded.list_foreign_files(), _MOST)
     return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 

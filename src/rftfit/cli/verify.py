@@ -86,7 +86,7 @@ def verify(
     if as_json:
         facts = {name: name not in differ for name in paths}
         answer = {"changed": [str(change) for change in changes], "why": why}
-        answer["others"] = now.others()
+        answer["others"] = now.list_foreign_files()
         say(json_text({"as_recorded": facts, **answer, "versions": recorded.versions}))
     else:
         for name in chosen:
@@ -121,7 +121,7 @@ def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> N
             "same": remade.same,
             "unlike": {unlike_file.path: unlike_file.difference for unlike_file in remade.unlike},
             "not_made_again": remade.not_made,
-            "others": now.others(),
+            "others": now.list_foreign_files(),
         }
         say(json_text(facts))
     else:

@@ -120,9 +120,9 @@ def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: st
     """Put beside ours what the paper says of every medium; `met`: by medium, where it holds here."""
     if not len(met):
         return []
-    found = int(met.sum())
+    n_met = int(met.sum())
     return about(
-        met.index, [stated(item, where, len(met), found, found == len(met), evidence, why, _COUNT)]
+        met.index, [stated(item, where, len(met), n_met, n_met == len(met), evidence, why, _COUNT)]
     )
 
 
@@ -167,15 +167,15 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         names = [column("z"), column("x")]
         ours = np.where(place[:, None] < 0, np.nan, table[names].to_numpy(float)[place])
         off = np.abs(ours - paper[names].to_numpy(float))
-        known = off[np.isfinite(off)]
-        share = 100 * float(np.mean(known <= REPEATABILITY)) if known.size else np.nan
-        worst = float(known.max()) if known.size else np.nan
-        lacking = off.size - known.size
+        differences = off[np.isfinite(off)]
+        share = 100 * float(np.mean(differences <= REPEATABILITY)) if differences.size else np.nan
+        worst = float(differences.max()) if differences.size else np.nan
+        lacking = off.size - differences.size
         items += about(
             [medium],
             [
                 compare(
-                    f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {known.size} measured",
+                    f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {differences.size} measured",
                     "Table S5",
                     100.0,
                     share,
@@ -197,8 +197,8 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         if down is not None and up is not None:
             up_and_down[medium] = float(down[column("z")]), abs(float(up[column("z")]))
     both = pd.DataFrame(up_and_down, index=["down", "up"]).T.dropna()
-    each = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
-    why = f"down and up: {', '.join(each)}"
+    pairs = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
+    why = f"down and up: {', '.join(pairs)}"
     return items + _counted(
         "media with alpha_z(0, 90 deg) of the way down above |alpha_z(0, -90 deg)| of the way up",
         "text, Fig. 2",
@@ -219,10 +219,10 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
         if key is None:
             continue
         printed = coefficients(key)
-        part = ours[ours["medium"] == medium].set_index("coefficient")
+        rows_of_medium = ours[ours["medium"] == medium].set_index("coefficient")
         unit = "" if medium == "generic" else ", N/cm^3"
         tolerance = _GENERIC if medium == "generic" else _COEFFICIENT
-        own = [
+        medium_items = [
             compare(
                 f"{medium}: {term}{unit}",
                 "Table S2",
@@ -235,26 +235,26 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
             )
             if printed[term] != 0
             else _printed_zero(medium, term, row)
-            for term, row in ((term, part.loc[term]) for term in TERMS)
+            for term, row in ((term, rows_of_medium.loc[term]) for term in TERMS)
         ]
         if medium != "generic":
-            own.append(_zeta(medium, printed, part))
-        items += about(ours["medium"] if medium == GENERIC else [medium], own)
+            medium_items.append(_zeta(medium, printed, rows_of_medium))
+        items += about(ours["medium"] if medium == GENERIC else [medium], medium_items)
     return items + _uneven_steps(values)
 
 
 def _uneven_steps(values: pd.DataFrame) -> list[Item]:
     """What the transform, with steps of gamma taken for even and mirror images, makes of the two large terms."""
-    known = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
-    known = known.assign(of=known["medium"] + " " + known["coefficient"])
-    both = known.pivot_table(index="of", columns="method", values="value_N_per_cm3")
+    large_terms = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
+    large_terms = large_terms.assign(of=large_terms["medium"] + " " + large_terms["coefficient"])
+    both = large_terms.pivot_table(index="of", columns="method", values="value_N_per_cm3")
     if not {"lsq", "dft-index"} <= set(both.columns):
         return []
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
     item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
     why = _listed(change)
     return about(
-        known["medium"],
+        large_terms["medium"],
         [
             stated(
                 item,
@@ -288,12 +288,12 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     )
 
 
-def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item:
+def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
     """Zeta as printed, as the sum of the printed terms, and ours."""
     total = float(sum(printed[term] for term in TERMS_Z))
-    kept = part[part["kept"].astype(bool)]
+    kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"]
-    found = compare(
+    item = compare(
         f"{medium}: zeta",
         "Table S2",
         printed["zeta"],
@@ -301,14 +301,14 @@ def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item
         _ZETA,
         FROM_LOGS,
     )
-    if found.verdict == NOT_MEASURED:
-        return found
+    if item.verdict == NOT_MEASURED:
+        return item
     consistent = abs(total - printed["zeta"]) <= 0.0025
     why = f"the printed terms add up to {total:.3f}"
     if consistent:
-        return found._replace(why=why)
+        return item._replace(why=why)
     why += ", not to the printed zeta, which should be alpha_z fit(0, 90 deg)"
-    return found._replace(verdict=INCONSISTENT, why=why)
+    return item._replace(verdict=INCONSISTENT, why=why)
 
 
 def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
@@ -362,8 +362,8 @@ def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
     ]
     chi = table.dropna(subset=["chi"]).groupby("method")["chi"]
     mean, spread, count = chi.mean(), chi.std(), chi.size()
-    others = ", ".join(f"{method} {mean[method]:.2f}" for method in METHODS if method in mean)
-    note = f"as the paper made it; by {others}: docs/theory/scaling.md"
+    method_means = ", ".join(f"{method} {mean[method]:.2f}" for method in METHODS if method in mean)
+    note = f"as the paper made it; by {method_means}: docs/theory/scaling.md"
     if AS_PRINTED in mean:
         note = f"s.d. between {count[AS_PRINTED]} media {spread[AS_PRINTED]:.2f}; {note}"
     items.append(
@@ -396,9 +396,12 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
 
     `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration.
     """
-    known = errors[errors["peak_error_percent"].notna()]
-    both = {str(name): part for name, part in known.groupby("profile")}
-    lift = {name: part[part["component"] == "z"] for name, part in both.items()}
+    compared = errors[errors["peak_error_percent"].notna()]
+    both = {str(name): errors_of_profile for name, errors_of_profile in compared.groupby("profile")}
+    lift = {
+        name: errors_of_profile[errors_of_profile["component"] == "z"]
+        for name, errors_of_profile in both.items()
+    }
     items: list[Item] = []
     laboratory = set(lift["table"]["medium"]) if "table" in lift else set()
     if "table" in lift:
@@ -411,8 +414,8 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
         items += _depth_only(lift["depth_only"])
     items += _suction(measured)
     if "generic" in lift:
-        own = both["generic"]["medium"].isin(laboratory)
-        items += _generic(both["generic"][own])
+        in_laboratory = both["generic"]["medium"].isin(laboratory)
+        items += _generic(both["generic"][in_laboratory])
         sands = lift["generic"][~lift["generic"]["medium"].isin(laboratory)]
         rows = scaled.drop_duplicates("medium", keep="last").set_index("medium")
         items += _sands(sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]])
@@ -428,7 +431,9 @@ def _within(table: pd.DataFrame) -> list[Item]:
     items = []
     if C_LEG in off.index:
         close = int((off.loc[[C_LEG]].abs() <= 10).all(axis=1).sum())
-        listed = "; ".join(f"{name}: {_listed(part[C_LEG])}" for name, part in parts.items())
+        listed = "; ".join(
+            f"{name}: {_listed(peak_errors[C_LEG])}" for name, peak_errors in parts.items()
+        )
         items.append(
             stated(
                 "c-leg: media with peak lift and thrust within 10 % (measured table)",
@@ -442,7 +447,8 @@ def _within(table: pd.DataFrame) -> list[Item]:
             )
         )
     counts = ", ".join(
-        f"{int((part.abs() <= 33).sum())} of {part.count()} {name}s" for name, part in parts.items()
+        f"{int((peak_errors.abs() <= 33).sum())} of {peak_errors.count()} {name}s"
+        for name, peak_errors in parts.items()
     )
     every = table["peak_error_percent"].abs()
     share = 100 * float((every <= 33).mean())
@@ -538,8 +544,8 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
 
 
 def _suction(measured: pd.DataFrame) -> list[Item]:
-    part = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
-    least = part.groupby("medium")["force_z_N"].min().dropna()
+    readings = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
+    least = readings.groupby("medium")["force_z_N"].min().dropna()
     # four standard deviations of a degree's mean
     return _counted(
         "reversed c-leg: media with downward force (below -0.2 N) while it leaves",

@@ -84,8 +84,8 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
-        how = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
-        return alpha_table(counted_once(fits, copies)[0], medium, *how)
+        settings = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
+        return alpha_table(counted_once(fits, copies)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
     causes, axes = compare_all_runs(counted_once(fits, copies)[0], medium, sheet, angle_deg)

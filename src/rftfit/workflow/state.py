@@ -73,17 +73,19 @@ class States:
     def figures(self) -> dict[str, tuple[Declared, str]]:
         """Figures by their path below ``results/``, each with its medium, where it has one."""
         return {
-            one.file(medium): (one, medium)
-            for one in figures()
-            for medium in one.media(self.campaign)
+            figure.file(medium): (figure, medium)
+            for figure in figures()
+            for medium in figure.media(self.campaign)
         }
 
     def stage(self, rule: str, key: str) -> tuple[Stage, str]:
         """What a job calls, and with which word: its medium, most often."""
         if rule in FIGURE_RULES:
-            one, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
-            logs = OWN if one.logs else ""
-            stage = Stage(one.run, "figures", one.settings, logs=logs, on_demand=one.on_demand)
+            figure, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
+            logs = OWN if figure.logs else ""
+            stage = Stage(
+                figure.run, "figures", figure.settings, logs=logs, on_demand=figure.on_demand
+            )
             return stage, medium
         return STAGES[rule], key
 
@@ -96,9 +98,9 @@ class States:
             return False
         if stage.estimated and self.campaign.config.clock.method != "estimate":
             return False
-        if stage.each == "runs":
+        if stage.wildcard == "runs":
             return key.removeprefix("runs_") in PROFILES
-        return key in (self.campaign.media_with_runs if stage.each else ("",))
+        return key in (self.campaign.media_with_runs if stage.wildcard else ("",))
 
     def on_demand(self, name: str) -> bool:
         """Whether a job is one of ``rftfit sweep``, not of ``rftfit run``."""
@@ -148,17 +150,21 @@ class States:
         code = code_digest(stage.room, f"{'/'.join(module)}.py")
         if not stage.logs or not self.dialects:
             return code
-        others = self.dialects
+        dialects = self.dialects
         return digest_of(
-            code, [f"{a.package} {a.version} {plugin_digest(a.module)}" for a in others]
+            code,
+            [
+                f"{dialect.package} {dialect.version} {plugin_digest(dialect.module)}"
+                for dialect in dialects
+            ],
         )
 
     @cached_property
     def dialects(self) -> list[Origin]:
         """Dialects of other packages that the logs are read with."""
         config = self.campaign.config
-        named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
-        return [*origins(filter(None, named)).values()]
+        dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
+        return [*origins(filter(None, dialect_names)).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
         """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
@@ -203,8 +209,8 @@ def handed_over(config: Path | None = None) -> tuple[States, int] | None:
     with suppress(OSError):
         if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
             campaign, warnings = pickle.loads(data)
-            own = Path(campaign.root, next(iter(campaign.read_from)))
-            if campaign.is_as_read and (config is None or own.samefile(config)):
+            config_path = Path(campaign.root, next(iter(campaign.read_from)))
+            if campaign.is_as_read and (config is None or config_path.samefile(config)):
                 return States(campaign), warnings
     return None
 
