@@ -20,7 +20,7 @@ from rftfit.cli.main import main
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
-from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
+from rftfit.outputs.dictionary import KINDS, column_of, describe_file, outputs
 from rftfit.store import write_csv
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
@@ -82,7 +82,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
     full = [f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors")]
     jobs = [*planned_jobs(config), *planned_jobs(config, full)]
     for path, stage in {path: job.rule for job in jobs for path in job.writes}.items():
-        output = describe(path)
+        output = describe_file(path)
         assert output is not None, path
         assert stage in output.stage.split(", "), path
     stages = {*STAGES, *FIGURE_RULES, "all"}
@@ -104,7 +104,7 @@ def test_columns_of_found_clocks_and_surface(tmp_path):
     # the run sheet names logs that are not there: a refused run has all columns too
     room.logs = dict.fromkeys(room.logs)
     _, runs, _ = ingest_medium(load_campaign(room.write()), MEDIUM)
-    output = describe(f"results/runs/{MEDIUM}.csv")
+    output = describe_file(f"results/runs/{MEDIUM}.csv")
     assert output is not None
     assert undescribed(output, runs.columns) == []
     extra = {name for column in output.columns if column.when for name in column.names}
@@ -164,9 +164,9 @@ def test_a_column_or_file_too_many_or_too_few_is_seen(small_made, tmp_path):
 
 
 def test_the_closest_entry_describes():
-    assert describe("results/ledger/robot.csv") is not None
-    assert describe("results/a/b/c/d.csv") is None
-    motion: Any = describe("results/robot/motion.csv")
+    assert describe_file("results/ledger/robot.csv") is not None
+    assert describe_file("results/a/b/c/d.csv") is None
+    motion: Any = describe_file("results/robot/motion.csv")
     column: Any = column_of(motion, "force_z_tripod_2_N")
     assert column.name.endswith("tripod_<number>_N")
 

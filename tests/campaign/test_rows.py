@@ -8,16 +8,18 @@ from typing import Any
 import pytest
 
 from rftfit.campaign.problems import Place
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 
 LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
 SCHEMA = Schema(
     "table",
     (
-        Column("depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50),
-        Column("side", "choice", "which side", choices=("left", "right")),
-        Column("load_N", needed=False, above=0),
-        Column("used", "flag", needed=False),
+        TableColumn(
+            "depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50
+        ),
+        TableColumn("side", "choice", "which side", choices=("left", "right")),
+        TableColumn("load_N", needed=False, above=0),
+        TableColumn("used", "flag", needed=False),
     ),
     comments=True,
     others="ignored",

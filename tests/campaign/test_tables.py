@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.campaign.config import Config, Table
+from rftfit.campaign.config import Config, TableSettings
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.rows import read_columns
+from rftfit.campaign.rows import read_table_columns
 from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
 from rftfit.errors import InputError
 
@@ -22,7 +22,7 @@ STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2
 
 def read(path, table=None, *media):
     pushes, problems, *_ = read_pushes(
-        path, path.name, table or Table(holds="alpha"), media or ("sand",), path.name
+        path, path.name, table or TableSettings(holds="alpha"), media or ("sand",), path.name
     )
     return pushes, [str(problem) for problem in problems]
 
@@ -43,7 +43,7 @@ def test_long_table_of_alpha(tmp_path):
 
 def test_names_and_units_of_a_file(tmp_path):
     path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
-    table = Table(
+    table = TableSettings(
         holds="alpha",
         columns={
             "beta_deg": "b",
@@ -86,7 +86,7 @@ def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit_line):
     head[head.index(column)] = name
     rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 30) for depth in (1, 2, 3)]
     path = written(tmp_path / "s.csv", ",".join(head), *rows)
-    problems = read(path, Table(holds="stress", columns={column: name}))[1]
+    problems = read(path, TableSettings(holds="stress", columns={column: name}))[1]
     assert len(problems) == (1 if unit_line else 0)
     assert unit_line in "".join(problems)
 
@@ -107,7 +107,7 @@ def test_a_unit_in_the_head_of_a_block(tmp_path, unit, wrong):
 
 def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):
     path = written(tmp_path / "s.csv", "Neigung;Richtung;Tiefe;Druck", "0;90;1;0.3")
-    problems = read_pushes(path, "s.csv", Table(holds="stress"), ("sand",), "s.csv")[1]
+    problems = read_pushes(path, "s.csv", TableSettings(holds="stress"), ("sand",), "s.csv")[1]
     unread = [
         problem.place.column for problem in problems if problem.code.endswith("unknown-column")
     ]
@@ -123,7 +123,7 @@ def test_everything_that_is_wrong_is_told(tmp_path):
         "0,45,0.3,0,clay,1",
         "0,30,0.3,,sand,1.5",
     )
-    table = Table(holds="alpha")
+    table = TableSettings(holds="alpha")
     problems = read_pushes(path, "a.csv", table, ("sand",), "a.csv")[1]
     assert [
         (problem.code[12:], problem.place.row, problem.place.column) for problem in problems
@@ -138,7 +138,7 @@ def test_everything_that_is_wrong_is_told(tmp_path):
 def test_stress_by_run_or_by_direction(tmp_path):
     head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
     rows = [f"0,{g},{d},{0.3 * d},0" for g in (90, 0) for d in (10, 20, 30)]
-    table = Table(holds="stress", depth_unit="mm", stress_unit="kPa")
+    table = TableSettings(holds="stress", depth_unit="mm", stress_unit="kPa")
     pushes, problems = read(written(tmp_path / "s.csv", head, *rows), table)
     assert not problems
     assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
@@ -165,7 +165,7 @@ def test_labels_that_pushes_share_are_read(tmp_path, holds):
         f"0,90,{numbers},wet day,p1",
         f"30,90,{numbers},,p2",
     )
-    pushes, problems = read(path, Table(holds=holds))
+    pushes, problems = read(path, TableSettings(holds=holds))
     assert not problems
     assert {(push.run.session, push.run.plate) for push in pushes} == {
         ("wet day", "p1"),
@@ -251,7 +251,7 @@ def test_blocks_of_table_s5(tmp_path):
             sheet.append([])
     path = tmp_path / "s5.xlsx"
     book.save(path)
-    found_media = read_pushes(path, path.name, Table(holds="alpha"), (), path.name).media
+    found_media = read_pushes(path, path.name, TableSettings(holds="alpha"), (), path.name).media
     assert list(found_media) == list(reference.MEDIA[:2])
     pushes, problems = read(path, None, *reference.MEDIA[:2])
     assert not problems
@@ -407,7 +407,7 @@ def add_cells(rows, *cells):
 )
 def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, code, place, words):
     path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
-    problems = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")[1]
+    problems = read_pushes(path, "s.csv", TableSettings(holds="stress"), ["sand"], "s.csv")[1]
     messages = [str(problem) for problem in problems if problem.code == f"stress-table.{code}"]
     assert len(messages) == 1, [problem.code for problem in problems]
     assert place in messages[0]
@@ -448,7 +448,9 @@ def test_noise_of_depth_is_no_turn():
 def test_angles_within_the_tolerance_of_90_are_90(tmp_path):
     def pushes(*rows, **units):
         path = written(tmp_path / "s.csv", STRESS_HEAD, *rows)
-        return read_pushes(path, "s.csv", Table(holds="stress", **units), ["sand"], "s.csv")[:2]
+        return read_pushes(
+            path, "s.csv", TableSettings(holds="stress", **units), ["sand"], "s.csv"
+        )[:2]
 
     rows = ["0,1.571,1,0.3,0", "-1.566,1.571,1,0.2,0", "0.7854,-1.571,1,-0.1,0"]
     stress_pushes, problems = pushes(*rows, angle_unit="rad")
@@ -464,7 +466,7 @@ def test_angles_within_the_tolerance_of_90_are_90(tmp_path):
 
 def test_a_name_of_the_config_that_the_file_lacks(tmp_path):
     path = written(tmp_path / "s.csv", STRESS_HEAD, *DOWN)
-    table = Table(holds="stress", columns={"run_id": "push"})
+    table = TableSettings(holds="stress", columns={"run_id": "push"})
     problems = read_pushes(path, "s.csv", table, ["sand"], "s.csv")[1]
     assert [(problem.code, problem.found) for problem in problems] == [
         ("stress-table.missing-column", "push")
@@ -486,7 +488,7 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     for head, block in ((10**6, 10**6), (40, 30), (40, 300), (200, 2000)):
         monkeypatch.setattr("rftfit.campaign.rows._HEAD", head)
         monkeypatch.setattr("rftfit.campaign.rows._BLOCK", block)
-        read_rows, _, problems = read_columns(path, STRESS, "s.csv")
+        read_rows, _, problems = read_table_columns(path, STRESS, "s.csv")
         names = {name: [*texts] for name, texts in read_rows.texts.items()}
         columns = {
             name: [names[name][index] for index in values] if name in names else values.tolist()
@@ -505,11 +507,11 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
 def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.campaign.rows._BLOCK", 1000)
     path = written(tmp_path / "s.csv", STRESS_HEAD, *[row.replace(",", ";") for row in DOWN * 2000])
-    _, _, problems = read_columns(path, STRESS, "s.csv")
+    _, _, problems = read_table_columns(path, STRESS, "s.csv")
     assert problems[-1].code == "stress-table.many-problems"
     assert len(problems) < 2000
     monkeypatch.setattr("rftfit.campaign.rows.MAX_TEXT", 1000)
-    _, _, (problem,) = read_columns(path, STRESS, "s.csv")
+    _, _, (problem,) = read_table_columns(path, STRESS, "s.csv")
     assert "at most 0.001 MB are read: leave out columns" in str(problem)
 
 
@@ -550,7 +552,7 @@ def test_headers_that_state_units_need_no_config(header, tmp_path):
     path = tmp_path / "table.csv"
     rows = [f"30,45,{depth},{depth * 2},{depth}" for depth in (10, 20, 40)]
     path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
     assert read.problems == []
     (push,) = read.pushes
     np.testing.assert_allclose(push.columns["depth_cm"], [1, 2, 4])
@@ -561,10 +563,12 @@ def test_headers_that_state_units_need_no_config(header, tmp_path):
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
     (missing,) = (problem for problem in read.problems if problem.code.endswith("missing-column"))
     assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
-    table = Table(holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa")
+    table = TableSettings(
+        holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa"
+    )
     read = read_pushes(path, "table.csv", table, (), "table.csv")
     assert not [problem for problem in read.problems if problem.severity == "error"]
 
@@ -573,7 +577,7 @@ def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
 def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
     (problem,) = read.problems
     assert f"{beta} is the plate at {equal_beta}" in str(problem)
 
@@ -581,9 +585,11 @@ def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_pat
 def test_alpha_in_another_unit_is_doubted(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
     (problem,) = read.problems
     assert problem.severity == "warning"
     assert "Set alpha_unit" in str(problem)
-    read = read_pushes(path, "table.csv", Table(holds="alpha", alpha_unit="N/m^3"), (), "table.csv")
+    read = read_pushes(
+        path, "table.csv", TableSettings(holds="alpha", alpha_unit="N/m^3"), (), "table.csv"
+    )
     assert read.problems == []

@@ -9,7 +9,7 @@ from compare_media import Beds, published, runs_of
 from light_campaign import LABORATORY, make_campaign
 
 from rftfit import reference
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.store import write_csv
 
 MEDIA = ("poppy_LP", "poppy_CP")
@@ -21,7 +21,7 @@ def write_fits(root, medium, seed, places):
     rng = np.random.default_rng(seed)
     runs = runs_of(truth, np.full(len(places), 6.0), 2, rng, Beds())
     runs["run_id"] = [f"{medium}_{place}" for place in range(len(runs))]
-    output = describe(f"results/fits/{medium}.csv")
+    output = describe_file(f"results/fits/{medium}.csv")
     assert output is not None
     kinds = {name: column.kind for column in output.columns for name in column.names}
     empty = {name: np.nan if kinds[name] == "number" else "" for name in kinds}

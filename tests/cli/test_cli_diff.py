@@ -9,8 +9,8 @@ import pytest
 from light_campaign import alpha_frame, one_cell
 
 from rftfit.errors import InputError
-from rftfit.outputs.dictionary import describe
-from rftfit.workflow.diff import compare
+from rftfit.outputs.dictionary import describe_file
+from rftfit.workflow.diff import compare_folders
 from rftfit.workflow.provenance import FORMAT
 
 COEFFICIENTS, ERRORS, ALPHA, SCALING = (
@@ -25,7 +25,7 @@ JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
 
 def filled(name, **columns):
     """A table with all columns that the dictionary demands."""
-    output = describe(f"results/{name}")
+    output = describe_file(f"results/{name}")
     assert output is not None
     blanks = {change: "" for column in output.columns for change in column.names}
     return pd.DataFrame(blanks | columns, index=[0])
@@ -101,7 +101,9 @@ def test_a_change_is_counted_in_half_widths_of_its_own_interval(
     tmp_path, file, quantity, new_value, half_widths
 ):
     changed = {file: TABLES[file].assign(**{quantity: new_value})}
-    changes = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
+    changes = compare_folders(
+        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
+    ).numbers
     assert [change.quantity for change in changes] == ([] if half_widths is None else [quantity])
     for change in changes:
         assert change.half_widths == pytest.approx(half_widths, nan_ok=True)
@@ -113,7 +115,9 @@ def test_zeta_and_alpha_straight_down_come_first(tmp_path):
         ALPHA: alpha_frame("sand", one_cell(0.501)),
         SCALING: TABLES[SCALING].assign(zeta=0.41),
     }
-    changes = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
+    changes = compare_folders(
+        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
+    ).numbers
     assert [change.quantity for change in changes[:3]] == [
         "alpha_z_N_per_cm3",
         "zeta",
@@ -175,7 +179,7 @@ def test_results_of_a_version_with_other_columns(rftfit, tmp_path):
     older = TABLES[ERRORS].assign(peak_predicted_N=5.5).drop(columns=["model_error"])
     write(tmp_path / "a", RUNS, {ERRORS: older})
     write(tmp_path / "b", RUNS)
-    comparison = compare(tmp_path / "a", tmp_path / "b")
+    comparison = compare_folders(tmp_path / "a", tmp_path / "b")
     assert [(change.quantity, change.was, change.now) for change in comparison.numbers] == [
         ("peak_predicted_N", 5.5, 5.0)
     ]
@@ -184,4 +188,4 @@ def test_results_of_a_version_with_other_columns(rftfit, tmp_path):
     assert "Only in one of them: leg_errors.csv, column model_error" in text
     write(tmp_path / "c", RUNS, {SCALING: pd.DataFrame({"zeta": [0.4]})})
     with pytest.raises(InputError, match=r"penetration.csv: no column method, medium"):
-        compare(tmp_path / "c", tmp_path / "b")
+        compare_folders(tmp_path / "c", tmp_path / "b")

@@ -8,7 +8,7 @@ import pytest
 
 from rftfit.figures.log_plot import draw_log
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import Clock, lacking, survey
+from rftfit.logs.inspect import TimeColumn, lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
@@ -55,7 +55,7 @@ def test_numbers_by_hand():
     time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
     columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
     log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
-    clock = Clock()
+    clock = TimeColumn()
     clock.add(time)
     assert clock.duration == pytest.approx(1.5)
     assert clock.step == pytest.approx(0.1)

@@ -10,7 +10,7 @@ from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
-from rftfit.measure.log_columns import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 UNITS = {
     **dict.fromkeys(("F1", "F2", "F3"), "N"),
@@ -46,7 +46,7 @@ def test_the_proposed_config_reads_the_log(name, rftfit, tmp_path):
     assert config
     for key, values in config.items():
         source = (ForceLog if key == "force_log" else MotionLog).model_validate(values)
-        log = mapped(source_reader(source, "rig", key).load(path), source, UNITS, key)
+        log = map_columns(source_reader(source, "rig", key).load(path), source, UNITS, key)
         assert log.size == 30
         assert set(log.columns) <= set(UNITS) or not source.columns
         assert (np.diff(log.columns["time"]) > 0).all()
@@ -105,7 +105,7 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
     for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
         source = model.model_validate(config[key])
         log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
-        times.append(mapped(log, source, UNITS, key).columns["time"])
+        times.append(map_columns(log, source, UNITS, key).columns["time"])
     np.testing.assert_allclose(times[1] - times[0], 0.5)
 
 

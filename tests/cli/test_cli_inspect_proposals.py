@@ -15,7 +15,7 @@ from rftfit.campaign.config import ForceLog
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import recognised
 from rftfit.logs.registry import source_reader
-from rftfit.measure.log_columns import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 
@@ -28,7 +28,7 @@ def table(path, header, rows=ROWS):
 def read_force(path, **section):
     source = ForceLog.model_validate(section)
     reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
-    return mapped(reader.load(path), source, UNITS, "force_log")
+    return map_columns(reader.load(path), source, UNITS, "force_log")
 
 
 def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):

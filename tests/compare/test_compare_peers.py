@@ -11,7 +11,7 @@ from seeds import seeds
 
 from rftfit import reference
 from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 
@@ -62,7 +62,7 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium):
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
     """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
-    cells = directions_of(GRIDS["no-vertical"], 5)
+    cells = parse_directions(GRIDS["no-vertical"], 5)
     rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
     place = next(n for n, row in enumerate(rows) if row[:2] == (20, 75))
     assert not compare_runs(fits(rows), medium)["apart"].any()

@@ -6,7 +6,7 @@ from coverage_levels import medium_inside, peaks_inside, quarters_inside, stress
 from paper import enact, paper_values
 
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.model.scaling import fit_medium
+from rftfit.model.scaling import fit_terms
 from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow import measure
@@ -48,7 +48,7 @@ def held_in_files(results, stated_errors, sizes, number):
     intervals = quarters_inside(alpha)
     if "power" in sizes:
         intervals |= stress_inside(alpha, sizes["power"])
-    intervals |= medium_inside(fit_medium(alpha, config, "lsq"))
+    intervals |= medium_inside(fit_terms(alpha, config, "lsq"))
     leg = LEGS[number // len(MEDIA) % len(LEGS)]
     curves, _ = measure.legs(stated, medium)
     true = true_curve(medium, leg, config)

@@ -11,7 +11,7 @@ from ensembles import AREA_CM2, EXACT, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.measure.alpha import bed_spread, column
 from rftfit.model.draws import interval, measured_profile
@@ -19,7 +19,7 @@ from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import fit_medium, generic, generic_interval, vertical_penetration
+from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
@@ -289,7 +289,7 @@ METHODS = ("lsq", "dft-index")
 
 def fits_by_method(tables, config, methods=METHODS):
     """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
-    return {m: [fit_medium(table, config, m) for table in tables] for m in methods}
+    return {m: [fit_terms(table, config, m) for table in tables] for m in methods}
 
 
 def stated(**sizes):
@@ -339,7 +339,7 @@ class Scenario:
 
     name: str
     run_to_run: float = 0.0
-    errors: Errors = EXACT
+    errors: ErrorSettings = EXACT
     repeats: int = 1
     repeated: tuple[float, ...] = (90.0, -90.0)
     sizes: Sizes = field(default_factory=dict)
@@ -417,7 +417,7 @@ def cover_robot(ensemble, scenario, config, seed, bests=0):
         seed, scenario.run_to_run, scenario.errors, scenario.repeats, scenario.repeated
     )
     for number, table in enumerate(tables):
-        fit = fit_medium(table, config, "lsq")
+        fit = fit_terms(table, config, "lsq")
         pair = [ROBOT_CONDITIONS[(number + k) % len(ROBOT_CONDITIONS)] for k in (0, 5)]
         shares_by_level["robot speed"].append(
             float(robot_inside(table, fit, config, pair)["robot speed"].inside.mean())

@@ -4,7 +4,7 @@ import json
 
 import pandas as pd
 
-from rftfit.outputs.dictionary import column_of, describe, outputs
+from rftfit.outputs.dictionary import column_of, describe_file, outputs
 
 UNITS = {
     "N2_per_cm6": "N^2/cm^6",
@@ -100,7 +100,7 @@ def check_results(results):
     problems, met = [], set()
     seen: set[tuple[str, tuple[str, ...]]] = set()
     for name in files_below(results):
-        output = describe(name)
+        output = describe_file(name)
         if output is None:
             problems.append(f"{name} is not in the dictionary")
             continue

@@ -15,8 +15,8 @@ from disturbances import NOTHING, Sizes, beds, pink, power_law, session_cm, turn
 from paper_grid import PAPER
 from scipy.signal import lfilter
 
-from rftfit.campaign.config import Errors
-from rftfit.lab.plan import Run, Segment
+from rftfit.campaign.config import ErrorSettings
+from rftfit.lab.plan import PlannedRun, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
@@ -127,7 +127,7 @@ def rod_stress(run, medium):
     """Force on rod and mount along a run over the area of the plate, filed as the run is, shape (2, n)."""
     gamma, back = np.radians(abs(run.gamma_deg)), -1 if run.gamma_deg < 0 else 1
     held = back * run.beta_deg if run.beta_deg != 90 else 90.0
-    rod = Run("", "rod", medium, medium, "plate", run.direction, held, abs(run.gamma_deg))
+    rod = PlannedRun("", "rod", medium, medium, "plate", run.direction, held, abs(run.gamma_deg))
     ahead = (-back * np.cos(gamma), -back * np.sin(gamma), held)
     stroke = Segment("stroke", (0.0, 0.0, held), ahead, 1.0, 1.0, 1.0)
     force_z, force_x = rod_law(rod)(stroke, run.travel, -run.depth, run.travel)
@@ -205,7 +205,7 @@ COLUMNS = {
 """What is kept of a slope, and its column in the table of fits."""
 
 
-EXACT = Errors(
+EXACT = ErrorSettings(
     surface_run_mm=0,
     surface_session_mm=0,
     angle_deg=0,

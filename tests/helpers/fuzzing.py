@@ -12,7 +12,7 @@ from binary_logs import make_binary
 from foreign_logs import TEXTS
 
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import preview
+from rftfit.logs.delimited import guess_text_settings
 from rftfit.logs.registry import claimants
 
 MEMORY = 64_000_000
@@ -245,7 +245,7 @@ def _feed(foreign, place, content, score):
         tracemalloc.stop()
         # what inspect does with any file must not fail either
         claimants(content[:65536])
-        preview(content[:65536])
+        guess_text_settings(content[:65536])
     score.slowest_s = max(score.slowest_s, took)
     assert took < SLOWEST_S, f"{took:.1f} s for {len(content)} bytes"
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"

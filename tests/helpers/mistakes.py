@@ -19,7 +19,7 @@ from paper import paper_values
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import prepare, run_logs
-from rftfit.lab.plan import Run
+from rftfit.lab.plan import PlannedRun
 from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import fixed, sheet_text
@@ -265,7 +265,7 @@ def another_run(written, luck, in_other_medium=False, turn_deg=0):
     row = one_slanted(written, luck)
     medium = row["medium"]
     beta = float(row["beta_deg"])
-    run = Run(
+    run = PlannedRun(
         row["run_id"],
         "plate",
         medium,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from paper import enact, paper_values
 
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 
 GRIDS = {
@@ -87,13 +87,13 @@ def make(folder, case):
         values |= {log: {"text": {"delimiter": ","}} for log in ("force_log", "motion_log")}
     else:
         values["dialect"] = case.dialect
-    cells = directions_of(GRIDS[case.grid], 2013)
+    cells = parse_directions(GRIDS[case.grid], 2013)
     enact(folder, values, protocol=case.protocol, directions=cells, tare=case.tare, legs=case.legs)
 
 
 def judge(folder, case, held):
     """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
-    planned_directions = set(directions_of(GRIDS[case.grid], 2013))
+    planned_directions = set(parse_directions(GRIDS[case.grid], 2013))
     table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
     measured_directions = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
     wrong = (

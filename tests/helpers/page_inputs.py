@@ -26,12 +26,12 @@ from rftfit.compare.published import (
     MEASURED,
     TEXT,
     Tolerance,
-    compare,
+    compare_numbers,
     stated,
 )
 from rftfit.compare.robot import optima
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import about, flag_table, remark
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -44,7 +44,7 @@ from rftfit.model.profiles import (
 )
 from rftfit.model.reference_kernel import pose_forces
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.results import Results
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
@@ -102,7 +102,7 @@ def bare_campaign(folder, names, *, robot=False, **changes):
 
 def write(results, name, table):
     """Write a table; columns that the test does not care about get something of their kind."""
-    described = describe(f"results/{name}")
+    described = describe_file(f"results/{name}")
     assert described is not None
     fillers: dict[str, Any] = {"text": "", "yes or no": True}
     always = [column for column in described.columns if not column.when and "<" not in column.name]
@@ -185,7 +185,11 @@ def paper_tables():
         "flags/poppy_LP": flag_table(
             "poppy_LP",
             "ingest",
-            [flag for i, run_flag in enumerate(flags, 1) for flag in about(f"p{i}", [run_flag])],
+            [
+                flag
+                for i, run_flag in enumerate(flags, 1)
+                for flag in attach_run(f"p{i}", [run_flag])
+            ],
         ),
         "coefficients": pd.concat(
             [_coefficients(m, coefficients) for m, coefficients in {**fits, "generic": m0}.items()]
@@ -366,9 +370,9 @@ def _coefficients(medium, values):
 
 def _reproduction(why):
     items = [
-        compare("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
+        compare_numbers("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
         stated("zeta", "Table S2", 0.248, 0.2564, INCONSISTENT, TEXT, why),
-        compare("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
+        compare_numbers("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
                 BY_CONSTRUCTION, (0.0507, 0.0509)),
     ]  # fmt: skip
     return pd.DataFrame(items)

@@ -12,7 +12,7 @@ from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
 from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
 from rftfit.logs.registry import source_reader
-from rftfit.measure.log_columns import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
 UNITS = {
@@ -64,7 +64,7 @@ def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
         if key in proposed:
             source: Any = model.model_validate(proposed[key])
             reader = source_reader(source, "rig", key).only(columns_asked(source))
-            log = logs[key] = mapped(reader.load(recording(path)), source, UNITS, key)
+            log = logs[key] = map_columns(reader.load(recording(path)), source, UNITS, key)
             # a time that stays unnamed, since it is too coarse, has none
             names = {name for name in UNITS.keys() & log.columns.keys() if log.units[name]}
             assert {name: log.units[name] for name in names} == {

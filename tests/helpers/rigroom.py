@@ -13,13 +13,13 @@ import yaml
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import run_logs
-from rftfit.lab.plan import Run, plan_runs
+from rftfit.lab.plan import PlannedRun, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table, with_flagged
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
-from rftfit.measure.ledger import check, join
+from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.tare import tare_medium
 
@@ -54,7 +54,7 @@ class Room:
 
     folder: Path
     logs: dict[str, bytes | None] = field(default_factory=dict)
-    runs: list[Run] = field(default_factory=list)
+    runs: list[PlannedRun] = field(default_factory=list)
     cells: dict[str, dict[str, str]] = field(default_factory=dict)
     config: str = CONFIG_TEXT
 
@@ -162,7 +162,7 @@ class Results:
 
     def check_ledger(self, counted, one_file=()):
         """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""
-        check(self.book, self.runs, list(one_file))
+        check_ledger(self.book, self.runs, list(one_file))
         assert self.book.groupby("file")["rows"].sum().to_dict() == counted
         dropped = self.book[self.book["fate"] == "dropped"]
         assert (dropped["reason"] != "").all()

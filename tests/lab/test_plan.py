@@ -13,7 +13,7 @@ from rftfit import reference
 from rftfit.campaign.columns import LABELS, OF_SOURCES
 from rftfit.campaign.config import Container
 from rftfit.errors import InputError
-from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, window
+from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, submerged_depths
 from rftfit.lab.write import SHEET_COLUMNS, sheet_text
 
 
@@ -101,7 +101,7 @@ def test_sheet(runs):
 def test_every_path_leaves_a_window(config, runs):
     for run in runs:
         if run.kind == "plate" and run.direction != "horizontal":
-            shallow, deep = window(run, config)
+            shallow, deep = submerged_depths(run, config)
             assert deep - shallow >= 0.5
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.lab.plan import plan_runs, plate_of, segments, window
+from rftfit.lab.plan import plan_runs, plate_of, segments, submerged_depths
 from rftfit.lab.rig import LabStroke, ideal, nuisance, record
 from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
 
@@ -67,7 +67,7 @@ def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
         assert run.gamma_deg is not None
         true = ideal(run, config)
         depth = -true.motion.z_cm
-        shallow, deep = window(run, config)
+        shallow, deep = submerged_depths(run, config)
         in_window = _in_stroke(run, config, true) & (depth > shallow) & (depth < deep)
         in_window &= true.motion.travel > BUILD_UP
         if run.direction == "extraction":

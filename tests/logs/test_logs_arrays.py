@@ -8,7 +8,7 @@ from scipy.io import savemat
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, head_of
+from rftfit.logs.registry import claimants, read_head
 
 h5py = pytest.importorskip("h5py")
 
@@ -57,7 +57,7 @@ MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 def test_every_column_by_its_path(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
-    reader, *other_readers = claimants(head_of(path))
+    reader, *other_readers = claimants(read_head(path))
     assert isinstance(reader, ArraysReader)
     assert not other_readers
     log = reader.load(path)

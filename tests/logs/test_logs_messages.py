@@ -12,7 +12,7 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
 from rftfit.logs import base, rosbag, tdms
-from rftfit.logs.base import LogError, check_size
+from rftfit.logs.base import LogError, refuse_large_file
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import GROUPED
@@ -123,7 +123,7 @@ def test_tdms_and_rosbag(tmp_path, monkeypatch):
     other_group = reader.with_options({"group": "Other"})
     refused(other_group, path, content, "group", "'Other'; the file has: Data")
     for module, module_reader in ((base, reader), (rosbag, rosbag.RosBagReader())):
-        monkeypatch.setattr(module, "check_size", partial(check_size, most=10))
+        monkeypatch.setattr(module, "refuse_large_file", partial(refuse_large_file, most=10))
         refused(module_reader, path, content, "too_large")
     monkeypatch.setitem(sys.modules, "nptdms", None)
     refused(reader, path, content, "extra", 'pip install "rftfit[tdms]"')

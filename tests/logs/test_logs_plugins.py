@@ -11,7 +11,7 @@ import pytest
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
+from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, read_head
 from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
@@ -61,7 +61,7 @@ def test_the_example_of_the_documentation(install, tmp_path):
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, encoding="utf-8")
-    (reader,) = claimants(head_of(path))
+    (reader,) = claimants(read_head(path))
     assert reader.name == name
     assert "package ourlab-dialect" in reader.describe()
     log = reader.load(path)
@@ -110,7 +110,7 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
         dialect("a-broken")
     path = tmp_path / "log"
     path.write_bytes(b"OURS 1\n")
-    assert claimants(head_of(path))[0].name == "failing"
+    assert claimants(read_head(path))[0].name == "failing"
     assert not dialect("wrong").detect(b"OURS")
     for name, match in (
         ("failing", "failing of package ourlab-failing failed: ZeroDivisionError"),

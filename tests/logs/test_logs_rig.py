@@ -12,7 +12,7 @@ from seeds import example_count
 
 from rftfit.errors import InputError
 from rftfit.logs.base import FINITE, Log, LogError
-from rftfit.logs.registry import DIALECTS, claimants, dialect, head_of
+from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
 from rftfit.logs.rig import RigReader
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
@@ -198,11 +198,11 @@ def test_registry(tmp_path):
         dialect("rigg")
     path = tmp_path / "log.csv"
     path.write_text(FORCE, encoding="utf-8")
-    assert claimants(head_of(path)) == [DIALECTS["rig"]]
+    assert claimants(read_head(path)) == [DIALECTS["rig"]]
     path.write_text("<html>", encoding="utf-8")
-    assert claimants(head_of(path)) == []
+    assert claimants(read_head(path)) == []
     with pytest.raises(InputError, match="cannot be opened"):
-        head_of(tmp_path / "nowhere.csv")
+        read_head(tmp_path / "nowhere.csv")
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)

@@ -19,7 +19,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import rftfit
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import config_block, recognised, refusal, survey
-from rftfit.logs.registry import dialect, head_of
+from rftfit.logs.registry import dialect, read_head
 from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 
 N = 300
@@ -250,4 +250,4 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path):
 def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
     path = tmp_path / "a.dat"
     path.write_bytes(content)
-    assert advice in str(refusal(path, head_of(path)))
+    assert advice in str(refusal(path, read_head(path)))

@@ -17,9 +17,9 @@ from foreign_logs import TEXTS, daq, instron, netft
 import rftfit
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import DelimitedReader, encoding_of, preview
+from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
 from rftfit.logs.quantities import guess
-from rftfit.logs.registry import claimants, dialect, head_of
+from rftfit.logs.registry import claimants, dialect, read_head
 from rftfit.logs.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
@@ -51,7 +51,7 @@ def table(request, tmp_path):
 
 
 def test_tables(table):
-    (reader,) = claimants(head_of(table))
+    (reader,) = claimants(read_head(table))
     assert reader.name == table.suffix[1:]
     check_values(reader.load(table))
     if reader.name == "xlsx":
@@ -352,7 +352,7 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
     ],
 )
 def test_what_a_file_looks_like(content, text_format):
-    assert preview(content) == text_format
+    assert guess_text_settings(content) == text_format
 
 
 def test_encodings_are_named():

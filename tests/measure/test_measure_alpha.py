@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
-from rftfit.campaign.config import Errors, Grid
+from rftfit.campaign.config import ErrorSettings, Grid
 from rftfit.measure.alpha import (
     alpha_table,
     column,
@@ -16,7 +16,7 @@ from rftfit.measure.alpha import (
     window_of,
     with_flagged,
 )
-from rftfit.measure.flags import Flags, about, codes_of, flag_table, remark, say
+from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format_remarks, remark
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -52,7 +52,7 @@ def table(*runs, depths=3):
 
 
 def flags_of_runs(by_run):
-    flags = [flag for name, of_run in by_run.items() for flag in about(name, of_run)]
+    flags = [flag for name, of_run in by_run.items() for flag in attach_run(name, of_run)]
     return Flags(flag_table("m", "slopes", flags))
 
 
@@ -222,7 +222,7 @@ def test_what_counts_as_a_repeat():
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
     depths = np.array([2.54, 5.08, 7.62])
     runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
-    beds = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
+    beds = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
     cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
     share = depths**2 / (depths @ depths)
     assert share.sum() == pytest.approx(1)
@@ -283,8 +283,8 @@ def test_what_several_runs_have_to_tell_is_told_in_turn():
     assert cell_row["reason"] == "c: gone; d: no zero"
     assert (cell_row["run_ids"], cell_row["lost_run_ids"]) == ("a b", "c d")
     flags = flags_of_runs({"a": [GAP, DRIFT], "b": [DRIFT], "d": [GAP], "e": [DRIFT]})
-    assert say(flags.of_cell(cell_row)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
-    assert say(flags.of_cell(cell_row, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
+    assert format_remarks(flags.of_cell(cell_row)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
+    assert format_remarks(flags.of_cell(cell_row, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
 
 
 def test_repeats_with_different_plates_say_so():
@@ -306,7 +306,7 @@ def test_a_missing_tare_of_all_runs_is_said_once():
     assert flags.shared(fits) == (bare,)
     assert flags.of_cell(cell_row, without=flags.shared(fits)) == []
     flags = flags_of_runs({"a": [bare]})
-    assert flags.of_cell(cell_row, without=flags.shared(fits)) == about("a", [bare])
+    assert flags.of_cell(cell_row, without=flags.shared(fits)) == attach_run("a", [bare])
 
 
 def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
@@ -314,7 +314,7 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
     assert cells["spread"].to_dict() == {0: "repeats of the cell", 30: "one bed as prepared"}
-    assert set(alpha_table(rows, "m", 0.95, 3, Errors())["spread"]) == {"few repeats"}
+    assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {"few repeats"}
 
 
 def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
@@ -369,7 +369,7 @@ def test_flags_and_depths_of_a_table():
         run("e", 60, 45, math.nan, math.nan, reason="log missing"),
     )
     cell_flags = flags_of_cells(cells, Flags(), 3)
-    of_runs = [*about("a", [BENT]), *about("b", [DRIFT]), *about("e", [BENT])]
+    of_runs = [*attach_run("a", [BENT]), *attach_run("b", [DRIFT]), *attach_run("e", [BENT])]
     assert not flagged(cells).any()
     cells = with_flagged(cells, Flags(flag_table("m", "slopes", [*of_runs, *cell_flags])))
     place = list(zip(cells["beta_deg"], cells["gamma_deg"].round(), cells["n_runs"], strict=True))

@@ -12,9 +12,9 @@ from light_campaign import LABORATORY, alpha_frame, make_campaign, one_cell
 from other_labs import GRIDS
 
 from rftfit import reference
-from rftfit.campaign.config import ForceLog, Medium
+from rftfit.campaign.config import ForceLog, MediumSettings
 from rftfit.compare.peers import compare_runs
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure import checks
 from rftfit.measure.alpha import column
@@ -32,7 +32,15 @@ from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import Flags, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdicts import CHECKS, COLUMNS, Check, Measured, marks_of, rows_of, usable
+from rftfit.measure.verdicts import (
+    CHECKS,
+    COLUMNS,
+    Check,
+    MediumMeasurements,
+    describe_rows,
+    is_usable,
+    marks_of,
+)
 from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 
@@ -43,7 +51,7 @@ def on_grid(medium, grid):
     """The published table of a medium on another grid."""
     if grid == "few":
         return alpha_frame(medium, reference.alpha_grid(medium))
-    cells = directions_of(GRIDS[grid], 5)
+    cells = parse_directions(GRIDS[grid], 5)
     z, x = np.array([table_s5(medium, *cell) for cell in cells]).T
     columns: dict[str, Any] = {"alpha_x_turn_N_per_cm3": 0.0, "run_ids": ""}
     columns |= dict(zip(("beta_deg", "gamma_deg"), np.array(cells).T, strict=True))
@@ -58,7 +66,7 @@ def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     no_table: Any = SimpleNamespace(
         table=None, transducer=SimpleNamespace(axes=axes), force_log=SimpleNamespace(columns={})
     )
-    return Measured(config or no_table, medium, sheet or {}, tables, copies)
+    return MediumMeasurements(config or no_table, medium, sheet or {}, tables, copies)
 
 
 def axes(table, config=None, evidence=None):
@@ -561,8 +569,8 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         ("c", "work", "passed", ""),
     ]
     table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(found="")
-    media = {name: Medium(title=name) for name in "ac"}
-    media["b"] = Medium(title="b", accept={"size": "pumice"})
+    media = {name: MediumSettings(title=name) for name in "ac"}
+    media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
         "a": [
             remark("unusable", faults=CHECKS["work"].fault),
@@ -571,9 +579,9 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         "b": [remark("accepted", fault=CHECKS["size"].fault, why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    assert usable(frame)
-    assert not usable(frame.assign(checks_code="unusable doubtful"))
-    assert usable(
+    assert is_usable(frame)
+    assert not is_usable(frame.assign(checks_code="unusable doubtful"))
+    assert is_usable(
         frame.assign(
             checks="accepted: the medium seems to give energy to the plates: unusable: I know",
             checks_code="accepted",
@@ -778,7 +786,7 @@ def sheet_of(kinds):
     ],
 )
 def test_rows_of(kinds, rows, words):
-    assert rows_of((f"r{row}" for row in rows), sheet_of(kinds)) == words
+    assert describe_rows((f"r{row}" for row in rows), sheet_of(kinds)) == words
 
 
 @pytest.mark.parametrize(

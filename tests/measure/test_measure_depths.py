@@ -11,7 +11,7 @@ from seeds import seeds
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.depths import alpha_at_depths, curved_law
-from rftfit.page.tables import at_depths
+from rftfit.page.tables import tabulate_at_depths
 from rftfit.workflow import measure
 
 
@@ -38,7 +38,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     assert alpha_at_depths(results.campaign, medium, passed, lambda fits, _: fits).empty
     results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
-    page = at_depths(results).rows
+    page = tabulate_at_depths(results).rows
     law = curved_law(results[medium].fits, verdicts)
     assert law is not None
     assert law.power == pytest.approx(power, abs=0.03)
@@ -55,7 +55,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
         assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
     # a window that holds none of the depths has no row on the page
     results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))
-    assert not at_depths(results).rows
+    assert not tabulate_at_depths(results).rows
 
 
 @pytest.mark.parametrize(

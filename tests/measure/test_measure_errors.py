@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from rftfit.campaign.config import Errors, Table
+from rftfit.campaign.config import ErrorSettings, TableSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     ASSUMED,
@@ -26,9 +26,9 @@ from rftfit.measure.errors import (
     Part,
     SurfaceError,
     bed_of_mean,
+    combined_half_width,
     errors_of,
     gradient,
-    half_width,
     shares,
     spread_of_beds,
     surface_error,
@@ -40,10 +40,10 @@ from rftfit.model.rft3d import rft3d_profile
 from rftfit.model.shapes import published_shapes
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
-NONE = Errors(
+NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
 )
-UNKNOWN = Errors()
+UNKNOWN = ErrorSettings()
 
 
 def fits(repeats=1, scatter=0.0):
@@ -183,7 +183,9 @@ def test_the_surface_is_judged_by_the_offsets():
     # what says nothing of the surface, or is told, does not count
     blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
     assert (blind.run, blind.session) == (PRIOR_CM, 0.0)
-    stated = surface_error(np.full(60, 3.0), noise, Errors(surface_run_mm=1, surface_session_mm=2))
+    stated = surface_error(
+        np.full(60, 3.0), noise, ErrorSettings(surface_run_mm=1, surface_session_mm=2)
+    )
     assert (stated.run, stated.session) == (0.1, 0.2)
     assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
@@ -252,7 +254,7 @@ sizes = st.floats(0.0, 3.0)
     ),
     name=st.sampled_from(
         sorted(
-            set(Errors.model_fields)
+            set(ErrorSettings.model_fields)
             & {
                 "surface_run_mm",
                 "surface_session_mm",
@@ -271,7 +273,7 @@ def test_no_error_when_enlarged_narrows_an_interval(start, name, increase, scatt
     runs = fits(repeats, scatter)
 
     def widths(values):
-        errors = Errors(**values)
+        errors = ErrorSettings(**values)
         surface = surface_error(np.zeros(12), np.zeros(12), errors)
         table = cell_table(errors, surface, runs)
         return np.concatenate([table[column(c, "_hi")] - table[column(c, "_lo")] for c in "zx"])
@@ -289,7 +291,7 @@ def test_nor_does_a_larger_part(parts, which, increase):
     after = list(before)
     enlarged = after[which % len(after)]
     after[which % len(after)] = Part(enlarged.sd + increase, enlarged.dof)
-    assert half_width(after, 0.95) >= half_width(before, 0.95) * (1 - 1e-12)
+    assert combined_half_width(after, 0.95) >= combined_half_width(before, 0.95) * (1 - 1e-12)
 
 
 def test_curvature_is_no_noise_with_a_long_memory():
@@ -427,11 +429,14 @@ def test_errors_of_logs_and_of_a_table(paper_config):
     found_surface = paper_config.surface.model_copy(update={"method": "found"})
     assert errors_of(runs, paper_config.model_copy(update={"surface": found_surface}))[1].run == 0
     # depths and angles of a table are what it says
-    held = {"table": Table(holds="alpha"), "errors": Errors(turn_deg=2, tare_percent=7)}
+    held = {
+        "table": TableSettings(holds="alpha"),
+        "errors": ErrorSettings(turn_deg=2, tare_percent=7),
+    }
     exact, surface = errors_of(runs, paper_config.model_copy(update=held))
     assert surface == SurfaceError()
     assert (exact.angle_deg, exact.turn_deg, exact.tare_percent, exact.bed) == (0, 0, 0, (0, 0))
-    held["errors"] = Errors(bed_percent=3)
+    held["errors"] = ErrorSettings(bed_percent=3)
     assert errors_of(runs, paper_config.model_copy(update=held))[0].bed == (0, 0.03)
 
 

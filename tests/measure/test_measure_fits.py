@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from campaign_room import plate_run
 
-from rftfit.campaign.config import ForceLog, Table
+from rftfit.campaign.config import ForceLog, TableSettings
 from rftfit.measure.fits import Stroke, filed_under, fit_run
-from rftfit.measure.flags import Flags, about, codes_of, describe_shared, flag_table, remark
+from rftfit.measure.flags import Flags, attach_run, codes_of, describe_shared, flag_table, remark
 from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
@@ -212,7 +212,7 @@ def shared(reasons, *flags_of_runs):
     flags = [
         flag
         for name, of_run in zip(names, flags_of_runs, strict=True)
-        for flag in about(name, of_run)
+        for flag in attach_run(name, of_run)
     ]
     fits = pd.DataFrame({"run_id": names, "reason": reasons})
     return Flags(flag_table("poppy_LP", "tare", flags)).shared(fits)
@@ -253,7 +253,7 @@ def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gam
 
 @pytest.mark.parametrize("depth", [[2.0], [1.0, 2.0, 4.0], [*range(1, 8), 2.0, 9.0]])
 def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
-    config = paper_config.model_copy(update={"table": Table(holds="stress")})
+    config = paper_config.model_copy(update={"table": TableSettings(holds="stress")})
     # no window of container and plate is cut out of a table
     samples = stroke(np.array(depth))
     run_fit = fit_run(run("extraction"), samples, config)
@@ -271,7 +271,7 @@ def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
 
 
 def test_a_depth_of_0_alone_has_no_slope(paper_config):
-    config = paper_config.model_copy(update={"table": Table(holds="stress")})
+    config = paper_config.model_copy(update={"table": TableSettings(holds="stress")})
     run_fit = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
     assert codes_of(run_fit.reason) == "zero-depths"
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
 
@@ -50,7 +50,7 @@ def shares_inside(random, campaigns, repeats, fresh):
     """Share of fresh pushes inside the interval of the mean and of the next push."""
     inside = []
     for _ in range(campaigns):
-        table = alpha_table(measured(random, repeats), "m", 0.95, 3, Errors(**EXACT))
+        table = alpha_table(measured(random, repeats), "m", 0.95, 3, ErrorSettings(**EXACT))
         for cell in table.to_dict("records"):
             alphas = pushes(random, cell["beta_deg"], cell["gamma_deg"], fresh)
             for c, alpha in zip("zx", alphas, strict=True):
@@ -89,7 +89,7 @@ def runs_of(alpha, se=0.0, **columns):
 
 
 def test_each_error_of_a_run_comes_once_more_and_what_runs_share_does_not():
-    beds = Errors(**EXACT, bed_percent=4)
+    beds = ErrorSettings(**EXACT, bed_percent=4)
     z95 = 1.959964
     none = {"bed_percent": 0.0, "tare_percent": 0}
     # bed and noise of one run, averaged over four and once more
@@ -110,7 +110,7 @@ def test_each_error_of_a_run_comes_once_more_and_what_runs_share_does_not():
     tare = runs_of([0.3] * 2, 0.005, alpha_z_tare_N_per_cm3=0.005)
     assert half_widths(tare, beds)[1] == near(z95 * math.hypot(0.005, 0.012 * math.sqrt(1.5)))
     # also where an interval is of one bed as prepared, the next bed is another
-    of_mean, of_next = half_widths(runs_of([0.3]), Errors(angle_deg=0, turn_deg=0, **none))
+    of_mean, of_next = half_widths(runs_of([0.3]), ErrorSettings(angle_deg=0, turn_deg=0, **none))
     assert [of_mean, of_next] == near([0, z95 * 0.05 * 0.3])
 
 

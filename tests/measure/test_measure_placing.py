@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import codes_of
 from rftfit.measure.ingest import ingest_medium, ingest_traces
-from rftfit.measure.ledger import RowStatus, check, join
+from rftfit.measure.ledger import RowStatus, check_ledger, join
 from rftfit.measure.readable import open_logs
 from rftfit.measure.tare import tare_medium
 
@@ -80,7 +80,7 @@ def alphas(loaded):
     traces, status, first = ingest_medium(loaded, "sand")
     tared, tares, second = tare_medium(loaded, "sand", traces, status)
     fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
-    check(join([first.table(), second.table(), third.table()]), status)
+    check_ledger(join([first.table(), second.table(), third.table()]), status)
     return (
         {str(row["run_id"]): row for row in fits.to_dict("records")},
         status,

@@ -8,7 +8,7 @@ import pytest
 from campaign_room import plate_run
 from pushes import estimate, make_push
 
-from rftfit.campaign.config import Arm, Clock
+from rftfit.campaign.config import Arm, ClockSettings
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
@@ -206,7 +206,9 @@ def test_a_motion_up_toward_minus_x():
 def test_a_sync_line_is_needed():
     readings = ForceReadings(TIME, np.stack([TIME] * 2), None, TIME < 0, np.stack([TIME] * 3))
     with pytest.raises(Refused) as caught:
-        find_clock(Clock(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None)
+        find_clock(
+            ClockSettings(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None
+        )
     assert caught.value.remark.code == "no-sync-line"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import Clock
+from rftfit.campaign.config import ClockSettings
 from rftfit.measure.alignment import BUILD_UP_S
 from rftfit.measure.flags import Refused
 from rftfit.measure.session_clocks import (
@@ -17,7 +17,7 @@ from rftfit.measure.session_clocks import (
     flags_of_clock,
 )
 
-ESTIMATE = Clock(method="estimate")
+ESTIMATE = ClockSettings(method="estimate")
 START_S = 1.7e9
 TIME = np.array([0.0, 30.0])
 

@@ -12,7 +12,7 @@ from campaign_room import plate_run
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
 from rftfit.measure.fits import FIT_COLUMNS, fit_medium
-from rftfit.measure.flags import about, remark
+from rftfit.measure.flags import attach_run, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.leg_curves import LEG_COLUMNS, leg_curves
 
@@ -208,7 +208,7 @@ def test_each_run_says_which_of_several_plates_it_has(paper_config):
     plates = {"a": "plate", "b": "other"}
     assert ledger.flags == [
         *(
-            about(name, [remark("several-plates", plate=plate, count=2)])[0]
+            attach_run(name, [remark("several-plates", plate=plate, count=2)])[0]
             for name, plate in plates.items()
         )
     ]

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from campaign_room import plate_run
 
-from rftfit.measure.flags import REASON, about, remark
+from rftfit.measure.flags import REASON, attach_run, remark
 from rftfit.measure.lab_frame import is_symmetric
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
@@ -138,7 +138,7 @@ def test_what_becomes_of_each_run_of_a_medium():
         holds_tare=lambda run: run.run_id == "bare",
     )
     tared, tares, ledger = tare_medium(campaign, "sand", read, status)
-    assert ledger.flags == about("bare", [remark("no-tare")])
+    assert ledger.flags == attach_run("bare", [remark("no-tare")])
     tares_by_run: Any = tares.set_index("run_id")
     assert dict(tares_by_run["reason_code"]) == {
         "short": "tare-empty",

@@ -64,7 +64,7 @@ def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
     column = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
     source = ForceLog.model_validate({"columns": {"F3": column}})
     units = {"F3": "N", "time": "s"}
-    log = log_columns.mapped(log_of(unit), source, units, "force_log")
+    log = log_columns.map_columns(log_of(unit), source, units, "force_log")
     np.testing.assert_allclose(log.columns["F3"], [10, 30, 70])
     assert log.units["F3"] == "N"
 
@@ -80,7 +80,7 @@ def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
 def test_a_unit_is_never_guessed(unit, column, why):
     source = ForceLog.model_validate({"columns": {"F3": {"column": "Fz", **column}}})
     with pytest.raises(LogError, match=why):
-        log_columns.mapped(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
+        log_columns.map_columns(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
 
 
 @pytest.mark.parametrize(

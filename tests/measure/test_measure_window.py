@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
-from rftfit.measure.fits import window
+from rftfit.measure.fits import classify_samples
 from rftfit.measure.lab_frame import half_extent
 from rftfit.measure.ledger import RowStatus
 
@@ -30,7 +30,7 @@ def whys(depth, x, beta_deg, fit, direction="intrusion", path=0.0, to=None, plat
     depth, x, path = (values + np.zeros(len(depth)) for values in map(np.array, (depth, x, path)))
     run: Any = SimpleNamespace(beta_deg=beta_deg, direction=direction)
     stroke: Any = SimpleNamespace(depth=depth, x=x, path=path)
-    codes = window(run, stroke, plate, BOX, fit, to)
+    codes = classify_samples(run, stroke, plate, BOX, fit, to)
     return " ".join(RowStatus(code).name for code in codes)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Leg, Plate, Transducer
-from rftfit.campaign.config import Zero as Stated
+from rftfit.campaign.config import ZeroSettings as Stated
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import find_zero, height_needed, stated_zero
 

@@ -7,7 +7,7 @@ import pytest
 import rftfit
 from rftfit.model import model_error as errors
 from rftfit.model.draws import end_names, model_end_names, next_end_names
-from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.mesh_prediction import compiled_mesh_forces
 from rftfit.model.prediction import QUANTITIES, find_peaks, predict_with_peaks
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place
@@ -159,7 +159,7 @@ def test_a_mesh_of_an_outline_has_the_errors_of_the_outline():
             )
         )
         assert in_space == pytest.approx(in_plane, rel=0.05)
-    bare = mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
+    bare = compiled_mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
     assert np.hypot(bare[0], bare[1]) == pytest.approx(bare_load(POPPY, TURN.poses[100]), rel=0.02)
 
 
@@ -193,10 +193,10 @@ def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
 
 def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
     """A flat curve with independent draws in every pose: their maxima lie above it, their interval does not."""
-    from rftfit.model.peaks import DrawStatistics, Extreme
+    from rftfit.model.peaks import DrawStatistics, PeakTarget
 
     random = np.random.default_rng(0)
-    lift = Extreme("lift", "force_z_N", 1)
+    lift = PeakTarget("lift", "force_z_N", 1)
     spread = DrawStatistics(["force_z_N"], [lift], 0.95)
     spread.add({"force_z_N": 10 + random.standard_normal((1000, 300))}, np.ones(300, bool))
     lo, hi = spread.peak_ends(lift, 10.0)

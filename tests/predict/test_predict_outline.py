@@ -12,7 +12,7 @@ from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import (
     Outline,
     arc,
-    crossings,
+    crossing_pieces,
     leg_outline,
     model_leg,
     polyline,
@@ -172,4 +172,4 @@ def test_crossings_against_brute_force():
             s, t = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
             if 0 <= s <= 1 and 0 <= t <= 1:
                 expected.add((i, j))
-        assert set(crossings(points)) == expected
+        assert set(crossing_pieces(points)) == expected

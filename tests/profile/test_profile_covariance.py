@@ -9,14 +9,14 @@ import pandas as pd
 import pytest
 from light_campaign import SE, alpha_frame, results_of
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
 from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of, covariance_table
 from rftfit.reference import alpha_grid
 from rftfit.store import csv_bytes
 
-NONE = Errors(
+NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
 )
 LEVER, TARE = 0.2, 0.004
@@ -101,7 +101,7 @@ def test_covariance_by_one_common_error(error):
 
 def whole_table():
     """Every kind of error, a plate that stands in the table twice, and a cell that has no number."""
-    errors = Errors(bed_percent=3, tare_percent=20, turn_deg=1)
+    errors = ErrorSettings(bed_percent=3, tare_percent=20, turn_deg=1)
     table = table_of(errors, SurfaceError(run=0.1, session=0.2), tare=TARE, noise=0.003)
     upright = table.iloc[[0, 0]].assign(beta_deg=[-90.0, 90.0])
     nothing = table.iloc[[0]].assign(gamma_deg=10.0, **{column(c, "_se"): np.nan for c in "zx"})

@@ -26,7 +26,7 @@ from rftfit.model.scaling import (
     Scaled,
     alpha_of_test,
     fit_media,
-    fit_medium,
+    fit_terms,
     generic_interval,
     reference_of,
     scale,
@@ -311,7 +311,7 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config):
 
 def test_a_medium_without_resistance_has_a_reason(paper_config):
     z, x = reference.alpha_grid("poppy_LP")
-    fit = fit_medium(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
+    fit = fit_terms(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
     assert codes_of(fit.why) == "zero-push"
     assert not fit.counts
     assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
@@ -351,18 +351,18 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     paper_config = paper_config.model_copy(update={"fourier": few_draws})
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     table = nine_terms("poppy_LP", 0.5)
-    kept = fit_medium(table, paper_config, "lsq")
+    kept = fit_terms(table, paper_config, "lsq")
     np.testing.assert_allclose(kept.without_flagged, np.where(kept.keep, true, 0), atol=5e-3)
     assert np.abs(kept.used - true).max() > 0.01
     rule = paper_config.fit.model_copy(update={"flagged": "leave_out"})
-    bare = fit_medium(table, paper_config.model_copy(update={"fit": rule}), "lsq")
+    bare = fit_terms(table, paper_config.model_copy(update={"fit": rule}), "lsq")
     np.testing.assert_allclose(bare.full, true, atol=1e-9)
     np.testing.assert_array_equal(bare.used, bare.without_flagged)
     np.testing.assert_allclose(bare.draws.mean(axis=0), bare.used, atol=2e-4)
     assert np.abs(kept.draws.mean(axis=0) - bare.used).max() > 0.01
     # the transform needs every cell, and nothing is known of it without some
-    whole = fit_medium(table, paper_config, "dft-index")
-    none = fit_medium(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
+    whole = fit_terms(table, paper_config, "dft-index")
+    none = fit_terms(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
     assert whole.reason == ""
     assert np.isnan([whole.without_flagged, none.without_flagged]).all()
 
@@ -372,14 +372,14 @@ def test_errors_of_zeta_by_name_make_its_whole_error(paper_config):
     table = published("poppy_LP", 0.005)
     for c in "zx":
         table[[column(c, "_noise"), column(c, "_bed")]] = 0.003, 0.004
-    fit = fit_medium(table, paper_config, "lsq")
+    fit = fit_terms(table, paper_config, "lsq")
     zeta_errors = fit.zeta_errors
     assert set(zeta_errors) == {"noise", "bed"}
     assert zeta_errors["bed"] / zeta_errors["noise"] == pytest.approx(4 / 3, rel=1e-6)
     whole = math.hypot(zeta_errors["noise"], zeta_errors["bed"])
     assert whole == pytest.approx(fit.zeta_draws.std(ddof=1), rel=0.15)
     table[[column(c, end) for c in "zx" for end in ("_lo", "_hi")]] = np.nan
-    silent = fit_medium(table, paper_config, "lsq")
+    silent = fit_terms(table, paper_config, "lsq")
     assert (silent.reason, silent.zeta_errors) == ("", {})
     assert np.isnan(silent.draws).all()
     assert silent.draws.shape == fit.draws.shape
@@ -388,7 +388,7 @@ def test_errors_of_zeta_by_name_make_its_whole_error(paper_config):
 def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config):
     tables = [published(medium) for medium in ("poppy_LP", "poppy_CP", "glass3mm_CP")]
     tables[1] = tables[1].query("beta_deg != 0 or gamma_deg != 90")
-    fits = [fit_medium(table, paper_config, "lsq") for table in tables]
+    fits = [fit_terms(table, paper_config, "lsq") for table in tables]
     assert [fit.reason for fit in fits] == ["", "", ""]
     assert math.isnan(fits[1].alpha_z)
     assert np.isnan(fits[1].alpha_z_draws).all()

@@ -28,7 +28,7 @@ from rftfit.model.profiles import FourierProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import ScaledMedium, published, scale_new_medium
 from rftfit.model.shapes import estimate_map, grid
-from rftfit.page.live import profiles, references
+from rftfit.page.live import live_profiles, scaling_references
 from rftfit.page.page import page
 
 PROGRAM = find()
@@ -97,7 +97,7 @@ def test_forces_on_every_element_equal_those_of_the_library(numbers, results, me
     for name, leg in legs(results).items():
         outline, poses = leg_outline(leg), rotation_poses(theta, leg.hip_height_cm)
         elements = place(outline.body, outline.width_cm, poses)
-        for profile, ours in profiles(results, medium).items():
+        for profile, ours in live_profiles(results, medium).items():
             page_forces = numbers.evaluate(
                 f"(() => {{ const r = window.rftfit, p = r.data.profiles['{medium}']['{profile}'];"
                 f" const leg = r.data.legs['{name}'];"
@@ -124,7 +124,7 @@ def test_alpha_on_the_whole_torus_equals_that_of_the_library(numbers, results):
             [[b, g] for b in (-np.pi / 2, 0, np.pi / 2) for g in (-np.pi, -np.pi / 2, 0, np.pi)],
         ]
     )
-    for profile, ours in profiles(results, "poppy_CP").items():
+    for profile, ours in live_profiles(results, "poppy_CP").items():
         page_alpha = numbers.evaluate(
             f"{json.dumps(angles.tolist())}.map(([b, g]) =>"
             f" window.rftfit.alphaOf(window.rftfit.data.profiles.poppy_CP.{profile}, b, g))"
@@ -136,7 +136,7 @@ def test_alpha_on_the_whole_torus_equals_that_of_the_library(numbers, results):
 @pytest.mark.parametrize("se", [0.0, 0.03])
 @pytest.mark.parametrize("which", ["campaign", "print"])
 def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
-    reference = published() if which == "print" else references(results)[0]
+    reference = published() if which == "print" else scaling_references(results)[0]
     scaled = scale_new_medium(0.42, se, reference.chi, 0.95)
 
     def scale(of, of_table=None):
@@ -380,7 +380,7 @@ def test_field_calculator_by_keyboard(browser, results):
     assert float(shown) == pytest.approx(measured_alpha.iloc[0], abs=5e-5)
     browser.click("#calc-alpha")
     browser.type_text("0.689")
-    scaled = scale_new_medium(0.689, 0.0, references(results)[-1].chi, 0.95)
+    scaled = scale_new_medium(0.689, 0.0, scaling_references(results)[-1].chi, 0.95)
     exact = in_page(browser, 0.689, np.nan)["zeta"]
     text = browser.evaluate(RESULT)
     for value in (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi, *exact):

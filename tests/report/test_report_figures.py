@@ -21,11 +21,16 @@ from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.generic import generic_profile
-from rftfit.figures.legs import forces_over_zeta
-from rftfit.figures.maps import alpha_maps, depth_only_maps, fit_maps, kept_coefficients
-from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
-from rftfit.figures.protocol import tare
+from rftfit.figures.generic import plot_generic_profile
+from rftfit.figures.legs import plot_forces_over_zeta
+from rftfit.figures.maps import (
+    kept_coefficients,
+    plot_alpha_maps,
+    plot_depth_only_maps,
+    plot_fit_maps,
+)
+from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
+from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, save, save_pages
 from rftfit.model.fourier import TERMS, evaluate
@@ -54,13 +59,13 @@ def two_runs():
 
 def maps_of(table, confidence=0.95):
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"], fit=Fit(confidence=confidence))
-    return alpha_maps(results)
+    return plot_alpha_maps(results)
 
 
 def stress_figure():
     traces, fits = two_runs()
     shown = Figures(stress_runs=("down", "up"))
-    return stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
+    return plot_stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
@@ -115,7 +120,7 @@ def every_alpha():
 
 def test_maps_show_media_and_missing_cells():
     results = memory({"alpha/{medium}.csv": every_alpha()})
-    figure = alpha_maps(results)
+    figure = plot_alpha_maps(results)
     text = words(figure)
     titles = [results.campaign.titles[medium] for medium in reference.MEDIA]
     assert {r"$\gamma$ (degrees)", r"$\beta$ (degrees)", "no usable run", *titles} <= set(text)
@@ -156,7 +161,7 @@ def fitted(method="lsq", **tables):
 
 def test_fit_maps_show_measured_minus_fit():
     results = fitted("dft-index")
-    figure = fit_maps(results)
+    figure = plot_fit_maps(results)
     text = words(figure)
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
@@ -178,7 +183,7 @@ def test_fit_maps_show_measured_minus_fit():
 def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
-    figure = depth_only_maps(results, "poppy_LP")
+    figure = plot_depth_only_maps(results, "poppy_LP")
     z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 4))
     indexed = table.set_index(["beta_deg", "gamma_deg"])
     down = indexed.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
@@ -192,13 +197,13 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     assert residual is not None
     assert residual.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
     lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
-    text = words(depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
+    text = words(plot_depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
     assert any("no depth-only model" in line for line in text)
 
 
 def test_generic_figure_scales_by_zeta():
     results = fitted()
-    figure = generic_profile(results)
+    figure = plot_generic_profile(results)
     text = words(figure)
     assert r"coefficient / $\zeta$ (dimensionless)" in text
     assert {results.campaign.titles[medium] for medium in reference.MEDIA} <= set(text)
@@ -215,7 +220,7 @@ def test_without_any_fit_the_reasons_are_drawn():
     penetration = chain.penetration_table().assign(zeta=np.nan, reason=why)
     results = fitted(coefficients=coefficients, penetration=penetration)
     results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
-    for figure in (fit_maps, generic_profile, forces_over_zeta):
+    for figure in (plot_fit_maps, plot_generic_profile, plot_forces_over_zeta):
         assert f"poppy seeds, loose: {why}" in words(figure(results))
 
 
@@ -227,7 +232,7 @@ def test_without_a_usable_medium_there_is_no_generic_profile():
         coefficients=coefficients[coefficients["medium"] != GENERIC],
         penetration=chain.penetration_table().assign(reason=why),
     )
-    assert f"poppy seeds, loose: {why}" in words(generic_profile(results))
+    assert f"poppy seeds, loose: {why}" in words(plot_generic_profile(results))
     # the picture says why it is empty
     assert declared("generic_profile").caption_of(results) == ""
 
@@ -287,7 +292,7 @@ def test_which_runs_the_stress_figure_shows():
     other_traces = traces[traces["run_id"] != "down"]
     results = of_runs(traces, fits)
     results.tables |= of_runs(other_traces, fits[fits["run_id"] != "down"]).tables
-    assert any(line.startswith("extraction") for line in words(stress_of_runs(results)))
+    assert any(line.startswith("extraction") for line in words(plot_stress_of_runs(results)))
 
 
 def test_tare_figure_shades_the_valid_range():
@@ -305,7 +310,7 @@ def test_tare_figure_shades_the_valid_range():
         }
     )
     names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
-    figure = tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
+    figure = plot_tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
@@ -315,7 +320,7 @@ def test_tare_figure_shades_the_valid_range():
         ("valid_to", np.nan, "no plate run has a tare"),
     ):
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
-        lost = tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
+        lost = plot_tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
         assert any(message in line for line in words(lost))
 
 
@@ -388,9 +393,9 @@ def test_pages_are_written_beside_one_another(tmp_path):
 
 
 def test_numbers_are_written_with_a_true_minus():
-    assert style.number(-0.0123) == "\u22120.012"
-    assert style.number(-0.0001) == "0.000"
-    assert style.number(float("nan")) == "no value"
+    assert style.format_number(-0.0123) == "\u22120.012"
+    assert style.format_number(-0.0001) == "0.000"
+    assert style.format_number(float("nan")) == "no value"
     assert style.degrees(-18.4349) == "\u221218.4\u00b0"
     assert style.degrees(90.0) == "90\u00b0"
 

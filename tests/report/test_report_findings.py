@@ -13,14 +13,14 @@ from matplotlib.collections import QuadMesh
 from page_inputs import page_results, sand_results, write
 from text_boxes import words
 
-from rftfit.figures.maps import estimated_maps
+from rftfit.figures.maps import plot_estimated_maps
 from rftfit.figures.registry import greek
-from rftfit.figures.style import FORMATS, content, preview
-from rftfit.measure.flags import about, flag_table, remark
+from rftfit.figures.style import FORMATS, content, shrink_png
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.page.findings import findings
 from rftfit.page.outcome import doubt_of_map
+from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
-from rftfit.page.page import pictures
 from rftfit.results import Results
 from rftfit.workflow.profiles import maps
 
@@ -225,7 +225,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
         "sentence": "Z looks reversed.",
     }
     write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
-    flags = [flag for run_id in "ab" for flag in about(run_id, [remark("no-tare")])]
+    flags = [flag for run_id in "ab" for flag in attach_run(run_id, [remark("no-tare")])]
     fits = pd.DataFrame({"run_id": list("abc"), "alpha_z_N_per_cm3": 0.3, "reason": ""})
     write(results, "fits/poppy_LP.csv", fits)
     write(results, "flags/poppy_LP.csv", flag_table("poppy_LP", "tare", flags))
@@ -255,8 +255,8 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
     for name in names:
         target = results.root / "results" / f"{name}.webp"
         target.parent.mkdir(exist_ok=True)
-        target.write_bytes(preview(png))
-    previews = pictures(results)
+        target.write_bytes(shrink_png(png))
+    previews = drawn_figures(results)
     assert [picture.name for picture in previews] == ["first_map", "yuma", "alpha_maps_poppy_LP"]
     assert {(picture.width, picture.height) for picture in previews} == {(900, 375)}
     page = make_page(results)
@@ -271,7 +271,7 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
 
 def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     results = page_results(tmp_path)
-    page = estimated_maps(results)
+    page = plot_estimated_maps(results)
     assert sum("estimated" in text for text in words(page)) == 2
     assert "Yuma sand" in words(page)
     # laboratory media of this campaign have one row in the run sheet, but no map

@@ -18,14 +18,14 @@ from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
-    forces_over_zeta,
-    legs,
-    legs_by_medium,
-    legs_depth_only,
-    legs_in_sands,
-    peak_errors,
+    plot_forces_over_zeta,
+    plot_legs,
+    plot_legs_by_medium,
+    plot_legs_depth_only,
+    plot_legs_in_sands,
+    plot_peak_errors,
 )
-from rftfit.figures.sands import penetration as draw_penetration
+from rftfit.figures.sands import plot_penetration as draw_penetration
 from rftfit.figures.style import content, save
 from rftfit.model.fourier import as_array
 from rftfit.model.motion import THETA_DEG
@@ -82,13 +82,13 @@ def curve_of(leg, profile):
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "legs": lambda: legs(results(), "poppy_LP"),
-    "legs_by_medium": lambda: legs_by_medium(results()),
-    "legs_depth_only": lambda: legs_depth_only(results()),
-    "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
-    "forces_over_zeta": lambda: forces_over_zeta(results()),
+    "legs": lambda: plot_legs(results(), "poppy_LP"),
+    "legs_by_medium": lambda: plot_legs_by_medium(results()),
+    "legs_depth_only": lambda: plot_legs_depth_only(results()),
+    "legs_in_sands": lambda: plot_legs_in_sands(results(SANDS)),
+    "forces_over_zeta": lambda: plot_forces_over_zeta(results()),
     "penetration": lambda: draw_penetration(pushed(*sand_tables())),
-    "peak_errors": lambda: peak_errors(results()),
+    "peak_errors": lambda: plot_peak_errors(results()),
 }
 
 
@@ -204,9 +204,9 @@ def panels(figure):
 
 def test_the_order_of_rows_does_not_matter(tmp_path):
     ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
-    files = save(legs(results(), "poppy_LP"), tmp_path / "one")
+    files = save(plot_legs(results(), "poppy_LP"), tmp_path / "one")
     shuffled_files = save(
-        legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other"
+        plot_legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other"
     )
     assert [path.read_bytes() for path in files] == [path.read_bytes() for path in shuffled_files]
 
@@ -254,9 +254,9 @@ def test_each_push_into_a_sand_has_its_own_fit():
 def test_a_leg_that_is_not_measured_is_told_in_its_panels():
     without = results(measured=measured().query("leg != 'flat_leg'"))
     for figure, count in (
-        (legs(without, "poppy_LP"), 2),
-        (legs_by_medium(without), len(MEDIA)),
-        (forces_over_zeta(without), 2),
+        (plot_legs(without, "poppy_LP"), 2),
+        (plot_legs_by_medium(without), len(MEDIA)),
+        (plot_forces_over_zeta(without), 2),
     ):
         assert sum("not measured" in text for text in panels(figure)) == count
 
@@ -267,13 +267,13 @@ def test_a_prediction_without_numbers_is_told_with_its_reason():
     table.loc[bad, [name for name in table if str(name).startswith("force")]] = np.nan
     table.loc[bad, "reason"] = "cell (30, 45) is missing"
     lost = results(predicted=table)
-    for figure in (legs(lost, "poppy_LP"), legs_by_medium(lost)):
+    for figure in (plot_legs(lost, "poppy_LP"), plot_legs_by_medium(lost)):
         text = " ".join(panels(figure)).replace("\n", " ")
         assert "no prediction (cell (30, 45) is missing)" in text
 
 
 def test_a_medium_without_any_data_has_a_row_that_says_so():
-    figure = legs_by_medium(results(["poppy_LP", "poppy_CP"]))
+    figure = plot_legs_by_medium(results(["poppy_LP", "poppy_CP"]))
     empty = [text for text in panels(figure) if "not measured" in text and "no prediction" in text]
     assert len(empty) == len(reference.LEGS)
     assert "poppy seeds, close" in words(figure)
@@ -282,9 +282,9 @@ def test_a_medium_without_any_data_has_a_row_that_says_so():
 def test_a_medium_without_zeta_is_named_in_the_panels():
     table = penetration().assign(reason="no fit")
     table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
-    figure = forces_over_zeta(results(penetration=table))
+    figure = plot_forces_over_zeta(results(penetration=table))
     assert all("no curve: poppy seeds, loose" in text.replace("\n", " ") for text in panels(figure))
-    figure = forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
+    figure = plot_forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
     assert "3 mm glass, close: no fit" in words(figure)
 
 
@@ -316,7 +316,7 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table.loc[first, "reason"] = "no measured curve"
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
     table = table[table["medium"] != "palms29"]
-    figure = peak_errors(results(leg_errors=table))
+    figure = plot_peak_errors(results(leg_errors=table))
     labels_of_panels = [set(text.split("\n")) for text in panels(figure)]
     assert labels_of_panels[0] == {"no value: no measured curve", "no value: nine-term fit"}
     assert labels_of_panels[1] == {"no value: nine-term fit", "nothing predicted"}
@@ -327,13 +327,13 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     ratio = row["peak_predicted_N"] / row["peak_measured_N"]
     drawn_at = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
     assert any(abs(x - ratio) < 1e-12 for x in drawn_at)
-    nothing = words(peak_errors(results(leg_errors=table[:0])))
+    nothing = words(plot_peak_errors(results(leg_errors=table[:0])))
     assert any("no leg was measured" in text for text in nothing)
 
 
 def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     table = errors().query("medium == 'yuma' and leg == 'flat_leg'")
-    figure = peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
+    figure = plot_peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
     assert start == figure.axes[0].get_xlim()[0]
@@ -368,12 +368,12 @@ def test_legs_are_those_of_the_config():
     )
     curve = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
     table = pd.concat([curve, curve.assign(leg="half $ leg")])
-    figure = legs(results(predicted=table, legs={"half $ leg": half_leg}), "poppy_LP")
+    figure = plot_legs(results(predicted=table, legs={"half $ leg": half_leg}), "poppy_LP")
     assert any(r"half \$ leg" in text for text in words(figure))
     assert len(figure.axes) == 3
 
 
-@pytest.mark.parametrize("draw", [legs_by_medium, legs_depth_only])
+@pytest.mark.parametrize("draw", [plot_legs_by_medium, plot_legs_depth_only])
 def test_the_measured_peak_is_that_of_the_tables(draw):
     noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
     noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)

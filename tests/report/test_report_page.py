@@ -24,7 +24,7 @@ from page_inputs import (
 from true_sentences import untrue
 
 from rftfit import reference
-from rftfit.campaign.config import Maps, Table
+from rftfit.campaign.config import Maps, TableSettings
 from rftfit.lab.marker import MARKER
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import remark
@@ -292,7 +292,7 @@ def test_methods_of_a_table_of_stress(tmp_path, points, words):
     write(results, "alpha/poppy_LP.csv", alpha)
     fits = pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "n_points": [points]})
     write(results, "fits/poppy_LP.csv", fits)
-    changed = with_config(results, table=Table(holds="stress"))
+    changed = with_config(results, table=TableSettings(holds="stress"))
     assert words in paragraphs(changed, outcome_of_runs(changed))[0]
 
 

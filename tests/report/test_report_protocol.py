@@ -11,8 +11,8 @@ from text_boxes import words
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
-from rftfit.figures.plates import CELLS, linearity, runs_of_cells
-from rftfit.figures.protocol import Column
+from rftfit.figures.plates import CELLS, plot_linearity, runs_of_cells
+from rftfit.figures.protocol import PanelColumn
 from rftfit.figures.traces import by_run
 from rftfit.measure import ingest, session_clocks
 
@@ -37,7 +37,7 @@ def column(kind, tare=True):
             "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900),
         }
         fit = {}
-    return Column(
+    return PanelColumn(
         kind,
         "held somehow",
         recording(kind),
@@ -50,7 +50,7 @@ def column(kind, tare=True):
 
 def drawn(monkeypatch, *columns):
     monkeypatch.setattr(protocol, "columns_of", lambda *_: list(columns))
-    return protocol.protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
+    return protocol.plot_protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
 
 
 def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
@@ -96,7 +96,7 @@ def test_protocol_says_what_is_missing(monkeypatch):
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
     for module in (ingest, session_clocks):
         monkeypatch.setattr(module, "read_logs", lambda *_: iter(()))
-    (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
+    (told,) = words(protocol.plot_clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
 
 
@@ -127,7 +127,7 @@ def small(poppy=0.35):
 
 
 def test_linearity_draws_slopes_points_and_gaps():
-    figure = linearity(small())
+    figure = plot_linearity(small())
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text

@@ -13,13 +13,13 @@ from text_boxes import words
 
 from rftfit.compare.peers import COLUMNS, compare_runs
 from rftfit.figures import style
-from rftfit.figures.labels import half_width
+from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, lay_out, quality, runs_side_by_side
+from rftfit.figures.quality import draw_quality, plot_quality, plot_runs_side_by_side, runs_on_pages
 from rftfit.figures.registry import figures
 from rftfit.figures.style import save
-from rftfit.figures.traces import problem_text, round_up_125, span, stress_of, thin
-from rftfit.measure.flags import Flags, about, flag_table, remark
+from rftfit.figures.traces import panel_limits, problem_text, round_up_125, stress_of, thin
+from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +37,8 @@ def marked(figure):
 def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     traces, fits = medium[0], medium[1].copy()
     bare, cut = remark("no-tare"), remark("motion-log-cut")
-    flags = [*about(fits.loc[50, "run_id"], [cut])]
-    flags += [flag for run_id in fits["run_id"] for flag in about(run_id, [bare])]
+    flags = [*attach_run(fits.loc[50, "run_id"], [cut])]
+    flags += [flag for run_id in fits["run_id"] for flag in attach_run(run_id, [bare])]
     of_medium = Flags(flag_table("poppy_LP", "tare", flags))
     (figure,) = draw_quality(traces, fits, of_medium, "poppy seeds, loose")
     text = words(figure)
@@ -53,7 +53,7 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan
     fits.loc[20, "reason"] = "tare too short"
     cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", about(fits.loc[50, "run_id"], [cut])))
+    flags = Flags(flag_table("poppy_LP", "ingest", attach_run(fits.loc[50, "run_id"], [cut])))
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
     (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
     text = words(figure)
@@ -90,10 +90,10 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     samples = stress_of(results, "poppy_LP")
     for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
         np.testing.assert_allclose(samples[name], traces[name])
-    (figure,) = quality(results, "poppy_LP")
+    (figure,) = plot_quality(results, "poppy_LP")
     assert "poppy seeds, loose: 12 plate runs, 0 marked" in words(figure)
     results.tables["fits/{medium}.csv"] = fits.iloc[:0]
-    assert words(quality(results, "poppy_LP")) == ["poppy seeds, loose: no plate run to draw"]
+    assert words(plot_quality(results, "poppy_LP")) == ["poppy seeds, loose: no plate run to draw"]
 
 
 def test_repeats_and_gaps_of_the_grid(medium):
@@ -109,7 +109,7 @@ def test_repeats_and_gaps_of_the_grid(medium):
 def test_horizontal_runs_stand_by_depth(medium):
     fits = medium[1]
     depth = fits.set_index("run_id")["depth_from_cm"] + 0.02
-    (page,) = lay_out(fits, depth)
+    (page,) = runs_on_pages(fits, depth)
     assert len(page.column_labels) == 15
     assert page.column_labels[6:9] == [
         f"\u03b3 = 0\u00b0\nhorizontal\n{level:.1f} cm deep" for level in (2.56, 5.10, 7.64)
@@ -119,7 +119,7 @@ def test_horizontal_runs_stand_by_depth(medium):
     assert [page.places[run] for run in flat["run_id"]] == [(4, 6), (4, 7), (4, 8)]
     # one of unknown depth keeps a place
     depth[flat["run_id"].iloc[0]] = np.nan
-    pages = lay_out(fits, depth)
+    pages = runs_on_pages(fits, depth)
     assert sum(len(page.places) for page in pages) == len(fits)
     assert any("depth not known" in label for page in pages for label in page.column_labels)
 
@@ -159,14 +159,14 @@ def test_panel_scales_are_round_and_hold_the_trace():
         [1, 1, 2, 5, 10, 0.05]
     )
     trace = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
-    assert span(trace) == (-0.4, 2.0)
-    assert span({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
-    assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
+    assert panel_limits(trace) == (-0.4, 2.0)
+    assert panel_limits({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
+    assert panel_limits({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
 
 def test_a_problem_is_told_in_few_words():
     cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", about("p1", [cut])))
+    flags = Flags(flag_table("poppy_LP", "ingest", attach_run("p1", [cut])))
     fit: dict[Hashable, object] = {
         "run_id": "p0",
         "reason": "",
@@ -190,7 +190,7 @@ def test_grids_of_the_alpha_table():
     assert borders[0] == -90
     assert borders[-1] == 90
     assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    np.testing.assert_allclose(half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
+    np.testing.assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
     with pytest.raises(ValueError, match="twice"):
         pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
     fine = refine(beta, gamma, values)
@@ -234,7 +234,7 @@ def repeats(count, wrong, per_direction):
 def test_runs_side_by_side(count, wrong, per_direction, sentence):
     table = repeats(count, wrong, per_direction)
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    page = runs_side_by_side(results)
+    page = plot_runs_side_by_side(results)
     points, red = [], []
     for axes in page.axes:
         dots = [line for line in axes.lines if line.get_marker() == "o"]
@@ -258,4 +258,4 @@ def test_without_two_runs_there_is_nothing_side_by_side(table):
     assert not next(
         figure for figure in figures() if figure.name == "runs_side_by_side"
     ).caption_of(results)
-    assert "nothing to compare" in words(runs_side_by_side(results))[0]
+    assert "nothing to compare" in words(plot_runs_side_by_side(results))[0]

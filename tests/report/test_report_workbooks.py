@@ -12,7 +12,7 @@ from paper import paper_config
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.labels import half_width
+from rftfit.figures.labels import alpha_half_width
 from rftfit.model.fourier import TERMS
 from rftfit.page.workbooks import Book, workbooks
 
@@ -80,7 +80,7 @@ def test_alpha_workbook_holds_the_tables(results, books):
             same(numbers(values), expected)
             for of, what in (("", ""), ("_next", "the next push, ")):
                 head = f"half width of the 95 % interval of {what}alpha_{c} (N/cm^3)"
-                half = half_width(table, c, of).to_numpy(float).reshape(7, 13)
+                half = alpha_half_width(table, c, of).to_numpy(float).reshape(7, 13)
                 same(numbers(block(sheet, head)[2]), half)
 
 

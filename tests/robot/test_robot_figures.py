@@ -9,15 +9,15 @@ from text_boxes import text_faults
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
 from rftfit.figures.robot import (
-    curvature,
     curvature_looks,
     draw_motion,
     group_names,
-    profiles,
+    plot_curvature,
+    plot_profiles,
+    plot_robot_reaction,
+    plot_robot_stance,
+    plot_speed,
     read_at,
-    robot_reaction,
-    robot_stance,
-    speed,
 )
 from rftfit.figures.style import content
 from rftfit.model.profiles import TableProfile
@@ -106,7 +106,7 @@ def inside(figure):
 
 def test_speeds_are_those_of_the_tables():
     errors, runs = compared(), speeds()
-    figure, grid = (draw(swept(runs, errors), "robot") for draw in (speed, profiles))
+    figure, grid = (draw(swept(runs, errors), "robot") for draw in (plot_speed, plot_profiles))
     assert (len(figure.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
     assert inside(figure) == inside(grid) == []
     panels = [*figure.axes, *grid.axes[::2]]
@@ -142,7 +142,7 @@ def test_speed_against_curvature_is_read_off_speed_against_frequency():
     # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
     assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
     errors = compared()
-    axes = profiles(swept(speeds(), errors), "robot").axes[1]
+    axes = plot_profiles(swept(speeds(), errors), "robot").axes[1]
     points = next(line for line in axes.lines if line.get_marker() == "s")
     c_leg_errors = errors.query("profile == 'table' and curvature_times_R == 1.0")
     expected = np.interp(2.0, c_leg_errors["frequency_Hz"], c_leg_errors["measured_cm_per_s"])
@@ -154,7 +154,7 @@ def test_a_robot_upside_down_is_marked():
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
     runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
-    page = profiles(swept(runs, compared()), "robot")
+    page = plot_profiles(swept(runs, compared()), "robot")
     crosses = [xy(line).T.tolist() for line in page.axes[5].lines if line.get_marker() == "x"]
     assert [point for points in crosses for point in points] == [[1.0, 0.0]] * 3
     assert "turned upside down" in [text.get_text() for text in page.legends[0].get_texts()]
@@ -162,12 +162,12 @@ def test_a_robot_upside_down_is_marked():
 
 
 def test_speeds_without_a_measurement():
-    figure = profiles(swept(speeds(), compared().iloc[:0]), "robot")
+    figure = plot_profiles(swept(speeds(), compared().iloc[:0]), "robot")
     assert inside(figure) == []
     assert len(figure.axes) == 6
     # seven of the curvatures that were simulated
     assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
-    (told,) = speed(swept(speeds().iloc[:0], compared()), "robot").texts
+    (told,) = plot_speed(swept(speeds().iloc[:0], compared()), "robot").texts
     assert "no simulated speed" in told.get_text()
 
 
@@ -181,7 +181,7 @@ def test_curvatures_look_different():
 def test_optimum_is_drawn_where_it_is():
     runs = speeds()
     best = optima(runs)
-    figure = curvature(swept(runs, compared(), best), "robot")
+    figure = plot_curvature(swept(runs, compared(), best), "robot")
     assert inside(figure) == []
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
@@ -198,10 +198,10 @@ def test_a_sweep_without_a_steady_run_says_why():
     lost = runs["profile"] == "table"
     why = "no alpha at (beta, gamma) in degrees (30, 90)"
     runs.loc[lost, ["speed_cm_per_s", "reason"]] = np.nan, why
-    figure = curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
+    figure = plot_curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
-    assert inside(speed(swept(runs, compared().iloc[:0]), "robot")) == []
+    assert inside(plot_speed(swept(runs, compared().iloc[:0]), "robot")) == []
 
 
 def test_motion_over_two_strides(motion):
@@ -231,7 +231,7 @@ def test_forces_are_means_over_ten_milliseconds(motion):
 
 
 def test_reaction_of_both_tripods(motion):
-    figure = robot_reaction(memory({"robot/motion.csv": motion}))
+    figure = plot_robot_reaction(memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 2
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -248,7 +248,7 @@ def test_reaction_of_both_tripods(motion):
 def test_stance_shows_the_forces_of_one_tripod(every):
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
     table = pd.concat([stance_of(robot, profile, run, 50) for run in every])
-    figure = robot_stance(memory({"robot/stances.csv": table}))
+    figure = plot_robot_stance(memory({"robot/stances.csv": table}))
     assert inside(figure) == []
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["c-leg, 2 Hz", "reversed c-leg, 2.2 Hz"]
@@ -267,7 +267,7 @@ def test_each_sweep_has_its_figures():
     results = memory(
         {"robot_full/errors.csv": compared(), "robot_full/speed.csv": speeds().assign(warning="")}
     )
-    for draw, panels in ((speed, 1), (profiles, 6)):
+    for draw, panels in ((plot_speed, 1), (plot_profiles, 6)):
         assert len(draw(results, "robot_full").axes) == panels
     figures_by_file = {
         figure.file(sweep): figure

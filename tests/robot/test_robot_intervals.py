@@ -21,7 +21,7 @@ from rftfit.robot.intervals import (
     best_width,
     coarser,
     each_draw,
-    half_width,
+    half_width_of_draws,
     model_widths,
     speed_widths,
     speeds_of,
@@ -42,15 +42,15 @@ def nine_draws(spread, count=8):
 
 def test_half_width_is_students():
     # about the profile's own number, whose place is known: one degree of freedom a draw
-    width = half_width(7.0 + np.array([0.3, -0.1, 0.2, -0.4]), 7.0, 0.95)
+    width = half_width_of_draws(7.0 + np.array([0.3, -0.1, 0.2, -0.4]), 7.0, 0.95)
     root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
     assert width.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
     assert (width.draws, width.why) == (4, ())
     # no width where a draw, or the profile, has no speed
-    lost = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
+    lost = half_width_of_draws(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
     assert math.isnan(lost.half)
     assert lost.why == (remark("draws-lost", lost=1, draws=3),)
-    assert codes_of(half_width(np.ones(3), math.nan, 0.95).why) == "no-speed"
+    assert codes_of(half_width_of_draws(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
 def test_draws_of_every_kind_of_profile():

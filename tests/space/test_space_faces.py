@@ -13,7 +13,7 @@ from rftfit.model import faces, rft3d
 from rftfit.model.faces import LAWS, face_alpha
 from rftfit.model.forces import forces_on
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import CLOSURE, mesh_forces
+from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
 from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
@@ -72,7 +72,9 @@ BODIES = {
 def test_bodies(name):
     mesh, motion, expected = BODIES[name]
     law = ("3d-rft", 0.4) if "3D-RFT" in name else ()
-    np.testing.assert_allclose(mesh_forces(POPPY, mesh, motion, *law)[0, :6], expected, atol=1e-5)
+    np.testing.assert_allclose(
+        compiled_mesh_forces(POPPY, mesh, motion, *law)[0, :6], expected, atol=1e-5
+    )
 
 
 HOLED = np.reshape(POPPY.cells[2:], (2, 91)).copy()
@@ -91,7 +93,7 @@ PROFILES = {
 def test_compiled_and_plain_agree(profile, law, friction):
     wheel = Mesh.cylinder(6.25, 6, 24)
     for body in ((Mesh.sphere(2, 12), SINKING), (wheel, slipping()), (LEG, leg_at(35))):
-        compiled = mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
+        compiled = compiled_mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
         plain = faces.mesh_forces(PROFILES[profile], *body, law, friction)
         largest = abs(plain).max(initial=1, where=np.isfinite(plain))
         np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-12 * largest)
@@ -110,7 +112,7 @@ def test_a_leg_in_translation_is_that_of_the_plane(leg):
         None,
         Rotation.from_rotvec(theta[:, None] * [0, 1, 0]),
     )
-    forces = mesh_forces(POPPY, Mesh.extrude(outline), motion)
+    forces = compiled_mesh_forces(POPPY, Mesh.extrude(outline), motion)
     np.testing.assert_allclose(forces[:, 0], flat.force_x_N, atol=1e-12)
     np.testing.assert_allclose(forces[:, 2], flat.force_z_N, atol=1e-12)
     np.testing.assert_array_equal(forces[:, 6], 0)  # no face leaves its plane
@@ -118,7 +120,7 @@ def test_a_leg_in_translation_is_that_of_the_plane(leg):
 
 def test_a_turning_leg_differs_by_the_rule_within_a_strip():
     flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
-    forces = mesh_forces(POPPY, LEG, leg_at(-40))[0]
+    forces = compiled_mesh_forces(POPPY, LEG, leg_at(-40))[0]
     np.testing.assert_allclose(
         [forces[0], forces[2], forces[4]],
         [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]],
@@ -127,9 +129,9 @@ def test_a_turning_leg_differs_by_the_rule_within_a_strip():
 
 
 def test_convergence_with_the_mesh():
-    exact = mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
+    exact = compiled_mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
     errors = [
-        np.linalg.norm(mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
+        np.linalg.norm(compiled_mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
         for n in (12, 24, 48)
     ]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
@@ -168,7 +170,7 @@ def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
         position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
         turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
         rotated, original = (
-            mesh_forces(POPPY, mesh, mesh_motion, law, friction)[0]
+            compiled_mesh_forces(POPPY, mesh, mesh_motion, law, friction)[0]
             for mesh_motion in (turned, motion)
         )
         expected = about_z.apply(original[:6].reshape(2, 3)).ravel()

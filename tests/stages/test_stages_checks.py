@@ -27,7 +27,7 @@ from mistakes import (
     swapped,
 )
 
-from rftfit.measure.checks_surface import linearity
+from rftfit.measure.checks_surface import judge_linearity
 from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.laws import other_laws
 from rftfit.measure.verdicts import CHECKS
@@ -189,7 +189,7 @@ def test_stress_that_is_no_line():
         table = pd.DataFrame(pushes, columns=names).assign(
             beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
         )
-        assert linearity(table, 0.05, 0.05).verdict == verdict
+        assert judge_linearity(table, 0.05, 0.05).verdict == verdict
 
 
 def test_copies_of_a_log_are_no_repeats(lab):

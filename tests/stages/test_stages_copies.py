@@ -10,7 +10,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.measure.tables import fit_alpha_table
 from rftfit.results import Results
-from rftfit.workflow.measure import check_logs, measure_logs
+from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 TWICE = "2 runs have the readings of others: {} and {}"
@@ -53,7 +53,7 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, words):
     source = str(tmp_path / "table.csv")
     assert main(["init", str(tmp_path / "c"), f"--{holds}-table", source]) == 0
     campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
-    outcome = check_logs(campaign).set_index("check").loc["same_logs"]
+    outcome = measure_and_check(campaign).set_index("check").loc["same_logs"]
     assert outcome["verdict"] == verdict
     assert words in outcome["found"]
 
@@ -90,7 +90,7 @@ def test_a_table_without_a_force_along_x(tmp_path):
         folder = tmp_path / str(len(table[0]))
         assert main(["init", str(folder), "--alpha-table", str(tmp_path / "table.csv")]) == 0
         campaign = load_campaign(folder / "config" / "config.yaml")
-        verdicts = check_logs(campaign).set_index("check")["verdict"]
+        verdicts = measure_and_check(campaign).set_index("check")["verdict"]
         assert "failed" not in set(verdicts)
         assert verdicts["symmetry"] == "not checked"
         fits, _, book = fit_alpha_table(

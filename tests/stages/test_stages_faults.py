@@ -16,8 +16,8 @@ from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
 from rftfit.measure.checks_axes import Cells
-from rftfit.measure.flags import about
-from rftfit.measure.ledger import check, join
+from rftfit.measure.flags import attach_run
+from rftfit.measure.ledger import check_ledger, join
 
 RUN = "poppy_LP_bp30_g45_in"
 PULL = "poppy_LP_bp30_g45_ex"
@@ -126,7 +126,7 @@ def test_fault_that_is_flagged(room, fault):
     flags = results.flags.of_run(RUN)
     values = {name: value for flag in flags for name, value in flag.values.items()}
     assert {name: values[name] for name in numbers} == pytest.approx(numbers, abs=0.005)
-    assert results.flags.of_cell(results.cell(30, 45)) == about(RUN, flags)
+    assert results.flags.of_cell(results.cell(30, 45)) == attach_run(RUN, flags)
     is_right(fit)
 
 
@@ -340,12 +340,12 @@ def test_no_number_rests_on_a_sentence(room, monkeypatch):
 def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
     results = room.add(RUN).chain()
     book = results.book.copy()
-    check(book, results.runs)
+    check_ledger(book, results.runs)
     book["rows"] += book.index == 3
     with pytest.raises(RftfitError, match=rf"does not add up in 1 runs, first {RUN}"):
-        check(book, results.runs)
+        check_ledger(book, results.runs)
     with pytest.raises(RftfitError, match="does not add up"):
-        check(results.book.drop(index=0), results.runs)
+        check_ledger(results.book.drop(index=0), results.runs)
 
 
 def test_air_run_that_serves_two_media_is_counted_once(room):
@@ -353,7 +353,7 @@ def test_air_run_that_serves_two_media_is_counted_once(room):
     loose, close = room.chain("poppy_LP"), room.chain("poppy_CP")
     book = join([loose.book, close.book])
     assert book.groupby("file")["rows"].sum().to_dict() == room.counted
-    check(book, pd.concat([loose.runs, close.runs]))
+    check_ledger(book, pd.concat([loose.runs, close.runs]))
 
 
 def test_logs_on_one_clock(room):

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from jobs import run_rules
 
-from rftfit.figures.plates import stress_of_runs
+from rftfit.figures.plates import plot_stress_of_runs
 from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
 
@@ -54,7 +54,7 @@ def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room):
 def test_a_stress_figure_without_a_run_names_the_reasons(room):
     run = "poppy_LP_bp00_g90_in"
     room.add(run).set(run, excluded="yes", reason="bed was disturbed")
-    figure = stress_of_runs(measure(room))
+    figure = plot_stress_of_runs(measure(room))
     words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
     assert run in words
     assert "bed was disturbed" in words

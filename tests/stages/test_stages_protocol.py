@@ -6,7 +6,7 @@ import pytest
 from memory import Memory
 
 from rftfit.campaign.load import load_campaign
-from rftfit.figures.protocol import columns_of, protocol
+from rftfit.figures.protocol import columns_of, plot_protocol
 from rftfit.measure.fits import fit_medium
 
 RUNS = (
@@ -71,5 +71,5 @@ def test_a_run_that_gave_no_slope_is_not_shown(small):
 def test_without_any_run_the_figure_says_so(small):
     for run in RUNS:
         small.set(run, excluded="yes", reason="dust")
-    (text,) = protocol(results_of(small), "poppy_LP").texts
+    (text,) = plot_protocol(results_of(small), "poppy_LP").texts
     assert "no run of which" in text.get_text()

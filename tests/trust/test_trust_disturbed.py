@@ -14,7 +14,7 @@ from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
 from seeds import seeds
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
@@ -130,7 +130,7 @@ def test_intervals_leave_out_what_nobody_stated(undisturbed):
 def test_intervals_hold_what_is_stated_or_shown(source):
     """The same error of the surface, stated at its size, and as the runs themselves show it."""
     config, sizes = paper_config(100), sizes_of(["surface"])
-    errors = as_disturbed(sizes) if source == "stated" else Errors()
+    errors = as_disturbed(sizes) if source == "stated" else ErrorSettings()
     scenario = Scenario("surface", errors=errors, sizes=sizes)
     shares = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
     assert min(shares[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9

@@ -30,7 +30,7 @@ from waiting import LONGEST_S
 
 from rftfit.campaign import rows
 from rftfit.campaign.load import check_campaign
-from rftfit.figures.maps import alpha_maps
+from rftfit.figures.maps import plot_alpha_maps
 from rftfit.figures.style import content
 from rftfit.page.page import page as write
 
@@ -334,7 +334,7 @@ def test_any_title_can_be_drawn():
         base_campaign, config=config, runs=tuple(run(name, name, "plate") for name in media)
     )
     tables = {"alpha/{medium}.csv": pd.concat([alpha.assign(medium=name) for name in media])}
-    figure = alpha_maps(Memory(campaign, tables))
+    figure = plot_alpha_maps(Memory(campaign, tables))
     assert b"<script" not in content(figure, "svg")
 
 

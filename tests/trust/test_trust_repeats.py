@@ -10,7 +10,7 @@ from disturbances import NOTHING, disturbed_logs
 from ensembles import paper_config
 from rigroom import paper, planned
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.coefficients import sand_row
 from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
@@ -21,7 +21,7 @@ from rftfit.measure.errors import (
     STATED,
     Part,
     bed_of_mean,
-    half_width,
+    combined_half_width,
     spread_of_beds,
 )
 from rftfit.measure.flags import Flags
@@ -70,7 +70,7 @@ def test_a_spread_that_grows_with_alpha_is_found(a, b):
         sizes.append(spread.size)
         true = math.hypot(a, b * 0.35)
         one_more = random.normal(0, true)
-        inside.append(abs(one_more) <= half_width([spread.error_at(0.35)], 0.95))
+        inside.append(abs(one_more) <= combined_half_width([spread.error_at(0.35)], 0.95))
     mean = np.mean(sizes, axis=0)
     # what is 0 can only be found too large
     np.testing.assert_allclose(np.sqrt(mean), [a, b], rtol=0.15, atol=0.0008 if a == 0 else 0.006)
@@ -87,7 +87,7 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
             for alpha in (0.6, 0.45, 0.22, 0.15)
         ]
         error = spread_of_beds([groups])[0].error_at(0.02)
-        half = half_width([error], 0.95)
+        half = combined_half_width([error], 0.95)
         ratios.append(half / 0.0008)
         inside.append(abs(random.normal(0, 0.0008)) <= half)
     assert max(ratios) < 100
@@ -128,7 +128,7 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
             for (alpha, error), true in zip(cells_of_group, alphas, strict=True):
                 share = np.full(alpha.size, 1 / alpha.size)
                 noise = Part(float(error[0]) / math.sqrt(alpha.size))
-                half = half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
+                half = combined_half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
                 inside.append(abs(alpha.mean() - true) <= half)
                 halves.append(half / true)
     assert np.mean(inside) > 0.89
@@ -155,7 +155,7 @@ def fits(run_to_run):
     row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
     for c in "zx":
         row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
-    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
+    errors = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
     return alpha_table(pd.DataFrame([row]), "m", 0.95, 3, errors)
 
 

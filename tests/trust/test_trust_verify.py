@@ -13,7 +13,7 @@ from jobs import planned_jobs
 
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
-from rftfit.workflow.diff import Comparison, compare
+from rftfit.workflow.diff import ResultsDiff, compare_folders
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 
@@ -324,7 +324,7 @@ def two(checked, tmp_path):
 def test_diff_of_two_folders_of_results(checked, two):
     """One changed log: which alpha moved, by how much, and because of what."""
     first_folder, second_folder, path, table, half = two
-    assert compare(first_folder, checked.root) == Comparison([], [], [], [], {})
+    assert compare_folders(first_folder, checked.root) == ResultsDiff([], [], [], [], {})
     cell = int(np.isfinite(half).argmax())
     table.loc[cell, "alpha_z_N_per_cm3"] += 2 * half[cell]
     table.to_csv(path, index=False)
@@ -336,7 +336,7 @@ def test_diff_of_two_folders_of_results(checked, two):
     data = json.loads((second_folder / "provenance.json").read_text(encoding="utf-8"))
     data["settings"]["fourier"]["threshold"] = 0.06
     (second_folder / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
-    compared = compare(first_folder, second_folder)
+    compared = compare_folders(first_folder, second_folder)
     (number,) = compared.numbers
     assert (number.file, number.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
     assert number.half_widths == pytest.approx(2, rel=1e-3)
@@ -357,6 +357,8 @@ def test_changes_of_numbers_with_an_interval_come_first(two):
     table["depth_to_cm"] *= 2
     table["alpha_z_N_per_cm3"] += 0.1 * half
     table.to_csv(path, index=False)
-    quantities = [change.quantity for change in compare(first_folder, second_folder).numbers]
+    quantities = [
+        change.quantity for change in compare_folders(first_folder, second_folder).numbers
+    ]
     count = int(np.isfinite(half).sum())
     assert quantities == ["alpha_z_N_per_cm3"] * count + ["depth_to_cm"] * count

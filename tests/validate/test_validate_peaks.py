@@ -14,7 +14,7 @@ from rftfit.compare.legs import (
     leg_errors,
     measured_peak,
 )
-from rftfit.measure.flags import REASON, Flags, about, flag_table, remark
+from rftfit.measure.flags import REASON, Flags, attach_run, flag_table, remark
 
 THETA = np.arange(-135.0, 136.0)
 
@@ -222,7 +222,9 @@ def test_flags_of_the_logs_stand_behind_the_reason():
     measured, predicted = curves(wide(10.0), wide(12.0))
     flag = remark("no-tare")
     measured = measured.assign(run_id="turn")
-    flags = {m: Flags(flag_table(m, "tare", about("turn", [flag]))) for m in measured["medium"]}
+    flags = {
+        m: Flags(flag_table(m, "tare", attach_run("turn", [flag]))) for m in measured["medium"]
+    }
     compared = leg_errors(measured, predicted, flags=flags)
     assert set(compared["reason_code"]) == {"no-tare"}
     lost = predicted.assign(force_z_N=np.nan, reason="no run", reason_code="no-run")

@@ -17,9 +17,9 @@ from rftfit.compare.published import (
     SAME,
     VERDICTS,
     Tolerance,
-    compare,
     compare_alpha,
     compare_coefficients,
+    compare_numbers,
     compare_penetration,
     discrepancies,
 )
@@ -108,7 +108,7 @@ def test_evidence_follows_from_the_campaign(tmp_path):
 
 def test_a_tolerance_is_not_stretched_by_an_interval_that_misses():
     def verdict(ours, ends):
-        return compare("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
+        return compare_numbers("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
 
     assert verdict(1.05, (1.04, 1.06)) == SAME
     assert verdict(1.2, (0.9, 1.5)) == SAME

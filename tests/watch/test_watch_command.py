@@ -12,7 +12,7 @@ from campaigns import Folder
 
 from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config
-from rftfit.cli.watch import as_text
+from rftfit.cli.watch import format_event
 from rftfit.lab.enact import prepare
 
 
@@ -71,7 +71,7 @@ def test_every_event_has_a_line_for_people(bench):
     del bench.rows[good]
     bench.write_sheet()
     events += bench.settle(watch)
-    lines = [as_text(event.kind, event.facts) for event in events]
+    lines = [format_event(event.kind, event.facts) for event in events]
     for words in (
         "withdrawn",
         "error: ",

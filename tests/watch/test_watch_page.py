@@ -17,7 +17,7 @@ from chromium import Chromium, find
 from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
-from rftfit.bench.server import HOST, Page, _Handler
+from rftfit.bench.server import HOST, LivePage, _Handler
 from rftfit.bench.watch import MEASURED
 from rftfit.errors import InputError
 
@@ -26,7 +26,7 @@ PROGRAM = find()
 
 @pytest.fixture
 def page():
-    live_page = Page()
+    live_page = LivePage()
     yield live_page
     live_page.close()
 
@@ -85,10 +85,10 @@ def test_only_this_machine_is_listened_to(page):
 
 def test_token_and_port_are_new_after_each_start(tmp_path):
     """An open tab must not hand the token of the next watch to whoever has taken its port."""
-    pages = [Page() for _ in range(2)]
+    pages = [LivePage() for _ in range(2)]
     for page in pages:
         page.close()
-    third_page = Page()
+    third_page = LivePage()
     third_page.close()
     assert len({page.token for page in (*pages, third_page)}) == 3
     assert third_page.token not in "".join(
@@ -99,7 +99,7 @@ def test_token_and_port_are_new_after_each_start(tmp_path):
 def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatch):
     """250 of another user: most are closed at once, the rest after a while, and a push is judged meanwhile."""
     monkeypatch.setattr(_Handler, "timeout", 1.0)
-    page = Page()
+    page = LivePage()
     silent = []
     for _ in range(250):
         with contextlib.suppress(OSError):
@@ -139,7 +139,7 @@ def test_a_port_that_is_taken_is_told(page):
     with pytest.raises(
         InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"
     ):
-        Page(page.port)
+        LivePage(page.port)
 
 
 def test_what_is_told_is_on_the_page(bench):
@@ -167,7 +167,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
     bench.push(first_name)
     watch = bench.watch()
     bench.settle(watch)
-    page = Page()
+    page = LivePage()
 
     def until(browser, words):
         for _ in range(LONGEST_S * 20):
@@ -213,7 +213,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
         address = page.address
         page.close()
         until(browser, "no answer")
-        page = Page()
+        page = LivePage()
         assert page.address != address
         browser.open(page.address)
         until(browser, "connected")

@@ -13,7 +13,7 @@ import yaml
 from campaigns import FEW, make_campaign
 
 from rftfit.cli.run import failed_checks
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
 from rftfit.workflow.records import Recorded
@@ -128,7 +128,7 @@ def test_page_workbook_and_closing_lines(whole_campaign):
 def test_results_give_the_checks(whole_campaign):
     results = open_results(whole_campaign.root)
     assert isinstance(results.checks, pd.DataFrame)
-    assert {name: say(marks) for name, marks in results.marks.items()} == {
+    assert {name: format_remarks(marks) for name, marks in results.marks.items()} == {
         BAD: MARK,
         TAKEN: ACCEPTED,
     }

@@ -8,7 +8,7 @@ from campaigns import make_campaign
 from paper_grid import by_hand
 
 import rftfit
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_columns, directions
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 def scattered(tmp_path_factory):
     """Forty directions on no grid, in loose poppy seeds."""
     root = tmp_path_factory.mktemp("scattered") / "campaign"
-    cells = directions_of("scattered:40", 2013)
+    cells = parse_directions("scattered:40", 2013)
     folder = make_campaign(root, ("poppy_LP",), plates_only=True, directions=cells)
     folder.run_here(drawn=("poppy_LP",))
     return folder
@@ -45,7 +45,7 @@ def shares(table):
 def test_every_scattered_direction_is_measured(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
     directions_measured = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
-    assert directions_measured == set(directions_of("scattered:40", 2013))
+    assert directions_measured == set(parse_directions("scattered:40", 2013))
     assert np.isfinite(alpha_columns(table)).all()
     assert min(shares(table)) >= 0.9
     assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()

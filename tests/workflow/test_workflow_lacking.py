@@ -10,7 +10,7 @@ import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
 
-from rftfit.cli.example import fetch_logs, lay_out
+from rftfit.cli.example import copy_example, fetch_logs
 from rftfit.store.environment import shipped
 
 pytestmark = pytest.mark.slow
@@ -135,7 +135,7 @@ def test_the_sand_example_runs(tmp_path):
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
     folder, source = Folder(tmp_path), shipped("examples/cmu-sand")
-    lay_out(source, folder.root)
+    copy_example(source, folder.root)
     fetch_logs(source, folder.root / "raw", str(SAND_LOGS))
     assert "no tare in any of 9 runs" in folder.rftfit("check").stdout
     # the only figure that no other campaign has

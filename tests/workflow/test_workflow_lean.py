@@ -16,9 +16,9 @@ from matplotlib.text import Text
 from paper_grid import grid
 from result_tables import read_result
 
-from rftfit.figures.generic import generic_profile
-from rftfit.figures.legs import forces_over_zeta
-from rftfit.figures.maps import fit_maps
+from rftfit.figures.generic import plot_generic_profile
+from rftfit.figures.legs import plot_forces_over_zeta
+from rftfit.figures.maps import plot_fit_maps
 from rftfit.measure.alpha import column
 from rftfit.model.scaling import published
 from rftfit.reference import LEGS, alpha_grid
@@ -231,6 +231,6 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     generic = of_sand["profile"] == "generic"
     assert set(of_sand.loc[generic, "reason_code"]) == {"published-media"}
     # the figures of the fit say why there is none
-    for draw in (fit_maps, generic_profile, forces_over_zeta):
+    for draw in (plot_fit_maps, plot_generic_profile, plot_forces_over_zeta):
         words = " ".join(text.get_text() for text in draw(results_of_all).findobj(Text))
         assert "1 of 78 cells have no alpha" in " ".join(words.split())

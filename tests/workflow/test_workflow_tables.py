@@ -15,17 +15,17 @@ from campaigns import Folder
 
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.campaign.rows import read_columns
+from rftfit.campaign.rows import read_table_columns
 from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.ledger import check, join
+from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.reference import MEDIA, load
-from rftfit.workflow.state import HANDED, hand_over, read_states, rows_of
+from rftfit.workflow.state import HANDED, hand_over, read_states, sheet_cells
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
 
@@ -209,7 +209,7 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     assert texts.keys() == {"b0_g90", "b30_gm45"}
     assert "200 rows are left out: with gamma > 0 depth grows" in texts["b0_g90"]
     ledger = join([book.table(), of_tare.table(), of_fits.table()])
-    check(ledger, runs, set(slopes), slopes)
+    check_ledger(ledger, runs, set(slopes), slopes)
     fates = ledger.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
     assert fates["b0_g90", "other-sense"] == 200
     assert fates["b30_gm45", "other-sense"] == 201
@@ -222,9 +222,9 @@ def test_init_says_how_it_reads_the_columns(tmp_path, capsys, monkeypatch):
 
     def counted(path, *arguments):
         reads.append(path)
-        return read_columns(path, *arguments)
+        return read_table_columns(path, *arguments)
 
-    monkeypatch.setattr("rftfit.campaign.tables.read_columns", counted)
+    monkeypatch.setattr("rftfit.campaign.tables.read_table_columns", counted)
     source = tmp_path / "stress.csv"
     source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", encoding="utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
@@ -250,7 +250,10 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
             patch.setenv(HANDED, word)
             patch.setattr("rftfit.workflow.state.check_campaign", lambda _: (None, []))
             handed, count = read_states(config)
-            assert (rows_of(handed.campaign, ""), count) == (rows_of(states.campaign, ""), warnings)
+            assert (sheet_cells(handed.campaign, ""), count) == (
+                sheet_cells(states.campaign, ""),
+                warnings,
+            )
             contents = states.campaign.sheet.read_bytes(), config.read_bytes()
             for path, text in zip((states.campaign.sheet, config), contents, strict=True):
                 path.write_bytes(text + b"\n")
@@ -265,7 +268,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
             with pytest.raises(CampaignError):
                 read_states(config)
     monkeypatch.setenv(HANDED, word)
-    assert rows_of(read_states(config)[0].campaign, "") == rows_of(states.campaign, "")
+    assert sheet_cells(read_states(config)[0].campaign, "") == sheet_cells(states.campaign, "")
 
 
 @slow

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS
 from rftfit.campaign.config import PLATE_SHAPES, Config, ForceQuantity, MotionQuantity
 from rftfit.campaign.files import Folder, folded
-from rftfit.campaign.problems import Problem, did_you_mean, listed, unknown_word
+from rftfit.campaign.problems import Problem, did_you_mean, join_words, unknown_word
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
 from rftfit.conventions import file_extraction
 
@@ -183,7 +183,7 @@ def _check_intruder(draft: DraftRow, vocabulary: Vocabulary) -> None:
     if shapes[intruder] and shapes[intruder] not in shapes_allowed:
         fitting = [name for name, shape in shapes.items() if shape in shapes_allowed]
         allowed = f"an intruder with shape {' or '.join(shapes_allowed)} for a {kind} run: "
-        allowed += listed(fitting) or "the config has none"
+        allowed += join_words(fitting) or "the config has none"
         draft.note("intruder", "intruder-kind", intruder, allowed)
 
 
@@ -244,7 +244,7 @@ def _check_sources(draft: DraftRow) -> None:
                 if name == where:
                     read_assignments(draft.text[name])
                 else:
-                    read_columns(draft.text[name], kind)
+                    read_log_columns(draft.text[name], kind)
             except ValueError as error:
                 form = "column=value; column=value" if name == where else "quantity=column; ..."
                 draft.note(name, "assignment", draft.text[name], f"{form}; {error}")
@@ -545,7 +545,7 @@ def read_assignments(text: str) -> dict[str, str]:
     return assignments
 
 
-def read_columns(text: str, log: LogKind) -> dict[str, str]:
+def read_log_columns(text: str, log: LogKind) -> dict[str, str]:
     """Read the columns of a log, quantity by quantity; raises ValueError for an unknown quantity."""
     columns = read_assignments(text)
     for quantity in columns:

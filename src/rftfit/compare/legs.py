@@ -325,7 +325,7 @@ def predicted_curves(
 
 
 @dataclass(frozen=True)
-class Peak:
+class MeasuredPeak:
     """Peak of a curve of force against theta, with what the scatter of the readings leaves uncertain.
 
     `se_N` is NaN where the curve is too short to show its scatter; an error of the zero is not in it.
@@ -341,7 +341,7 @@ def extreme(force: FloatArray, component: str) -> int:
     return int(np.argmax(force if component == "z" else np.abs(force)))
 
 
-def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> Peak:
+def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> MeasuredPeak:
     """Fit a parabola around the highest reading and take its highest point: the reading is too high.
 
     One reading a degree, in order. Where fewer than 6 lie around the highest, it is the peak itself.
@@ -357,7 +357,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         centre = theta_deg[row]
         near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
         if np.count_nonzero(near) < _LEAST:
-            return Peak(float(force_N[row]), math.nan, float(centre))
+            return MeasuredPeak(float(force_N[row]), math.nan, float(centre))
         offset = theta_deg[near] - centre
         design = np.vander(offset, 3)
         weights = np.linalg.pinv(design)
@@ -370,7 +370,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
     share = np.vander(inside[top : top + 1], 3)[0] @ weights
     scatter = _long_run_variance(force_N)
     se = math.sqrt(scatter * float(share @ share))
-    return Peak(float(values[top]), se, float(centre + inside[top]))
+    return MeasuredPeak(float(values[top]), se, float(centre + inside[top]))
 
 
 def _long_run_variance(force: FloatArray) -> float:

@@ -14,7 +14,7 @@ from rftfit.campaign.problems import choose
 from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
 from rftfit.errors import InputError
 from rftfit.measure.errors import errors_of
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Map
 from rftfit.results import Medium, Results, config_of, open_results
@@ -71,7 +71,7 @@ def compare_media(
             raise
         comparison = _compare_maps(sides[0], sides[1], confidence, str(error))
     marks = [
-        f"{side.name} is {say(marks)}"
+        f"{side.name} is {format_remarks(marks)}"
         for side in sides
         if (marks := side.medium.results.marks.get(side.medium.name, []))
     ]

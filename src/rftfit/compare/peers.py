@@ -67,7 +67,7 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
     alpha = runs[names].to_numpy(float).T
-    groups = directions_of(runs)
+    groups = number_directions(runs)
     others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, may_switch(runs))
     single = np.array([(groups == group).sum() < 3 for group in groups])
     if single.any():
@@ -121,7 +121,7 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
-def directions_of(runs: pd.DataFrame) -> FloatArray:
+def number_directions(runs: pd.DataFrame) -> FloatArray:
     """Number of the direction of each run; a level run also has a depth, since no depth is like another."""
     beta, gamma, depth = (
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")

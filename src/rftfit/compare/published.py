@@ -67,13 +67,13 @@ ITEM_COLUMNS = list(Item._fields[:-1])
 """Of the table; whose doubts a row carries (`media`) is in its reason."""
 
 
-def about(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
+def name_sources(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
     """Say whose numbers are in some items."""
     names = tuple(dict.fromkeys(map(str, media)))
     return [item._replace(media=names) for item in items]
 
 
-def compare(
+def compare_numbers(
     item: str,
     where: str,
     paper: float,
@@ -121,7 +121,7 @@ def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: st
     if not len(met):
         return []
     n_met = int(met.sum())
-    return about(
+    return name_sources(
         met.index, [stated(item, where, len(met), n_met, n_met == len(met), evidence, why, _COUNT)]
     )
 
@@ -171,10 +171,10 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         share = 100 * float(np.mean(differences <= REPEATABILITY)) if differences.size else np.nan
         worst = float(differences.max()) if differences.size else np.nan
         lacking = off.size - differences.size
-        items += about(
+        items += name_sources(
             [medium],
             [
-                compare(
+                compare_numbers(
                     f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {differences.size} measured",
                     "Table S5",
                     100.0,
@@ -183,7 +183,7 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
                     FROM_LOGS,
                     note=f"{lacking} of {off.size} not measured" if lacking else "",
                 ),
-                compare(
+                compare_numbers(
                     f"{medium}: largest difference of alpha, N/cm^3",
                     "Table S5",
                     0.0,
@@ -223,7 +223,7 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
         unit = "" if medium == "generic" else ", N/cm^3"
         tolerance = _GENERIC if medium == "generic" else _COEFFICIENT
         medium_items = [
-            compare(
+            compare_numbers(
                 f"{medium}: {term}{unit}",
                 "Table S2",
                 printed[term],
@@ -239,7 +239,7 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
         ]
         if medium != "generic":
             medium_items.append(_zeta(medium, printed, rows_of_medium))
-        items += about(ours["medium"] if medium == GENERIC else [medium], medium_items)
+        items += name_sources(ours["medium"] if medium == GENERIC else [medium], medium_items)
     return items + _uneven_steps(values)
 
 
@@ -253,7 +253,7 @@ def _uneven_steps(values: pd.DataFrame) -> list[Item]:
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
     item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
     why = _listed(change)
-    return about(
+    return name_sources(
         large_terms["medium"],
         [
             stated(
@@ -273,7 +273,9 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     """Entry that the paper prints as zero, though its stated rule may keep the term."""
     relative = float(row["relative_to_A00"])
     if not math.isfinite(relative):
-        return compare(f"{medium}: {term}, N/cm^3", "Table S2", 0.0, math.nan, _KEPT, FROM_LOGS)
+        return compare_numbers(
+            f"{medium}: {term}, N/cm^3", "Table S2", 0.0, math.nan, _KEPT, FROM_LOGS
+        )
     explained = relative <= 0.05
     why = f"{relative:.3f} A00; the stated rule keeps terms above 0.05 A00"
     return stated(
@@ -293,7 +295,7 @@ def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFram
     total = float(sum(printed[term] for term in TERMS_Z))
     kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"]
-    item = compare(
+    item = compare_numbers(
         f"{medium}: zeta",
         "Table S2",
         printed["zeta"],
@@ -327,10 +329,10 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
             continue
         for stem, unit, label, tolerance in quantities:
             ends = (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"]))
-            items += about(
+            items += name_sources(
                 [row["medium"]],
                 [
-                    compare(
+                    compare_numbers(
                         f"{row['medium']}: {label}",
                         "Table S3",
                         float(printed[key, stem + unit]),
@@ -342,7 +344,7 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
                 ],
             )
     if set(MEDIA) <= set(published.values()):
-        items += about(ours["medium"], _mean_chi(table, printed))
+        items += name_sources(ours["medium"], _mean_chi(table, printed))
     return items
 
 
@@ -367,7 +369,7 @@ def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
     if AS_PRINTED in mean:
         note = f"s.d. between {count[AS_PRINTED]} media {spread[AS_PRINTED]:.2f}; {note}"
     items.append(
-        compare(
+        compare_numbers(
             "chi, mean over the media",
             "text beside Table S3",
             1.26,
@@ -453,7 +455,7 @@ def _within(table: pd.DataFrame) -> list[Item]:
     every = table["peak_error_percent"].abs()
     share = 100 * float((every <= 33).mean())
     why = f"{counts}; worst {_named(table.iloc[int(every.argmax())])}"
-    return about(
+    return name_sources(
         table["medium"],
         [
             *items,
@@ -506,10 +508,10 @@ def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
 def _depth_only(lift: pd.DataFrame) -> list[Item]:
     worst = lift.iloc[int(np.argmax(lift["peak_error_percent"].to_numpy(float)))]
     ends = float(worst["peak_error_lo_percent"]), float(worst["peak_error_hi_percent"])
-    items = about(
+    items = name_sources(
         [worst["medium"]],
         [
-            compare(
+            compare_numbers(
                 "depth-only: largest overprediction of peak lift, %",
                 "text",
                 1400,
@@ -525,7 +527,7 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
     if len(peaks):
         off = 100 * (peaks[REVERSED] / peaks[C_LEG] - 1)
         most = float(off.iloc[int(off.abs().argmax())])
-        items += about(
+        items += name_sources(
             peaks.index,
             [
                 stated(
@@ -563,7 +565,7 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
         return []
     off = c_leg.set_index(c_leg["medium"] + " F_" + c_leg["component"])["peak_error_percent"]
     most = float(off.abs().max())
-    return about(
+    return name_sources(
         c_leg["medium"],
         [
             stated(
@@ -585,7 +587,7 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     if lift.empty or scaled.empty:
         return []
     ratio = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]
-    items = about(
+    items = name_sources(
         ratio.index,
         [
             stated(
@@ -609,10 +611,10 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
             f"zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
             f"zeta = {ratio.mean():.3g} alpha_z, ours: {_listed(c_leg)}"
         )
-        items += about(
+        items += name_sources(
             c_leg.index,
             [
-                compare(
+                compare_numbers(
                     "natural sands: c-leg's peak lift overpredicted by the scaled generic profile, farthest, %",
                     "text, Fig. S12",
                     35,
@@ -645,10 +647,10 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
         sieved = f"{medium}_sieved"
         if sieved in alpha.index and medium in alpha.index:
             drop = 100 * (1 - float(alpha[sieved] / alpha[medium]))
-            items += about(
+            items += name_sources(
                 [medium, sieved],
                 [
-                    compare(
+                    compare_numbers(
                         f"{medium}: drop of alpha_z(0, 90 deg) by sieving, %",
                         "text, Fig. S11",
                         14,
@@ -660,10 +662,10 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
             )
         if sieved in peaks.index and C_LEG in peaks.columns:
             by_leg = 100 * (1 - peaks.loc[sieved] / peaks.loc[medium])
-            items += about(
+            items += name_sources(
                 [medium, sieved],
                 [
-                    compare(
+                    compare_numbers(
                         f"{medium}: drop of measured c-leg peak lift by sieving, %",
                         "text, Fig. S12",
                         14,

@@ -16,7 +16,7 @@ from rftfit.compare.published import (
     UNJUDGED,
     Item,
     Tolerance,
-    compare,
+    compare_numbers,
     stated,
 )
 from rftfit.conventions import FloatArray
@@ -133,7 +133,9 @@ def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         else:
             most = float(predicted["error_percent"].abs().max())
             name = f"robot, {title}: largest error of speed, %"
-            items.append(compare(name, "text, Fig. S13", 150, most, _UP_TO, MEASURED, note=why))
+            items.append(
+                compare_numbers(name, "text, Fig. S13", 150, most, _UP_TO, MEASURED, note=why)
+            )
     return items
 
 
@@ -165,7 +167,7 @@ def _best(row: dict[Any, Any]) -> list[Item]:
     best, speed = float(row["best_curvature_times_R"]), float(row["speed_cm_per_s"])
     of_best, of_speed = "best curvature R'/r at 5 Hz", "speed at the best curvature, 5 Hz, cm/s"
     return [
-        compare(f"robot: {item}", where, paper, ours, tolerance, evidence, note=note)
+        compare_numbers(f"robot: {item}", where, paper, ours, tolerance, evidence, note=note)
         for item, paper, ours, tolerance in (
             (of_best, BEST_CURVATURE, best, _CURVATURE),
             (of_speed, BEST_SPEED_CM_PER_S, speed, _SPEED),

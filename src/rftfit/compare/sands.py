@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import bed_spread, cell_at, column
-from rftfit.measure.errors import Part, SurfaceError, errors_of, half_width
+from rftfit.measure.errors import Part, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import REASON, Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
@@ -161,7 +161,7 @@ def _slope(
     moved = alpha * float(fit["lever_per_cm"])
     parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
     parts += [Part(moved * surface.session), Part(alpha * bed_and_rod)]
-    half = half_width(parts, confidence) if math.isfinite(se) else math.nan
+    half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
     se = half / float(student_quantile(confidence, GIVEN_DOF))
@@ -178,7 +178,7 @@ WORTH = 0.10
 """A model is worth its factors if its error is at least this much smaller in cross-validation."""
 
 
-def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
+def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
     """Fit factors on the scaled generic profile in every natural sand, and cross-validate them.
 
     `measured` and `predicted` are leg curves of the natural sands and their predictions by the

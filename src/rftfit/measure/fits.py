@@ -94,7 +94,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     line_end_cm = _end_of_line(run, config, linear_to_cm)
-    inside = window(run, stroke, plate, config.container, config.fit, line_end_cm)
+    inside = classify_samples(run, stroke, plate, config.container, config.fit, line_end_cm)
     why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
     if reason := _why_no_slope(run, stroke, inside, why, plate, config):
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
@@ -184,7 +184,7 @@ def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> 
     return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
 
 
-def window(
+def classify_samples(
     run: Run, stroke: Stroke, plate: AnyPlate, box: Container, fit: Fit, linear_to_cm: float | None
 ) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
@@ -232,7 +232,7 @@ def _why_no_slope(
     plate: AnyPlate,
     config: Config,
 ) -> tuple[Remark, ...]:
-    """Why the samples of a stroke must not give a slope; empty if they may. `inside`: of `window`."""
+    """Why the samples of a stroke must not give a slope; empty if they may. `inside`: of `classify_samples`."""
     of_table = config.table is not None
     lost = np.bincount(stroke.why[inside == RowStatus.GOOD], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:

@@ -14,7 +14,15 @@ from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.clocks import HOUR_S
-from rftfit.measure.flags import REASON, Remark, dropped_rows, quoted, reason_columns, remark, say
+from rftfit.measure.flags import (
+    REASON,
+    Remark,
+    dropped_rows,
+    format_remarks,
+    quoted,
+    reason_columns,
+    remark,
+)
 from rftfit.measure.lab_frame import CHANNEL_FACTS, CHANNELS, without_repeats
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
 from rftfit.measure.read import Logs, read_logs, readers, same_table
@@ -146,7 +154,7 @@ def _run_row(
         "run_id": trace.run.run_id,
         "kind": trace.run.kind,
         "status": "read",
-        "note": say(trace.note),
+        "note": format_remarks(trace.note),
         "rows_force": trace.rows[0],
         "rows_motion": trace.rows[1],
         "sample_step_s": trace.step_s,

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer
-from rftfit.campaign.config import Zero as StatedZero
+from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroSettings
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
@@ -254,7 +253,7 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
     return Zero(mean[:, None], variance + unseen, dof, math.nan)
 
 
-def stated_zero(stated: StatedZero, transducer: Transducer) -> Zero:
+def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
     """The zero that the config states, the same in every run."""
     force = (sensor_to_lab(transducer) @ np.array(stated.readings_N))[::-1]
     variance = np.full(2, (stated.sd_N or 0.0) ** 2)

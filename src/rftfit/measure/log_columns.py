@@ -11,9 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from rftfit.campaign.calibration import Calibration
-from rftfit.campaign.config import AnyLog, Column, Config, ForceLog
+from rftfit.campaign.config import AnyLog, ColumnEntry, Config, ForceLog
 from rftfit.campaign.problems import unknown_word
-from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_columns
+from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_columns
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
@@ -75,17 +75,17 @@ def _source_of_row(source: AnyLog, where: str, columns: str) -> AnyLog:
             for name, words in _assignments(where).items()
         }
     if columns:
-        columns_of_row: dict[str, Column] = {}
-        for quantity, name in read_columns(columns, kind).items():
+        columns_of_row: dict[str, ColumnEntry] = {}
+        for quantity, name in read_log_columns(columns, kind).items():
             stated = source.columns.get(quantity)  # type: ignore[call-overload]
             as_given = name if not name.isdigit() else int(name)
             if stated is None or stated.column is None:
-                columns_of_row[quantity] = Column(column=as_given)
+                columns_of_row[quantity] = ColumnEntry(column=as_given)
             else:
                 columns_of_row[quantity] = stated.model_copy(
                     update={"column": as_given, "plus": None}
                 )
-        every: dict[Any, Column] = {**source.columns, **columns_of_row}
+        every: dict[Any, ColumnEntry] = {**source.columns, **columns_of_row}
         changed["columns"] = every
     return source.model_copy(update=changed)
 
@@ -124,7 +124,7 @@ def loads(log: Log, calibration: Calibration | None, units: Mapping[str, str]) -
     return replace(log, columns=columns, units=units_of_columns)
 
 
-def mapped(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
+def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
     """Turn the columns of a log into quantities, by the section `key` of the config.
 
     Columns that the config does not name are taken as they are where their name is a quantity.
@@ -160,20 +160,28 @@ def _name(column: str | int | None) -> str:
 
 
 def _sum_of_columns(
-    log: Log, quantity: str, chosen: Column, chain_unit: str, clock: tuple[FloatArray | None, str]
+    log: Log,
+    quantity: str,
+    chosen: ColumnEntry,
+    chain_unit: str,
+    clock: tuple[FloatArray | None, str],
 ) -> tuple[FloatArray, str]:
     """Values of a quantity, and their unit, with those of a second column where the config names one."""
     values, unit = _column(log, quantity, chosen, chain_unit, clock)
     if chosen.plus is None:
         return values, unit
-    second = Column(column=chosen.plus.column, unit=chosen.plus.unit)
+    second = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
     second_values, its_unit = _column(log, quantity, second, chain_unit, clock)
     table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
     return values + second_values * (table[its_unit] / table[unit]), unit
 
 
 def _column(
-    log: Log, quantity: str, chosen: Column, chain_unit: str, clock: tuple[FloatArray | None, str]
+    log: Log,
+    quantity: str,
+    chosen: ColumnEntry,
+    chain_unit: str,
+    clock: tuple[FloatArray | None, str],
 ) -> tuple[FloatArray, str]:
     """Values of a quantity, and their unit; `clock`: time of the log, if it is known, and its unit."""
     if chosen.constant is not None:

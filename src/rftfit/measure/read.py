@@ -44,7 +44,7 @@ def force_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
     )
     log = readings.without_missing(log, campaign.config.force_log.missing)
     log = log_columns.loads(log, campaign.calibration, units)
-    log = log_columns.mapped(log, source, units, "force_log")
+    log = log_columns.map_columns(log, source, units, "force_log")
     log = log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
     log = readings.clean(log)
     return readings.without_spikes(log, log_columns.FORCE_QUANTITIES[1:])
@@ -55,7 +55,7 @@ def motion_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
     config = campaign.config
     source, units = source_of(config, run, "motion_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.motion_log.missing)
-    log = log_columns.mapped(log, source, units, "motion_log")
+    log = log_columns.map_columns(log, source, units, "motion_log")
     if not {"z", "along"}.isdisjoint(log.columns):
         log = log_columns.completed(log, run, units, config.arm.middle_x_mm / 10)
     log = log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Clock
+from rftfit.campaign.config import ClockSettings
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
@@ -57,7 +57,7 @@ def goes_straight_down(run: Run) -> bool:
 
 
 def align_push(
-    settings: Clock, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
+    settings: ClockSettings, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
 ) -> Alignment:
     """Align force and motion log of one push straight down by its force."""
     if not goes_straight_down(run):
@@ -143,7 +143,7 @@ class SessionClocks:
     pushes: Mapping[str, Push] = field(default_factory=dict)
 
     @classmethod
-    def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: Clock) -> SessionClocks:
+    def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: ClockSettings) -> SessionClocks:
         """Find the clock of each session from the pushes of all media (`align_medium`)."""
         rows = [row for table in tables for row in table.to_dict("records")]
         rows.sort(key=lambda row: str(row["run_id"]))
@@ -189,7 +189,7 @@ def find_session_clocks(campaign: Campaign) -> SessionClocks | None:
 
 
 def find_clock(
-    settings: Clock,
+    settings: ClockSettings,
     run: Run,
     readings: lab_frame.ForceReadings,
     path: IntruderPath,
@@ -238,7 +238,7 @@ _SIGMAS = 4.0
 """A push farther from the common line than so many of its standard errors contradicts it."""
 
 
-def find_session_clock(pushes: list[Push], settings: Clock) -> SessionClock:
+def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionClock:
     """Fit one offset and drift to pushes of one session, rows of `align_medium`, of which some may have no offset.
 
     Weighted least squares with `settings.max_drift` as the standard deviation of the drift before anything is known.

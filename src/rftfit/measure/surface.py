@@ -13,7 +13,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log
-from rftfit.measure.flags import Refused, say
+from rftfit.measure.flags import Refused, format_remarks
 from rftfit.measure.lab_frame import force_in_lab_frame, path_in_lab_frame, without_repeats
 from rftfit.measure.read import read_logs
 from rftfit.measure.session_clocks import find_clock
@@ -313,7 +313,7 @@ def find_compliance(campaign: Campaign, template_run: Run) -> Compliance:
     )
     (_, logs), *_ = read_logs(campaign, [run])
     if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
-        raise InputError(f"rigid_contact: {say(logs.problems)}")
+        raise InputError(f"rigid_contact: {format_remarks(logs.problems)}")
     try:
         force_log = without_repeats(logs.force, config.transducer)
         readings = force_in_lab_frame(force_log, config.transducer)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
 from rftfit.workflow.provenance import Change, changes_between, read_provenance
@@ -43,7 +43,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ResultsDiff:
     """What two folders of results differ in.
 
     `numbers`: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change first.
@@ -59,7 +59,7 @@ class Comparison:
     since: dict[Path, list[str]]
 
 
-def compare(first: Path, second: Path) -> Comparison:
+def compare_folders(first: Path, second: Path) -> ResultsDiff:
     """Compare two folders of results."""
     first_folder, second_folder = (_folder(folder) for folder in (first, second))
     folders = first_folder, second_folder
@@ -100,7 +100,7 @@ def compare(first: Path, second: Path) -> Comparison:
             if written.get(f"{FOLDER}/{name}") != sha256_of(folder / name)
         ]
     changes = changes_between(*(state for state, _ in records))
-    return Comparison(differences, changes, alone, unrecorded, since)
+    return ResultsDiff(differences, changes, alone, unrecorded, since)
 
 
 def _later(folder: Path, jobs: dict[str, Any]) -> list[str]:
@@ -137,7 +137,7 @@ def _size(difference: Difference) -> float:
 def _differences(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
-    output = describe(f"{FOLDER}/{name}")
+    output = describe_file(f"{FOLDER}/{name}")
     assert output is not None
     index = [key for key in keys if key in first and key in second]
     if not index:

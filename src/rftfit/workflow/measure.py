@@ -15,7 +15,7 @@ from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
-from rftfit.measure.ledger import check, join
+from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.read import same_table
 from rftfit.measure.session_clocks import align_medium
@@ -127,7 +127,7 @@ def measure_logs(results: Results, medium: str) -> None:
             results.hold(name.format(medium), table)
 
 
-def check_logs(campaign: Campaign) -> pd.DataFrame:
+def measure_and_check(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
     results = Results(campaign)
     verdicts = []
@@ -160,5 +160,5 @@ def ledger(results: Results) -> pd.DataFrame:
         parts.append(results.table("ledger/robot.csv"))
     book = join([*parts, account_unassigned_air_runs(campaign).table()])
     one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
-    check(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
+    check_ledger(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
     return book

@@ -163,7 +163,7 @@ _FEWEST = 4
 """So many changes of names that begin alike are one line."""
 
 
-def lines_of(changes: Sequence[Change]) -> list[str]:
+def format_changes(changes: Sequence[Change]) -> list[str]:
     """Changes for people, a line each; many of one sort whose names begin alike are one line."""
 
     def group_of(change: Change) -> tuple[str, ...]:

@@ -102,7 +102,7 @@ def maker_of(root: Path, path: str) -> Record | None:
 
 
 @dataclass(frozen=True)
-class Finding:
+class OutdatedResult:
     """One thing about a job that is not as recorded.
 
     `job`: Its name. `sort`: ``new``, ``edited`` or ``missing`` (a result), ``input`` (a result it
@@ -179,31 +179,31 @@ class Recorded:
         self._digests |= digests_of_files(self.root, new)
         return {path: self._digests[path] for path in paths}
 
-    def findings(self, name: str) -> list[Finding]:
+    def findings(self, name: str) -> list[OutdatedResult]:
         """What is not as recorded about a job; empty where its results are up to date."""
         record = self.all.get(name)
         if record is None:
-            return [Finding(name, "new")]
+            return [OutdatedResult(name, "new")]
         now = self.digests([*record.writes, *record.reads])
         state = self.states.of(record.rule, record.key)
         findings = [
-            Finding(name, "edited" if now[path] else "missing", path, digest)
+            OutdatedResult(name, "edited" if now[path] else "missing", path, digest)
             for path, digest in record.writes.items()
             if now[path] != digest
         ]
         findings += [
-            Finding(name, "changed", what, was)
+            OutdatedResult(name, "changed", what, was)
             for what in dict.fromkeys([*record.state, *state])
             if (was := record.state.get(what, "")) != state.get(what, "")
         ]
         findings += [
-            Finding(name, "input", path, digest)
+            OutdatedResult(name, "input", path, digest)
             for path, digest in record.reads.items()
             if now[path] != digest or path not in self.maker
         ]
         return findings
 
-    def findings_of(self, targets: Sequence[str] = ()) -> list[Finding]:
+    def findings_of(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
         """What is not as recorded of the jobs that some results are made by, or all; empty: nothing is to do."""
         ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
         needed = {name for end in ends if end for name in self.results(end)}
@@ -213,7 +213,7 @@ class Recorded:
         findings = [
             finding for name in self.all if name in needed for finding in self.findings(name)
         ]
-        return findings or [Finding(LAST, "new")] * (None in ends)
+        return findings or [OutdatedResult(LAST, "new")] * (None in ends)
 
     def list_foreign_files(self) -> list[str]:
         """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
@@ -241,7 +241,7 @@ class Recorded:
         """Whether a result is there and all that it is made from is as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated
 
-    def make_outdated(self, findings: Iterable[Finding]) -> None:
+    def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
         """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
 
         Their state files go, to be written anew, and their results get a time before all others.

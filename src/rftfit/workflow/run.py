@@ -13,13 +13,13 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
-from rftfit.campaign.problems import listed
+from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.read import readers
 from rftfit.store.links import RESULTS, put_results_at, refuse_links_out, results_elsewhere
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
-from rftfit.workflow.records import Finding, Recorded
+from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
@@ -132,7 +132,7 @@ class Workflow:
             dict.fromkeys(finding.job for finding in self.recorded.findings_of(self.targets))
         )
         if jobs_left:
-            names = listed([name.replace("/", " ") for name in jobs_left], _MOST)
+            names = join_words([name.replace("/", " ") for name in jobs_left], _MOST)
             raise WorkflowError(
                 f"still out of date after this run: {names}. Snakemake goes by the times of files, and those of this disk "
                 "or clock are not in order: delete the folder results, then run again"
@@ -245,19 +245,19 @@ class Workflow:
         )
 
 
-def changes(findings: Sequence[Finding]) -> list[str]:
+def changes(findings: Sequence[OutdatedResult]) -> list[str]:
     """Say what is made again and why: edits and damage by name, changes by what has changed."""
     lines = []
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
-            lines.append(f"{what}, made again: {listed(names, _MOST)}")
+            lines.append(f"{what}, made again: {join_words(names, _MOST)}")
     reasons: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
             reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     since = "changed since the results were made"
-    return lines + [f"{what} {since}: {listed(of, _MOST)}" for what, of in reasons.items()]
+    return lines + [f"{what} {since}: {join_words(of, _MOST)}" for what, of in reasons.items()]
 
 
 def _refuse_packages(root: Path) -> None:

@@ -21,7 +21,7 @@ from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.sheet import Run
 from rftfit.figures.registry import Declared, figures
-from rftfit.logs.registry import Origin, origins
+from rftfit.logs.registry import DialectOrigin, origins
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
@@ -61,7 +61,7 @@ class States:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
-        self._rows = cache(lambda name: digest_of(name, rows_of(campaign, name)))
+        self._rows = cache(lambda name: digest_of(name, sheet_cells(campaign, name)))
         self._logs: dict[str, str] = {}
 
     @cached_property
@@ -121,7 +121,7 @@ class States:
         if stage.rows:
             state["rows"] = self._rows(medium)
         if stage.order:
-            state["order"] = digest_of(order_of(self.campaign, medium))
+            state["order"] = digest_of(plate_run_order(self.campaign, medium))
         if stage.logs:
             logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
             state["logs"] = digest_of(sorted(logs.items()))
@@ -160,7 +160,7 @@ class States:
         )
 
     @cached_property
-    def dialects(self) -> list[Origin]:
+    def dialects(self) -> list[DialectOrigin]:
         """Dialects of other packages that the logs are read with."""
         config = self.campaign.config
         dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
@@ -248,7 +248,7 @@ def robot_files(campaign: Campaign) -> list[str]:
     return sorted({name.replace(os.sep, "/") for name in names})
 
 
-def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
+def sheet_cells(campaign: Campaign, medium: str) -> list[list[str]]:
     """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
     # whether they are recordings at all is told beside the whole
@@ -257,7 +257,7 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
 
 
-def order_of(campaign: Campaign, medium: str) -> list[str]:
+def plate_run_order(campaign: Campaign, medium: str) -> list[str]:
     """Plate runs of a medium in the order of the run sheet, which stands for the order in which they were made."""
     plates = (run for run in campaign.runs_of(medium) if run.kind == "plate")
     return [run.run_id for run in sorted(plates, key=lambda run: run.row)]

@@ -19,17 +19,17 @@ from rftfit.compare.published import (
     MEASURED,
     VERDICTS,
     Item,
-    about,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
     discrepancies,
     leg_claims,
+    name_sources,
 )
 from rftfit.compare.robot import robot_claims
-from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
+from rftfit.compare.sands import SAND_COLUMNS, fit_corrections, penetration_rows
 from rftfit.measure.alpha import bed_spread
-from rftfit.measure.flags import Remark, say, with_reasons
+from rftfit.measure.flags import Remark, format_remarks, with_reasons
 from rftfit.model.model_error import larger_model_error
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
@@ -87,7 +87,7 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tests = _with_note(tests, True, note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
-    tried = corrections(measured, curves[curves["profile"] == "generic"])
+    tried = fit_corrections(measured, curves[curves["profile"] == "generic"])
     return results.marked(tests), results.marked(tried)
 
 
@@ -125,13 +125,15 @@ def validate(results: Results) -> pd.DataFrame:
         # a robot of which no speed is known is not the paper's
         if errors["measured_cm_per_s"].notna().any():
             claims = robot_claims(errors, *sweep_tables)
-            items += about([results.campaign.robot_medium], claims)
+            items += name_sources([results.campaign.robot_medium], claims)
     if items:
         items += discrepancies()
     logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
     items = [item._replace(evidence=logs) if item.evidence == FROM_LOGS else item for item in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
-    doubts = {medium: f"{medium} {say(marks)}" for medium, marks in results.marks.items()}
+    doubts = {
+        medium: f"{medium} {format_remarks(marks)}" for medium, marks in results.marks.items()
+    }
     reasons = [
         [*(doubts[medium] for medium in doubts if medium in item.media), item.why] for item in items
     ]
