@@ -73,5 +73,6 @@ use rule stage as provenance with:
         provenance="results/provenance.json",
         manifest="results/manifest.sha256",
         run_sheet="results/run_sheet.csv",
+        package="results/datapackage.json",
     log:
         "results/logs/provenance.log",
