@@ -11,7 +11,15 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, comments, count, json_text, say, warn
+from rftfit.cli.output import (
+    check_picture,
+    check_target,
+    comments,
+    count,
+    json_text,
+    print_line,
+    warn,
+)
 from rftfit.errors import CollectedErrors, InputError
 from rftfit.store.text import table
 
@@ -53,7 +61,7 @@ _IN_SPACE = {
 @options.grouped
 def predict(
     *,
-    body: options.Body,
+    body: options.BodyOptions,
     mesh: Annotated[
         Path | None,
         options.file(
@@ -62,7 +70,9 @@ def predict(
     ] = None,
     press: Annotated[
         float | None,
-        options.number("cm", "Press the mesh straight down until its lowest point is so deep."),
+        options.number_option(
+            "cm", "Press the mesh straight down until its lowest point is so deep."
+        ),
     ] = None,
     roll: Annotated[
         str | None,
@@ -78,7 +88,7 @@ def predict(
     sheet: Annotated[
         bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
     ] = False,
-    medium_options: options.Medium,
+    medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
     model_error: options.ModelError = None,
@@ -164,25 +174,25 @@ def predict(
             "peaks": _peaks_as_json(peaks, key, _IN_WORDS if mesh is None else _IN_SPACE),
             "forces": str(output),
         }
-        say(json_text(names | facts))
+        print_line(json_text(names | facts))
     else:
-        say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
-        say(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
+        print_line("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
+        print_line(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
         if not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
             words = ", ".join((_IN_WORDS | _IN_SPACE)[name] for name in not_stated)
-            say(
+            print_line(
                 f"Not stated, as it may lie in one of the {count(unknown, 'pose')} without a number: {words}."
             )
         kind = medium_options.kind or (
             "table" if medium_options.medium and not source.name.startswith("map") else ""
         )
         if level and medium_options.medium and (left_out := _LEFT_OUT.get(kind)):
-            say(f"Not in the intervals: {left_out}.")
+            print_line(f"Not in the intervals: {left_out}.")
         if mesh is not None:
             if roll is not None:
-                say(_means_as_text(forces))
-            say(
+                print_line(_means_as_text(forces))
+            print_line(
                 f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
                 "(closure_N), in the worst case."
             )
@@ -205,14 +215,14 @@ def predict(
         drawn = draw_forces(forces, source, shape, motion, level)
         write_bytes(figure, content(drawn, ending, _DRAWN))
     if not as_json:
-        say(
+        print_line(
             f"Force and moment in {len(forces)} poses: {output}"
             + (f"; figure: {figure}" if figure else "")
         )
 
 
 def _check_words(
-    body: options.Body,
+    body: options.BodyOptions,
     mesh: Path | None,
     unit: str | None,
     sheet: bool,

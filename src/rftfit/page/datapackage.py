@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
-from rftfit.outputs.dictionary import Column, Output, column_of, describe
+from rftfit.outputs.dictionary import Output, OutputColumn, column_of, describe_file
 
 PROFILE = "https://datapackage.org/profiles/2.0/datapackage.json"
 """The standard that `package_text` follows."""
@@ -38,7 +38,7 @@ def package_text(title: str, about: str, files: Iterable[ResultFile]) -> str:
     resources: list[dict[str, Any]] = []
     names: set[str] = set()
     for file in sorted(files, key=lambda file: file.path):
-        if (output := describe(file.path)) is not None:
+        if (output := describe_file(file.path)) is not None:
             resources.append(_resource(file, output, names))
     package = {
         "$schema": PROFILE,
@@ -80,7 +80,7 @@ def _free_name(path: PurePosixPath, names: set[str]) -> str:
     return name
 
 
-def _field(name: str, column: Column | None) -> dict[str, Any]:
+def _field(name: str, column: OutputColumn | None) -> dict[str, Any]:
     """Describe a column; one that the dictionary lacks may hold anything."""
     if column is None:
         return {"name": name, "type": "any"}
