@@ -55,7 +55,7 @@ def test_every_name_is_there_and_typed():
         for alias in node.names
     }
     assert typed - {"__version__"} == set(rftfit.__all__)
-    assert set(rftfit.__all__) <= set(dir(rftfit))
+    assert set(rftfit.__all__) == {name for name in dir(rftfit) if not name.startswith("__")}
     for name in rftfit.__all__:
         assert callable(getattr(rftfit, name))
     with pytest.raises(AttributeError, match="no_such"):
@@ -298,3 +298,27 @@ def test_the_robot_of_a_file(tmp_path):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, robot=tmp_path / "none.yaml")
     with pytest.raises(ValueError, match="0 to 100 Hz"):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 1000.0)
+
+
+def test_predict_takes_what_scale_and_estimate_map_return():
+    sand = rftfit.scale(0.9, se=0.02)
+    leg = rftfit.model_leg("c_leg")
+    expected = rftfit.predict(sand.profile, leg)
+    assert rftfit.predict(sand, leg).equals(expected)
+    assert rftfit.beyond_measured(sand, leg) == rftfit.beyond_measured(sand.profile, leg)
+    with pytest.raises(TypeError, match=r"a profile wanted.* found str"):
+        rftfit.predict("poppy_LP", leg)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("words", [("0.55",), (None,), (0.55, "0.1"), ([0.5, 0.6],)])
+def test_scale_says_that_it_needs_numbers(words):
+    with pytest.raises(TypeError, match="must be a number of N/cm"):
+        rftfit.scale(*words)
+
+
+def test_meshes_and_motions_describe_themselves():
+    wheel = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6)
+    assert "12.5 x 6 x 12.5 cm" in repr(wheel)
+    assert repr(rftfit.Motion3D.press(wheel, 3)) == (
+        "<Motion3D pressed straight down, 3 cm deep: 50 poses>"
+    )

@@ -58,7 +58,7 @@ def run(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TARGETS]... [-- SNAKEMAKE WORDS]...",
+            metavar="TARGETS [-- SNAKEMAKE WORDS]",
             help="Results to make, default all; after two dashes, options of Snakemake itself.",
         ),
     ] = None,

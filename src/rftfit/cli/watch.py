@@ -43,7 +43,10 @@ def watch(
     ] = None,
     no_page: Annotated[bool, typer.Option("--no-page", help="Without the live page.")] = False,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of the live page; default: a free one.")
+        int,
+        typer.Option(
+            min=0, max=65535, show_default=False, help="Port of the live page; default: a free one."
+        ),
     ] = 0,
     as_json: Annotated[
         bool,

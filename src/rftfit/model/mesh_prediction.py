@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -160,6 +162,8 @@ def predict_mesh(
         if name in ends or name in model_ends:
             of_bed = of_next_bed(best[name], model_ends.get(name) or ends[name], bed)
             columns |= dict(zip(next_end_names(name), of_bed, strict=True))
+    # a force that symmetry cancels is rounding of the sum
+    columns = {name: _without_rounding(values, name, best) for name, values in columns.items()}
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
     columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best_forces[:, 6]
@@ -169,7 +173,32 @@ def predict_mesh(
     if not is_finite.all():
         bounds = _bounds(largest, mesh, motion)
     peaks = pick_peaks(best, extremes, places, bounds, alpha, model, ends, model_ends, bed)
+    peaks = [_peak_without_rounding(peak, best) for peak in peaks]
     return pd.DataFrame(columns | {"reason": np.where(is_finite, "", why)}), peaks
+
+
+_ROUNDING = 1e-9
+"""What is below this part of the largest force, or moment, is rounding."""
+
+
+def _least_of(name: str, best: Mapping[str, FloatArray]) -> float:
+    """Return the least size that counts of a force or a moment; 0 for what is neither."""
+    kind = name.partition("_")[0]
+    sizes = [np.abs(values) for quantity, values in best.items() if quantity.startswith(kind)]
+    if kind not in ("force", "moment") or not sizes:
+        return 0.0
+    return _ROUNDING * float(np.fmax.reduce(np.concatenate(sizes), initial=0.0))
+
+
+def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArray]) -> FloatArray:
+    return np.where(np.abs(values) < _least_of(name, best), 0.0, values)
+
+
+def _peak_without_rounding(peak: Peak, best: Mapping[str, FloatArray]) -> Peak:
+    least = _least_of(peak.quantity, best)
+    ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
+    zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
+    return replace(peak, **zeros)
 
 
 def _named(forces: FloatArray) -> dict[str, FloatArray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -31,6 +32,9 @@ from rftfit.model.profiles import FourierProfile, Profile
 from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
 
+if TYPE_CHECKING:
+    from rftfit.model.shapes import Map
+
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
 PEAKS = (
@@ -47,7 +51,7 @@ _MOST_AT_ONCE = 2_000_000
 
 
 def predict(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -61,8 +65,8 @@ def predict(
 
     Parameters
     ----------
-    profile : Profile
-        Of the medium: `published_medium`, `Medium.profile` of a campaign, ``scale(...).profile``.
+    profile : Profile, ScaledMedium or Map
+        Of the medium: `published_medium`, `Medium.profile` of a campaign, what `scale` or `estimate_map` return.
     outline : Outline or Mesh
         The body: `model_leg`, `arc`, `polyline` in the plane, a `Mesh` in space.
     motion : Motion or Motion3D, optional
@@ -96,7 +100,7 @@ def predict(
     Raises
     ------
     TypeError
-        If the motion of a mesh is no `Motion3D`, or that of an outline is one.
+        If the motion of a mesh is no `Motion3D`, or that of an outline is one; if there is no profile.
 
     Examples
     --------
@@ -117,8 +121,19 @@ def predict(
     )[0]
 
 
+def profile_of(source: Profile | ScaledMedium | Map) -> Profile:
+    """Return the profile of a medium that `rftfit.scale` or `rftfit.estimate_map` made; a profile is its own."""
+    profile = source if isinstance(source, Profile) else getattr(source, "profile", None)
+    if isinstance(profile, Profile):
+        return profile
+    hint = "; a medium of a campaign has it by .profile()" if callable(profile) else ""
+    raise TypeError(
+        f"a profile wanted, or what rftfit.scale or rftfit.estimate_map return, found {type(source).__name__}{hint}"
+    )
+
+
 def predict_with_peaks(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -129,6 +144,7 @@ def predict_with_peaks(
     model_error: float | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """Table of `predict` and peaks of `find_peaks`, from one pass through all draws."""
+    profile = profile_of(profile)
     eps = errors.eps_of(model_error, profile)
     if isinstance(outline, Mesh):
         if not isinstance(motion, Motion3D):
@@ -313,7 +329,7 @@ _NOTICED = 0.1
 
 
 def beyond_measured(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     config: Config | None = None,
@@ -322,7 +338,7 @@ def beyond_measured(
 
     Parameters
     ----------
-    profile : Profile
+    profile : Profile, ScaledMedium or Map
         Its `window` says over which depths alpha was measured.
     outline : Outline or Mesh
     motion : Motion or Motion3D, optional
@@ -350,7 +366,7 @@ def beyond_measured(
     if not total > 0:
         return []
     warnings = []
-    shallowest, deepest = profile.window
+    shallowest, deepest = profile_of(profile).window
 
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total
