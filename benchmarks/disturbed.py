@@ -35,7 +35,7 @@ from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, 
 from disturbances import DISTURBANCES, REAL_LAB, described, sizes_of
 from ensembles import EXACT, paper_config, simulate
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.campaign.load import load_campaign
 from rftfit.reference import MEDIA
 from rftfit.workflow.measure import FLAGGING
@@ -65,10 +65,10 @@ STRESS = {f"{depth:g} cm": f"stress at {depth:g} cm" for depth in STRESS_DEPTHS_
 
 
 NOTHING_LEFT = "stated to be none"
-TOLD: dict[str, Callable[[Sizes], tuple[Errors, float]]] = {
+TOLD: dict[str, Callable[[Sizes], tuple[ErrorSettings, float]]] = {
     NOTHING_LEFT: lambda _: (EXACT, 0.0),
     "stated at its true size": lambda sizes: (as_disturbed(sizes), slow_noise(sizes)),
-    "defaults": lambda _: (Errors(), 0.0),
+    "defaults": lambda _: (ErrorSettings(), 0.0),
 }
 """What is stated to the program of the disturbances: section `errors`, and `slow_noise_N`."""
 

@@ -15,7 +15,7 @@ import numpy as np
 from rftfit.model import faces
 from rftfit.model.forces import forces_on
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.mesh_prediction import compiled_mesh_forces
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
@@ -48,7 +48,7 @@ def main() -> None:
     }
     for law in faces.LAWS:
         friction = None if law == "measured" else 0.4
-        of_law = partial(mesh_forces, table, ball, motions, law, friction)
+        of_law = partial(compiled_mesh_forces, table, ball, motions, law, friction)
         of_law_in_numpy = partial(faces.mesh_forces, table, ball, single_motion, law, friction)
         tasks |= {
             f"space: {law}": (of_law, 40 * triangles),

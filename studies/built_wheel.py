@@ -114,7 +114,7 @@ def main() -> None:
             if fate(block) not in ("run", "run by"):
                 continue
             if fate(block) == "run by":  # in a campaign that can be run, in place of the empty one
-                reader.here = wheel_campaign.root
+                reader.folder = wheel_campaign.root
             reader.follow(block)
             commands = [line.partition("#")[0].strip() for line in block.text.splitlines()]
             tell(f"README, line {block.line}: {'; '.join(commands)}")

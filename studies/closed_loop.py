@@ -28,7 +28,7 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rftfit.lab.plan import Run
+    from rftfit.lab.plan import PlannedRun
 
 MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
 WAYS = ("planned", "random", "paper", "watch")
@@ -89,7 +89,7 @@ def watched(medium: str, goal: str, repeat: int, most: int) -> tuple[int, bool, 
     """The same by a watch of a re-enacted rig, which is asked for the next push."""
     with tempfile.TemporaryDirectory() as folder:
         rig = LiveRig(Path(folder), medium, 2013 + repeat, target_of(goal))
-        of_direction: dict[tuple[float, float], list[Run]] = {}
+        of_direction: dict[tuple[float, float], list[PlannedRun]] = {}
         for run in rig.plates:
             beta, gamma = float(run.beta_deg or 0), float(run.gamma_deg or 0)
             # a pull back along a path is the push of the mirror image

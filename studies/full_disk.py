@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 
 from campaigns import make_campaign
 from disks import change, mount, on_own_disks, room, unmount, why_not
-from kills import fresh, look, run
+from kills import compare_results, fresh, run
 
 SHARES = (0.0, 0.002, 0.02, 0.1, 0.4, 0.7, 0.9, 0.98)
 """Of the room that all results need."""
@@ -46,7 +46,7 @@ class Trials:
         """Run on a disk that refuses, then on one that does not."""
         code = run(self.folder, self.place / "said.txt")
         output_text = (self.place / "said.txt").read_text(encoding="utf-8")
-        leftovers = look(self.folder, self.whole)
+        leftovers = compare_results(self.folder, self.whole)
         faults = [f"partial {file_name}" for file_name in leftovers.partial]
         faults += ["rests"] if leftovers.rests else []
         if code != 3 or "Traceback" in output_text or "cannot write" not in output_text:

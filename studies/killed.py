@@ -18,7 +18,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from campaigns import make_campaign
-from kills import KINDS, STAGE, fresh, kill, look, run, seconds_until_quiet, start, state
+from kills import KINDS, STAGE, compare_results, fresh, kill, run, seconds_until_quiet, start, state
 
 SMALL, WHOLE = ("yuma",), ("poppy_LP", "yuma")
 _QUIET_S = 15.0
@@ -54,7 +54,7 @@ class Trial:
         time.sleep(1)
         if state(self.folder) != before:
             faults.append("written after the end")
-        leftovers = look(self.folder, self.whole)
+        leftovers = compare_results(self.folder, self.whole)
         faults += [f"partial {name}" for name in leftovers.partial]
         output_text = self._output_text(number)
         if kind == STAGE and (code != 4 or "killed (SIGKILL)" not in output_text):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from disturbances import Sizes
 
-    from rftfit.lab.plan import Run
+    from rftfit.lab.plan import PlannedRun
     from rftfit.model.planning import Target
 
 CONFIG = Path(__file__).parents[1] / "config" / "config.yaml"
@@ -40,7 +40,7 @@ class LiveRig:
         runs = prepare(self.config, media=[medium], legs=False).runs
         self.rods = {run.run_id: run for run in runs if run.kind == "rod"}
         self.plates = [run for run in runs if run.kind == "plate"]
-        self._rows: list[Run] = []
+        self._rows: list[PlannedRun] = []
         self._raw, self._now = root / "raw" / "paper", 0.0
         (self._raw / medium).mkdir(parents=True)
         self._write_sheet()
@@ -52,12 +52,12 @@ class LiveRig:
     def _write_sheet(self) -> None:
         (self._raw / "runs.csv").write_text(sheet_text(self._rows, {}), encoding="utf-8")
 
-    def logs(self, run: Run, sizes: Sizes = BEDS) -> tuple[bytes, bytes]:
+    def logs(self, run: PlannedRun, sizes: Sizes = BEDS) -> tuple[bytes, bytes]:
         """Force log and motion log of a run, with disturbances of some sizes."""
         logs = disturbed_logs(run, self.config, self.seed, sizes)
         return logs[run.force_log] or b"", logs[run.motion_log] or b""
 
-    def record(self, logs: Mapping[Run, tuple[bytes, bytes]]) -> list[Event]:
+    def record(self, logs: Mapping[PlannedRun, tuple[bytes, bytes]]) -> list[Event]:
         """Write rows and logs of some runs; what the watch says of them."""
         for run, contents in logs.items():
             for name, content in zip((run.force_log, run.motion_log), contents, strict=True):
@@ -70,7 +70,7 @@ class LiveRig:
             events += self.watch.step(self._now)
         return events
 
-    def push(self, plates: Sequence[Run]) -> list[Event]:
+    def push(self, plates: Sequence[PlannedRun]) -> list[Event]:
         """Make plate runs, each with its rod-only run."""
         runs = [run for plate in plates for run in (self.rods[plate.tare_run], plate)]
         return self.record({run: self.logs(run) for run in runs})

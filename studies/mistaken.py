@@ -39,7 +39,7 @@ def main():
             campaign.write(folder.root)
             ways[compare(folder, () if words.whole else MEASURED)] += 1
         except BaseException:
-            print(f"seed {seed}: {campaign.done}; kept in {folder.root}", file=sys.stderr)
+            print(f"seed {seed}: {campaign.mistakes}; kept in {folder.root}", file=sys.stderr)
             raise
         shutil.rmtree(folder.root)
     print(", ".join(f"{count} {way}" for way, count in sorted(ways.items())))

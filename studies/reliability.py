@@ -53,7 +53,7 @@ from mistakes import (
 from other_labs import CASES, GRIDS, Case
 from slices import SLICES, lab_in
 
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.reference import MEDIA
 
 Row = dict[str, str]
@@ -179,7 +179,7 @@ def without_fault(seed, case):
     bed, luck = bed_of(seed), np.random.default_rng(seed)
     directions: list[tuple[float, float]] | None = [*FEW] if case == FEW_THRICE else None
     if case.grid in GRIDS:
-        directions = directions_of(GRIDS[case.grid], seed)
+        directions = parse_directions(GRIDS[case.grid], seed)
     sizes = sizes_of([*ORDINARY, *(["power=1.1"] if bed == CURVED else [])])
     stated_errors = as_disturbed(sizes).model_dump(exclude_none=True)
     with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():

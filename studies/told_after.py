@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rftfit.bench.watch import Event
-    from rftfit.lab.plan import Run
+    from rftfit.lab.plan import PlannedRun
 
 AT, MOST = 12, 40
 TURNS = {f"mount turned by {angle}° from here on": {"turn": float(angle)} for angle in (5, 10, 20)}
@@ -44,7 +44,9 @@ def with_column(content: bytes, column: str, value: str) -> bytes:
     return ("\n".join([*lines[: head + 1], *text]) + "\n").encode()
 
 
-def logs_of(rig: LiveRig, kind: str, run: Run, later_runs: Iterable[Run]) -> tuple[bytes, bytes]:
+def logs_of(
+    rig: LiveRig, kind: str, run: PlannedRun, later_runs: Iterable[PlannedRun]
+) -> tuple[bytes, bytes]:
     """Force log and motion log of a run, with what goes wrong."""
     if kind == DIRECTION:
         return rig.logs(
@@ -72,7 +74,7 @@ def reports(events: Iterable[Event]) -> set[str]:
     return findings
 
 
-def with_control(rig: LiveRig, plates: list[Run]) -> list[Run]:
+def with_control(rig: LiveRig, plates: list[PlannedRun]) -> list[PlannedRun]:
     """Each fourth push is one straight down with the level plate, of a bed of its own."""
     down = next(plate for plate in rig.plates if plate.beta_deg == 0 and plate.gamma_deg == 90)
     rod = rig.rods[down.tare_run]

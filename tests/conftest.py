@@ -82,18 +82,18 @@ def small_made(tmp_path_factory):
     base = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         base = base.parent
-    folder, done = Folder(base / "small"), base / "small made"
+    folder, finished = Folder(base / "small"), base / "small made"
     try:
         (base / "small begun").mkdir()
     except FileExistsError:
-        wait_for(done.exists)
+        wait_for(finished.exists)
     else:
         make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
-        before = folder.raw_digests()
+        digests_before = folder.raw_digests()
         done_run = folder.rftfit("run")
         assert done_run.returncode == 0, done_run.stdout + done_run.stderr
-        assert folder.raw_digests() == before, "the workflow wrote into raw/"
-        done.touch()
+        assert folder.raw_digests() == digests_before, "the workflow wrote into raw/"
+        finished.touch()
     return folder
 
 

@@ -26,13 +26,15 @@ from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
 
-OWN = ("poppy_LP", "poppy_CP", "glass3mm_CP")
+MEASURED_MEDIA = ("poppy_LP", "poppy_CP", "glass3mm_CP")
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    alpha = {medium: reference.alpha_grid(medium) for medium in OWN} | {"sand": one_cell(0.7)}
-    roles = dict.fromkeys(OWN, LABORATORY) | {"sand": SAND}
+    alpha = {medium: reference.alpha_grid(medium) for medium in MEASURED_MEDIA} | {
+        "sand": one_cell(0.7)
+    }
+    roles = dict.fromkeys(MEASURED_MEDIA, LABORATORY) | {"sand": SAND}
     return rftfit.open(make_campaign(tmp_path_factory.mktemp("api") / "c", roles, alpha))
 
 
@@ -60,36 +62,38 @@ def test_every_name_is_there_and_typed():
         rftfit.no_such  # noqa: B018
 
 
-def sections(thing):
-    parts = re.split(r"^(\w[\w ]*)\n-+\n", inspect.getdoc(thing) or "", flags=re.MULTILINE)
+def sections(exported):
+    parts = re.split(r"^(\w[\w ]*)\n-+\n", inspect.getdoc(exported) or "", flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
 @pytest.mark.parametrize("name", rftfit.__all__)
 def test_every_name_is_documented(name):
-    thing = getattr(rftfit, name)
-    found = sections(thing)
-    assert "Examples" in found
+    exported = getattr(rftfit, name)
+    sections_of_doc = sections(exported)
+    assert "Examples" in sections_of_doc
     if name in ("Profile", "RftfitError"):
         return
-    shown = inspect.signature(thing)
-    listed = re.findall(r"^(\w[\w, ]*) ?:?", found.get("Parameters", ""), re.MULTILINE)
-    described = [one.strip() for line in listed for one in line.split(",")]
-    assert set(shown.parameters) <= set(described)
-    if inspect.isclass(thing):
-        public = [one for key, one in vars(thing).items() if key[0] != "_" and callable(one)]
-        assert all(inspect.getdoc(one) for one in public)
-    elif shown.return_annotation != "None":
-        assert "Returns" in found
+    signature = inspect.signature(exported)
+    listed = re.findall(r"^(\w[\w, ]*) ?:?", sections_of_doc.get("Parameters", ""), re.MULTILINE)
+    described = [name.strip() for line in listed for name in line.split(",")]
+    assert set(signature.parameters) <= set(described)
+    if inspect.isclass(exported):
+        public = [
+            member for key, member in vars(exported).items() if key[0] != "_" and callable(member)
+        ]
+        assert all(inspect.getdoc(member) for member in public)
+    elif signature.return_annotation != "None":
+        assert "Returns" in sections_of_doc
 
 
 @pytest.mark.parametrize("name", rftfit.__all__)
 def test_every_example_runs(name):
-    thing = getattr(rftfit, name)
-    module = importlib.import_module(thing.__module__)
-    found = doctest.DocTestFinder(recurse=False).find(thing, name, module)
+    exported = getattr(rftfit, name)
+    module = importlib.import_module(exported.__module__)
+    examples = doctest.DocTestFinder(recurse=False).find(exported, name, module)
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
-    for test in found:
+    for test in examples:
         runner.run(test)
     assert runner.summarize().failed == 0
 
@@ -101,19 +105,19 @@ def test_a_medium_of_a_campaign(results):
     fit = fit_lsq(BETA, GAMMA, *alpha, keep)
     np.testing.assert_allclose(medium.coefficients(), fit, atol=1e-12)
     assert medium.zeta == pytest.approx(float(vertical_penetration(fit)))
-    down = alpha[0][3 * 13 + 12]
-    assert medium.chi == pytest.approx(down / medium.zeta)
-    m0 = generic(np.stack([results[name].coefficients() for name in OWN]))
+    alpha_down = alpha[0][3 * 13 + 12]
+    assert medium.chi == pytest.approx(alpha_down / medium.zeta)
+    m0 = generic(np.stack([results[name].coefficients() for name in MEASURED_MEDIA]))
     np.testing.assert_allclose(results.reference().m0, m0, atol=1e-12)
     scaled = medium.profile("generic")
     assert isinstance(scaled, FourierProfile)
     np.testing.assert_allclose(scaled.coefficients, medium.zeta * m0, atol=1e-12)
     table = medium.profile()
     slanted = np.abs(GAMMA) < 1.5
-    for found, wanted in zip(table.alpha(BETA, GAMMA), alpha, strict=True):
-        np.testing.assert_allclose(found[slanted], wanted[slanted])
+    for alpha_of_table, expected in zip(table.alpha(BETA, GAMMA), alpha, strict=True):
+        np.testing.assert_allclose(alpha_of_table[slanted], expected[slanted])
     lift, _ = medium.profile("depth_only").alpha(0, np.pi / 2)
-    assert float(lift) == pytest.approx(down)
+    assert float(lift) == pytest.approx(alpha_down)
 
 
 @pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only"])
@@ -125,8 +129,8 @@ def test_draws_are_made_when_wanted(results, kind):
     count = 1000 if kind == "map" else 2000
     assert profile.spread.parameters[0].shape[0] == count
     # the profile itself lies in the middle of its draws
-    best, many = (one.alpha(0.5, 1.0)[0] for one in (profile, profile.spread))
-    assert abs(float(many.mean()) - float(best)) < 5 * float(many.std()) / np.sqrt(2000) + 1e-12
+    best, draws = (source.alpha(0.5, 1.0)[0] for source in (profile, profile.spread))
+    assert abs(float(draws.mean()) - float(best)) < 5 * float(draws.std()) / np.sqrt(2000) + 1e-12
 
 
 def test_a_sand_is_scaled_from_its_test(results):
@@ -143,41 +147,49 @@ def test_a_sand_is_scaled_from_its_test(results):
 def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "s": one_cell(0.7), "t": one_cell(np.nan)}
     roles = {"a": LABORATORY, "s": SAND, "t": SAND}
-    found = rftfit.open(make_campaign(tmp_path / "c", roles, alpha))
-    assert found.reference().printed
-    assert found["s"].zeta == rftfit.scale(0.7, 0.003).zeta
+    campaign = rftfit.open(make_campaign(tmp_path / "c", roles, alpha))
+    assert campaign.reference().printed
+    assert campaign["s"].zeta == rftfit.scale(0.7, 0.003).zeta
     # a test without a number spoils nobody else's
-    assert np.isnan(found["t"].zeta)
-    assert "no run" in found["t"].profile("generic").reason
+    assert np.isnan(campaign["t"].zeta)
+    assert "no run" in campaign["t"].profile("generic").reason
     with pytest.raises(rftfit.RftfitError, match="t: no alpha at"):
-        found["t"].scaled()
+        campaign["t"].scaled()
 
 
 def test_a_table_with_holes_has_a_reason(tmp_path):
-    few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
-    found = rftfit.open(make_campaign(tmp_path / "c", {"a": LABORATORY}, {"a": (few[0], few[1])}))
+    alpha_of_one_beta = np.where(
+        np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan
+    )
+    campaign = rftfit.open(
+        make_campaign(
+            tmp_path / "c", {"a": LABORATORY}, {"a": (alpha_of_one_beta[0], alpha_of_one_beta[1])}
+        )
+    )
     for kind in ("table", "fourier", "generic"):
-        profile = found["a"].profile(kind)
+        profile = campaign["a"].profile(kind)
         assert profile.reason
         assert np.isnan(profile.alpha(0.3, 0.5)[0])
-    assert np.isnan(found.generic()).all()
+    assert np.isnan(campaign.generic()).all()
 
 
 def test_forces_are_those_of_the_sweep(results):
     leg = rftfit.model_leg("reversed_c_leg")
-    found = rftfit.predict(results["poppy_LP"].profile(), leg, confidence=0.8)
+    forces = rftfit.predict(results["poppy_LP"].profile(), leg, confidence=0.8)
     best = sweep(TableProfile.published("poppy_LP"), leg)
     # the angles of a table in a file have six digits
-    np.testing.assert_allclose(found["force_z_N"], best.force_z_N, atol=1e-5)
-    np.testing.assert_allclose(found["moment_N_cm"], best.moment_N_cm, atol=1e-5)
+    np.testing.assert_allclose(forces["force_z_N"], best.force_z_N, atol=1e-5)
+    np.testing.assert_allclose(forces["moment_N_cm"], best.moment_N_cm, atol=1e-5)
     table = results["poppy_LP"].alpha
-    many = sweep_draws(TableProfile(*alpha_draws(table, 2000, 2013, 0.95), *directions(table)), leg)
-    lo, hi = interval(many.force_x_N, 0.8)
-    np.testing.assert_allclose(found["force_x_lo_N"], lo, atol=1e-9)
-    np.testing.assert_allclose(found["force_x_hi_N"], hi, atol=1e-9)
-    assert (found["reason"] == "").all()
-    part = rftfit.predict(results["poppy_LP"].profile(), leg, quantities=("force_z_N",))
-    lower_ends = [name for name in part if "_lo_" in str(name)]
+    drawn_forces = sweep_draws(
+        TableProfile(*alpha_draws(table, 2000, 2013, 0.95), *directions(table)), leg
+    )
+    lo, hi = interval(drawn_forces.force_x_N, 0.8)
+    np.testing.assert_allclose(forces["force_x_lo_N"], lo, atol=1e-9)
+    np.testing.assert_allclose(forces["force_x_hi_N"], hi, atol=1e-9)
+    assert (forces["reason"] == "").all()
+    vertical = rftfit.predict(results["poppy_LP"].profile(), leg, quantities=("force_z_N",))
+    lower_ends = [name for name in vertical if "_lo_" in str(name)]
     assert lower_ends == ["force_z_lo_N", "force_z_model_lo_N", "force_z_next_lo_N"]
 
 
@@ -185,11 +197,11 @@ def test_intervals_of_a_scaled_medium_follow_the_level():
     leg, medium = rftfit.model_leg("c_leg"), rftfit.scale(0.9, 0.02)
     wide, narrow = (rftfit.predict(medium.profile, leg, None, level) for level in (0.95, 0.6))
     assert (wide["force_z_hi_N"] >= narrow["force_z_hi_N"]).all()
-    same = rftfit.scale(0.9, 0.02, confidence=0.6)
-    other = rftfit.predict(same.profile, leg)
-    np.testing.assert_array_equal(other["force_z_hi_N"], wide["force_z_hi_N"])
-    assert same.at_confidence(0.95).zeta_hi == medium.zeta_hi
-    table = same.table()
+    scaled = rftfit.scale(0.9, 0.02, confidence=0.6)
+    at_default_level = rftfit.predict(scaled.profile, leg)
+    np.testing.assert_array_equal(at_default_level["force_z_hi_N"], wide["force_z_hi_N"])
+    assert scaled.at_confidence(0.95).zeta_hi == medium.zeta_hi
+    table = scaled.table()
     assert len(table) == 91
     assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()
     for wrong in (0.4, 1.0, float("nan")):
@@ -202,21 +214,21 @@ def test_a_pose_without_a_number_says_why(results):
     # straight down is the one direction that is known
     for x, lost in (([0, 0, 0], [False] * 3), ([0, -1, -2], [False, False, True])):
         motion = rftfit.path([0, 1, 2], x, [2, 1, -2], [0, 0, 0])
-        found = rftfit.predict(profile, plate, motion)
-        assert list(found["t_s"]) == [0, 1, 2]
-        assert list(found["force_z_N"].isna()) == lost
-        assert list(found["reason"].str.contains("no run")) == lost
+        forces = rftfit.predict(profile, plate, motion)
+        assert list(forces["t_s"]) == [0, 1, 2]
+        assert list(forces["force_z_N"].isna()) == lost
+        assert list(forces["reason"].str.contains("no run")) == lost
 
 
 def test_problems_of_a_campaign(results, tmp_path):
     root = tmp_path / "c"
     shutil.copytree(results.root, root)
-    found = rftfit.check(root)
-    assert {problem.severity for problem in found} == {"warning"}
-    assert {(problem.place.row, problem.place.column) for problem in found} >= {(2, "force_log")}
+    problems = rftfit.check(root)
+    assert {problem.severity for problem in problems} == {"warning"}
+    assert {(problem.place.row, problem.place.column) for problem in problems} >= {(2, "force_log")}
     sheet = root / "config" / "runs.csv"
     sheet.write_text(sheet.read_text().replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
-    errors = [one for one in rftfit.check(root) if one.severity == "error"]
+    errors = [problem for problem in rftfit.check(root) if problem.severity == "error"]
     (error,) = errors
     assert (error.place.row, error.place.column, error.nearest) == (2, "kind", "plate")
     with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):
@@ -238,8 +250,8 @@ def test_a_log_and_its_slope(tmp_path):
     slope = rftfit.fit_slope(depth, stress)
     lo, hi = slope.interval(0.999)
     assert lo[0] < 0.35 < hi[0]
-    both = rftfit.fit_slope(depth, np.stack([stress, -stress]))
-    np.testing.assert_allclose(both.alpha, [slope.alpha[0], -slope.alpha[0]])
+    both_slopes = rftfit.fit_slope(depth, np.stack([stress, -stress]))
+    np.testing.assert_allclose(both_slopes.alpha, [slope.alpha[0], -slope.alpha[0]])
     holed = np.where(depth == 1, np.nan, stress)
     for x, y, match in ((depth[:-1], stress, "fit together"), (depth, holed, "finite")):
         with pytest.raises(ValueError, match=match):
@@ -258,8 +270,8 @@ def test_a_log_and_its_slope(tmp_path):
 def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
     events: Any = (
         *(
-            {"event": "job_info", "jobid": one, "rule_name": rule, "wildcards": {"m": "sand"}}
-            for one, rule in enumerate(("tare", "slopes"))
+            {"event": "job_info", "jobid": number, "rule_name": rule, "wildcards": {"m": "sand"}}
+            for number, rule in enumerate(("tare", "slopes"))
         ),
         {"skipped": 0},
         {"event": "job_finished", "job_id": 0},

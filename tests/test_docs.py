@@ -24,8 +24,8 @@ from doc_blocks import (
 from rftfit.conventions import direction, tangent
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
-EVERY = [block for page in pages() for block in blocks_of(page)]
-RUN = sorted({block.page for block in EVERY if fate(block) == "run"})
+BLOCKS = [block for page in pages() for block in blocks_of(page)]
+RUN = sorted({block.page for block in BLOCKS if fate(block) == "run"})
 NOT_RUN = {
     "README.md": ["takes minutes"],
     "docs/example-cmu-sand.md": ["network"],
@@ -42,18 +42,18 @@ def base() -> dict[str, Any]:
 
 
 def test_few_blocks_are_not_run_and_say_why():
-    assert len(EVERY) > 30
-    assert [f"{block.place}: {block.language!r}" for block in EVERY if not fate(block)] == []
-    found: dict[str, list[str]] = {}
-    for block in EVERY:
+    assert len(BLOCKS) > 30
+    assert [f"{block.place}: {block.language!r}" for block in BLOCKS if not fate(block)] == []
+    reasons: dict[str, list[str]] = {}
+    for block in BLOCKS:
         if fate(block) == "not run":
             assert block.marks["not run"] in REASONS, block.place
-            found.setdefault(block.page, []).append(block.marks["not run"])
-    assert found == NOT_RUN
+            reasons.setdefault(block.page, []).append(block.marks["not run"])
+    assert reasons == NOT_RUN
 
 
 @pytest.mark.parametrize(
-    "block", [one for one in EVERY if fate(one) == "run by"], ids=lambda one: one.place
+    "block", [block for block in BLOCKS if fate(block) == "run by"], ids=lambda block: block.place
 )
 def test_what_another_test_runs_is_run_there(block):
     text = (ROOT / block.marks["run by"]).read_text(encoding="utf-8")
@@ -66,8 +66,12 @@ def test_what_another_test_runs_is_run_there(block):
 
 @pytest.mark.parametrize(
     "block",
-    [one for one in EVERY if one.language in ("yaml", "toml") and fate(one) in ("checked", "file")],
-    ids=lambda one: one.place,
+    [
+        block
+        for block in BLOCKS
+        if block.language in ("yaml", "toml") and fate(block) in ("checked", "file")
+    ],
+    ids=lambda block: block.place,
 )
 def test_configuration_is_valid(block, base):
     check_values(block, base)
@@ -86,8 +90,8 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path):
             assert comparable(reader.printed) == comparable(block.text), (
                 f"{block.place}: make gallery"
             )
-    for made, words in SAYS.get(page, {}).items():
-        assert words in reader.said, made
+    for command, words in SAYS.get(page, {}).items():
+        assert words in reader.transcript, command
 
 
 def test_examples_of_the_build_say_what_the_package_computes():
@@ -103,19 +107,25 @@ def test_examples_of_the_build_say_what_the_package_computes():
 
 def test_every_page_has_a_picture_or_a_table():
     # the list of changes is text alone
-    shown = re.compile(r"^\||!\[|^```\{(generated|notebook|include|list-table)", re.MULTILINE)
-    bare = [page for page in pages() if not shown.search((ROOT / page).read_text(encoding="utf-8"))]
+    picture_or_table = re.compile(
+        r"^\||!\[|^```\{(generated|notebook|include|list-table)", re.MULTILINE
+    )
+    bare = [
+        page
+        for page in pages()
+        if not picture_or_table.search((ROOT / page).read_text(encoding="utf-8"))
+    ]
     assert bare == []
 
 
 def test_tests_that_a_page_names_are_there():
     files = [*(ROOT / "tests").rglob("*.py")]
-    found = "".join(path.read_text(encoding="utf-8") for path in files)
-    there = {*re.findall(r"def (test_\w+)", found), *(path.stem for path in files)}
+    code = "".join(path.read_text(encoding="utf-8") for path in files)
+    test_names = {*re.findall(r"def (test_\w+)", code), *(path.stem for path in files)}
     text = "".join((ROOT / page).read_text(encoding="utf-8") for page in pages())
-    named = {*re.findall(r"\btest_\w+", text)}
-    assert named
-    assert named <= there
+    names_in_pages = {*re.findall(r"\btest_\w+", text)}
+    assert names_in_pages
+    assert names_in_pages <= test_names
 
 
 @pytest.fixture
@@ -133,19 +143,24 @@ def drawings(extension):
 def test_the_gallery_shows_every_figure(extension):
     gallery = extension("gallery")
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
-    shown = re.findall(r"(?m)^### `(.+)`\n\n!\[.*\]\((.+)\)", text)
-    assert [name for name, _ in shown] == [gallery.name_of(one) for one in gallery.declared()]
-    assert all((ROOT / "docs" / picture).is_file() for _, picture in shown)
-    kept = [*(ROOT / "docs" / "images").rglob("*.*"), ROOT / "docs" / "live" / "report.html"]
-    assert max(path.stat().st_size for path in kept) < 1e6
-    assert sum(path.stat().st_size for path in kept) < 4e6
+    pictures = re.findall(r"(?m)^### `(.+)`\n\n!\[.*\]\((.+)\)", text)
+    assert [name for name, _ in pictures] == [
+        gallery.name_of(figure) for figure in gallery.declared()
+    ]
+    assert all((ROOT / "docs" / picture).is_file() for _, picture in pictures)
+    stored_files = [
+        *(ROOT / "docs" / "images").rglob("*.*"),
+        ROOT / "docs" / "live" / "report.html",
+    ]
+    assert max(path.stat().st_size for path in stored_files) < 1e6
+    assert sum(path.stat().st_size for path in stored_files) < 4e6
 
 
 def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings):
-    kept = (ROOT / "docs" / "images" / "angles.svg").read_bytes().replace(b"\r\n", b"\n")
+    stored = (ROOT / "docs" / "images" / "angles.svg").read_bytes().replace(b"\r\n", b"\n")
     drawn = drawings.svg(drawings.angles())
     assert drawn == drawings.svg(drawings.angles())
-    assert drawn == kept, "python docs/_ext/drawings.py draws it again"
+    assert drawn == stored, "python docs/_ext/drawings.py draws it again"
 
 
 def test_arrows_of_the_sketch_follow_the_conventions(drawings):
@@ -212,16 +227,16 @@ def test_a_block_that_is_wrong_is_seen(tmp_path, base):
 
 def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, extension):
     pytest.importorskip("sphinx")
-    check, far, near = extension("offline_check"), tmp_path / "far", tmp_path / "near"
+    check, far_pages, near_pages = extension("offline_check"), tmp_path / "far", tmp_path / "near"
     page = '<a href="https://doi.org/1">paper</a><script src="own.js"></script>'
     for name, text, count in (
         ("good.html", page, 0),
         ("bad.html", '<script src="//far.example/x.js"></script>', 1),
         ("bad.css", "@import url(https://far.example/x.css);", 2),
     ):
-        far.mkdir(exist_ok=True)
-        (far / name).write_text(text, encoding="utf-8")
-        assert len(check.far_addresses(far)) == count
+        far_pages.mkdir(exist_ok=True)
+        (far_pages / name).write_text(text, encoding="utf-8")
+        assert len(check.far_addresses(far_pages)) == count
     two = '<p id="there"><a href="#there">here</a><a href="one.html?x=1#top">1</a>'
     three = '<a href="one.html#gone">1</a><img alt="x" src="gone.png"><a href="#gone">here</a>'
     for name, text, count in (
@@ -229,6 +244,6 @@ def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, e
         ("one.html", '<h1 id="top">1</h1><a href="two.html#there">2</a>', 0),
         ("three.html", three, 3),
     ):
-        near.mkdir(exist_ok=True)
-        (near / name).write_text(text, encoding="utf-8")
-        assert len(check.dead_links(near)) == count
+        near_pages.mkdir(exist_ok=True)
+        (near_pages / name).write_text(text, encoding="utf-8")
+        assert len(check.dead_links(near_pages)) == count

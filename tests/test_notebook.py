@@ -24,7 +24,7 @@ def test_in_a_fresh_clone(tmp_path, monkeypatch, capsys):
                 figures += len(plt.get_fignums())
                 plt.close("all")
     assert figures == 4
-    said = capsys.readouterr().out
-    assert "zeta = 0.613" in said
-    assert "chi = " in said
+    printed = capsys.readouterr().out
+    assert "zeta = 0.613" in printed
+    assert "chi = " in printed
     assert np.isfinite(names["forces"]["force_z_hi_N"]).all()

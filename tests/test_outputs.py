@@ -20,19 +20,19 @@ from rftfit.cli.main import main
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
-from rftfit.outputs.dictionary import KINDS, column_of, describe, outputs
+from rftfit.outputs.dictionary import KINDS, column_of, describe_file, outputs
 from rftfit.store import write_csv
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
 ROOT = Path(__file__).parents[1]
-TABLES = [one for one in outputs() if one.columns]
+TABLES = [output for output in outputs() if output.columns]
 MEDIUM = "poppy_LP"
 
 
 # --- the dictionary itself ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("table", TABLES, ids=lambda one: one.file)
+@pytest.mark.parametrize("table", TABLES, ids=lambda table: table.file)
 def test_units_in_names_are_those_of_the_dictionary(table):
     names = [name for column in table.columns for name in column.names]
     assert len(names) == len(set(names))
@@ -55,13 +55,13 @@ def test_a_word_means_the_same_in_every_table():
 
     But `why` is a code beside samples and a text elsewhere, and strides of a track have fractions.
     """
-    seen: dict[str, set[tuple[str, str]]] = {}
-    for table in (one for one in TABLES if not one.file.endswith(".json")):
+    kinds_and_units: dict[str, set[tuple[str, str]]] = {}
+    for table in (table for table in TABLES if not table.file.endswith(".json")):
         for column in table.columns:
             for name in column.names:
                 if not column.unit.startswith("as ") and column.quantity != "as in the run sheet":
-                    seen.setdefault(name, set()).add((column.kind, column.unit))
-    assert {name for name, kinds in seen.items() if len(kinds) > 1} == {"why", "strides"}
+                    kinds_and_units.setdefault(name, set()).add((column.kind, column.unit))
+    assert {name for name, kinds in kinds_and_units.items() if len(kinds) > 1} == {"why", "strides"}
 
 
 def test_every_stage_and_result_is_described(tmp_path, paper_config):
@@ -82,13 +82,13 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
     full = [f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors")]
     jobs = [*planned_jobs(config), *planned_jobs(config, full)]
     for path, stage in {path: job.rule for job in jobs for path in job.writes}.items():
-        output = describe(path)
+        output = describe_file(path)
         assert output is not None, path
         assert stage in output.stage.split(", "), path
-    known = {*STAGES, *FIGURE_RULES, "all"}
-    for one in outputs():
-        if one.file.startswith("results/"):
-            assert set(one.stage.split(", ")) <= known, one.file
+    stages = {*STAGES, *FIGURE_RULES, "all"}
+    for entry in outputs():
+        if entry.file.startswith("results/"):
+            assert set(entry.stage.split(", ")) <= stages, entry.file
 
 
 # --- against tables -------------------------------------------------------------------------------
@@ -104,10 +104,10 @@ def test_columns_of_found_clocks_and_surface(tmp_path):
     # the run sheet names logs that are not there: a refused run has all columns too
     room.logs = dict.fromkeys(room.logs)
     _, runs, _ = ingest_medium(load_campaign(room.write()), MEDIUM)
-    output = describe(f"results/runs/{MEDIUM}.csv")
+    output = describe_file(f"results/runs/{MEDIUM}.csv")
     assert output is not None
     assert undescribed(output, runs.columns) == []
-    extra = {name for one in output.columns if one.when for name in one.names}
+    extra = {name for column in output.columns if column.when for name in column.names}
     assert extra <= set(runs.columns)
 
 
@@ -120,21 +120,27 @@ def test_tables_of_commands(tmp_path, capsys, monkeypatch):
         "body.obj": "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
     }.items():
         Path(name).write_text(text, encoding="utf-8")
-    for command, words, made in (
+    for command, words, file_name in (
         ("scale", "--alpha 0.9", "a.csv"),
         ("predict", "--leg c_leg --alpha 0.9", "b.csv"),
         ("predict", f"--outline scoop.csv --width 5 --path dig.csv --medium {MEDIUM}", "c.csv"),
         ("simulate", f"--frequency 4 --curvature 1 --medium {MEDIUM} --no-animation", "walk"),
         ("predict --mesh", "body.obj --unit cm --path fly.csv --alpha 0.9", "d.csv"),
     ):
-        assert main([*command.split(), *words.split(), "--output", made]) == 0, capsys.readouterr()
-        (output,) = (one for one in outputs() if one.stage == f"rftfit {command}")
-        names, table = columns_in(Path(made) if "." in made else Path(made, "motion.csv"))
+        assert main([*command.split(), *words.split(), "--output", file_name]) == 0, (
+            capsys.readouterr()
+        )
+        (output,) = (output for output in outputs() if output.stage == f"rftfit {command}")
+        names, table = columns_in(
+            Path(file_name) if "." in file_name else Path(file_name, "motion.csv")
+        )
         assert undescribed(output, names) == []
         assert table is not None
         assert wrong_kind(output, table) == []
-        told = {name for one in output.columns if not one.when for name in one.names}
-        assert {one for one in told if "<" not in one} <= set(names)
+        required_names = {
+            name for column in output.columns if not column.when for name in column.names
+        }
+        assert {name for name in required_names if "<" not in name} <= set(names)
 
 
 # --- the check itself -----------------------------------------------------------------------------
@@ -158,9 +164,9 @@ def test_a_column_or_file_too_many_or_too_few_is_seen(small_made, tmp_path):
 
 
 def test_the_closest_entry_describes():
-    assert describe("results/ledger/robot.csv") is not None
-    assert describe("results/a/b/c/d.csv") is None
-    motion: Any = describe("results/robot/motion.csv")
+    assert describe_file("results/ledger/robot.csv") is not None
+    assert describe_file("results/a/b/c/d.csv") is None
+    motion: Any = describe_file("results/robot/motion.csv")
     column: Any = column_of(motion, "force_z_tripod_2_N")
     assert column.name.endswith("tripod_<number>_N")
 
@@ -172,9 +178,9 @@ def test_the_pages_are_made_from_it(monkeypatch):
     import generated  # type: ignore[import-not-found]
 
     text = generated.outputs()
-    for one in outputs():
-        assert one.file in text
-        for column in one.columns:
+    for output in outputs():
+        assert output.file in text
+        for column in output.columns:
             assert f"`{column.names[0]}`" in text
     text = generated.commands()
     for words in (

@@ -58,8 +58,8 @@ def documented_lab_rooms():
 
 def room_of(path):
     """First name below the package: rftfit/logs/rig.py is in logs, rftfit/results.py in results."""
-    first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    return "cli" if first == "__main__" else first
+    top_name = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    return "cli" if top_name == "__main__" else top_name
 
 
 def imported_rooms(path):
@@ -89,21 +89,21 @@ def test_imports_run_downward():
     lab = documented_lab_rooms() | {"errors", "lab", "version"}
     problems = []
     for path in MODULES:
-        here = room_of(path)
-        if here == "__init__":  # the public API names what is in any room
+        importer = room_of(path)
+        if importer == "__init__":  # the public API names what is in any room
             continue
-        if here not in rank and here != "lab":
-            problems.append(f"{relative(path)}: room {here} is not in docs/architecture.md")
+        if importer not in rank and importer != "lab":
+            problems.append(f"{relative(path)}: room {importer} is not in docs/architecture.md")
             continue
         for line, room in imported_rooms(path):
-            if here == "lab":
+            if importer == "lab":
                 allowed = room in lab
             elif room == "lab":
-                allowed = here == "cli"
+                allowed = importer == "cli"
             else:
-                allowed = room == here or rank.get(room, 99) < rank[here]
+                allowed = room == importer or rank.get(room, 99) < rank[importer]
             if not allowed:
-                problems.append(f"{relative(path)}:{line}: {here} imports {room}")
+                problems.append(f"{relative(path)}:{line}: {importer} imports {room}")
     assert not problems, "\n".join(problems)
 
 
@@ -113,16 +113,16 @@ def test_no_circle_between_modules():
     names = {path: name.removesuffix(".__init__") for path, name in dotted.items()}
     imported = {}
     for path, name in names.items():
-        found = set()
+        modules = set()
         for node in ast.walk(parse(path)):
             if isinstance(node, ast.Import):
-                found |= {alias.name for alias in node.names}
+                modules |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 parts = {f"{node.module}.{alias.name}" for alias in node.names}
-                found |= {part if part in names.values() else node.module for part in parts}
-        imported[name] = found & {*names.values()} - {name}
+                modules |= {name if name in names.values() else node.module for name in parts}
+        imported[name] = modules & {*names.values()} - {name}
     # modules that import no other are taken away, again and again: a circle remains
-    while leaves := {name for name, others in imported.items() if not others}:
+    while leaves := {name for name, imports in imported.items() if not imports}:
         imported = {name: imported[name] - leaves for name in imported.keys() - leaves}
     assert not imported
 

@@ -17,8 +17,8 @@ def unpacked(tmp_path_factory):
     pytest.importorskip("hatchling")
     place = tmp_path_factory.mktemp("wheel")
     command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "-d", str(place)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr
     (wheel,) = place.glob("*.whl")
     with zipfile.ZipFile(wheel) as file:
         file.extractall(place / "site")
@@ -45,11 +45,11 @@ def test_every_file_of_a_folder_is_in_the_wheel(unpacked, folder):
 def test_the_wheel_runs_its_own_workflow(unpacked, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(unpacked), "PYTHONSAFEPATH": "1"}
     command = [sys.executable, "-c", FIND]
-    done = subprocess.run(
+    process = subprocess.run(
         command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
-    package, snakefile = map(Path, done.stdout.splitlines())
+    assert process.returncode == 0, process.stderr
+    package, snakefile = map(Path, process.stdout.splitlines())
     assert package == unpacked / "rftfit" / "__init__.py"
     assert snakefile == package.parent / "_workflow" / "Snakefile"
     included = [

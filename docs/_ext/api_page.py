@@ -55,9 +55,9 @@ def api() -> str:
     """Every public name with its signature, docstring and public members."""
     import rftfit
 
-    named = [name for names in GROUPS.values() for name in names]
-    if sorted(named) != sorted(rftfit.__all__):
-        raise ValueError(f"the page lacks {set(rftfit.__all__) ^ set(named)}")
+    documented = [name for names in GROUPS.values() for name in names]
+    if sorted(documented) != sorted(rftfit.__all__):
+        raise ValueError(f"the page lacks {set(rftfit.__all__) ^ set(documented)}")
     text = ""
     for group, names in GROUPS.items():
         text += f"## {group}\n\n"
@@ -74,9 +74,9 @@ def _signature(name: str, thing: object) -> str:
         return ""
     shown = inspect.signature(thing)  # type: ignore[arg-type]
     bare = [
-        one.replace(annotation=inspect.Parameter.empty)
-        for one in shown.parameters.values()
-        if one.name not in ("self", "cls")
+        parameter.replace(annotation=inspect.Parameter.empty)
+        for parameter in shown.parameters.values()
+        if parameter.name not in ("self", "cls")
     ]
     plain = shown.replace(parameters=bare, return_annotation=inspect.Signature.empty)
     return f"```python\n{name}{plain}\n```\n\n"
@@ -108,15 +108,17 @@ def _body(thing: object) -> str:
 def _entries(content: str) -> str:
     text = ""
     for entry in re.split(r"\n(?=\S)", content.strip()):
-        head, _, rest = entry.partition("\n")
+        head, _, description = entry.partition("\n")
         name, _, kind = head.partition(" : ")
         text += f"- `{name}`{kind and f' ({kind})'}"
-        text += f": {_line(rest)}\n" if rest.strip() else "\n"
+        text += f": {_line(description)}\n" if description.strip() else "\n"
     return text
 
 
 def _prose(text: str) -> str:
-    return "".join(f"{_line(part)}\n\n" for part in text.split("\n\n") if part.strip())
+    return "".join(
+        f"{_line(paragraph)}\n\n" for paragraph in text.split("\n\n") if paragraph.strip()
+    )
 
 
 def _line(text: str) -> str:

@@ -35,11 +35,13 @@ PLATE_CM = 2.54
 # --- What the drawings are made of
 
 
-def sheet(width_cm: float, height_cm: float, columns: int = 1, **how: Any) -> tuple[Figure, Any]:
+def sheet(
+    width_cm: float, height_cm: float, columns: int = 1, **options: Any
+) -> tuple[Figure, Any]:
     """Return a figure with a row of panels without frames, one cm being as long along both axes."""
     figure = style.new_figure(width_cm, height_cm)
     figure.set_layout_engine("constrained", w_pad=0.03, h_pad=0.03)
-    panels = figure.subplots(1, columns, squeeze=False, **how)[0]
+    panels = figure.subplots(1, columns, squeeze=False, **options)[0]
     for panel in panels:
         panel.set_aspect("equal")
         panel.axis("off")
@@ -53,27 +55,29 @@ def bed(axes: Axes, left: float, right: float, bottom: float, top: float) -> Non
     axes.set(xlim=(left, right), ylim=(bottom, top))
 
 
-def arrow(axes: Axes, start: Any, vector: Any, colour: str, label: str = "", **how: Any) -> None:
+def arrow(
+    axes: Axes, start: Any, vector: Any, colour: str, label: str = "", **options: Any
+) -> None:
     """Draw an arrow, and a word at its head."""
     (x, z), (dx, dz) = start, vector
     if float(np.hypot(dx, dz)) > 0.02:
-        look = {
+        arrow_style = {
             "arrowstyle": "-|>",
             "color": colour,
-            "linewidth": how.pop("width", 1.6),
-            "mutation_scale": how.pop("head", 9),
+            "linewidth": options.pop("width", 1.6),
+            "mutation_scale": options.pop("head", 9),
             "shrinkA": 0,
             "shrinkB": 0,
         }
-        axes.annotate("", (x + dx, z + dz), (x, z), arrowprops=look)
+        axes.annotate("", (x + dx, z + dz), (x, z), arrowprops=arrow_style)
     if label:
-        at = how.pop("at", (x + 1.12 * dx, z + 1.12 * dz))
-        say(axes, at, label, color=colour, **how)
+        label_place = options.pop("at", (x + 1.12 * dx, z + 1.12 * dz))
+        say(axes, label_place, label, color=colour, **options)
 
 
-def say(axes: Axes, place: Any, text: str, **how: Any) -> None:
+def say(axes: Axes, place: Any, text: str, **options: Any) -> None:
     """Write at a place."""
-    axes.text(*place, text, **({"fontsize": FONT, "ha": "center", "va": "center"} | how))
+    axes.text(*place, text, **({"fontsize": FONT, "ha": "center", "va": "center"} | options))
 
 
 def bent(
@@ -89,12 +93,12 @@ def bent(
     return first + turn / 2
 
 
-def plate(axes: Axes, beta: float, centre: Any, length: float = PLATE_CM, **how: Any) -> None:
+def plate(axes: Axes, beta: float, centre: Any, length: float = PLATE_CM, **options: Any) -> None:
     """Draw a plate, seen from its edge."""
     way = np.array(conventions.tangent(beta))
     ends = np.array(centre) + np.outer([-0.5, 0.5], way) * length
-    look = {"color": STEEL, "linewidth": 4, "solid_capstyle": "butt"} | how
-    axes.plot(ends[:, 0], ends[:, 1], **look)
+    line_style = {"color": STEEL, "linewidth": 4, "solid_capstyle": "butt"} | options
+    axes.plot(ends[:, 0], ends[:, 1], **line_style)
 
 
 def lab_axes(axes: Axes, origin: Any, length: float = 0.8) -> None:
@@ -119,7 +123,7 @@ def angles() -> Figure:
     beta, gamma = np.radians(30), np.radians(60)
     centre = np.array([0.0, -2.2])
     way, going = (
-        np.array(part) for part in (conventions.tangent(beta), conventions.direction(gamma))
+        np.array(vector) for vector in (conventions.tangent(beta), conventions.direction(gamma))
     )
     bed(left, -3.0, 3.3, -4.6, 1.6)
     lab_axes(left, (-2.8, 0.3))
@@ -268,12 +272,12 @@ def superposition() -> Figure:
     return figure
 
 
-def _label(axes: Axes, across: str, up: str, **how: Any) -> None:
+def _label(axes: Axes, across: str, up: str, **options: Any) -> None:
     style.zero_line(axes)
     axes.set_xlabel(across, fontsize=FONT)
     axes.set_ylabel(up, fontsize=FONT)
     axes.tick_params(labelsize=FONT - 1)
-    axes.legend(fontsize=FONT - 1, **how)
+    axes.legend(fontsize=FONT - 1, **options)
 
 
 @style.styled()
@@ -296,15 +300,15 @@ def where_it_fails() -> Figure:
     poses = rftfit.rotation().poses
     names = {"c_leg": "c-leg: well", "reversed_c_leg": "reversed c-leg: too high"}
     for axes, (name, title) in zip(figure.subplots(1, 2), names.items(), strict=True):
-        own = measured[(measured["medium"] == MEDIUM) & (measured["leg"] == name)]
+        curve = measured[(measured["medium"] == MEDIUM) & (measured["leg"] == name)]
         leg = rftfit.model_leg(name)
         profile = rftfit.published_medium(MEDIUM)
         lift = reference_kernel.pose_forces(profile, leg.body, leg.width_cm, leg.solid, poses)[:, 0]
-        axes.plot(own["theta_deg"], own["force_z_N"], color=DARK, label="measured (Fig. S5)")
+        axes.plot(curve["theta_deg"], curve["force_z_N"], color=DARK, label="measured (Fig. S5)")
         axes.plot(np.degrees(poses[:, 2]), lift, color=FORCE, linestyle="--", label="model")
         _label(axes, r"$\theta$ (deg)", "lift (N)", loc="upper left")
         axes.set_title(title, fontsize=FONT)
-        axes.set_ylim(top=1.55 * max(lift.max(), own["force_z_N"].max()))
+        axes.set_ylim(top=1.55 * max(lift.max(), curve["force_z_N"].max()))
     return figure
 
 
@@ -347,12 +351,16 @@ def push(samples: pd.DataFrame, fits: pd.DataFrame, runs: dict[str, str]) -> Fig
     axes = figure.subplots()
     colours = [style.OKABE_ITO[name] for name in ("blue", "bluish green", "vermillion")]
     for (run, label), colour in zip(runs.items(), colours, strict=True):
-        own = samples[(samples["run_id"] == run) & (samples["path_cm"] > 0)]
+        samples_of_run = samples[(samples["run_id"] == run) & (samples["path_cm"] > 0)]
         alpha = float(fits.set_index("run_id").loc[run, "alpha_z_N_per_cm3"])
         axes.plot(
-            own["depth_cm"], own["stress_z_N_per_cm2"], color=colour, linewidth=0.8, label=label
+            samples_of_run["depth_cm"],
+            samples_of_run["stress_z_N_per_cm2"],
+            color=colour,
+            linewidth=0.8,
+            label=label,
         )
-        used = own.loc[own["in_window"], "depth_cm"]
+        used = samples_of_run.loc[samples_of_run["in_window"], "depth_cm"]
         depth = np.array([used.min(), used.max()])
         axes.plot(depth, alpha * depth, color=DARK, linewidth=1.6, linestyle="--")
     _label(

@@ -34,17 +34,17 @@ def run(code: str, names: dict[str, Any]) -> tuple[str, list[Figure]]:
 
     body = ast.parse(code).body
     last = body.pop() if body and isinstance(body[-1], ast.Expr) else None
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         exec(compile(ast.Module(body, []), "<page>", "exec"), names)  # noqa: S102
         value = None
         if last is not None:
             value = eval(compile(ast.Expression(last.value), "<page>", "eval"), names)
     if value is not None and not code.rstrip().endswith(";"):
-        said.write(value.to_string() if hasattr(value, "to_string") else repr(value))
+        printed.write(value.to_string() if hasattr(value, "to_string") else repr(value))
     figures = [plt.figure(number) for number in plt.get_fignums()]
     plt.close("all")
-    return said.getvalue().rstrip(), figures
+    return printed.getvalue().rstrip(), figures
 
 
 class Running(SphinxDirective):
@@ -53,16 +53,16 @@ class Running(SphinxDirective):
     def block(self, code: str, names: dict[str, Any], base: str, alt: str) -> str:
         """Markdown of a block and what comes of it; figures are written below ``_build``."""
         text, figures = run(code, names)
-        made = f"```python\n{code}\n```\n\n"
+        markdown = f"```python\n{code}\n```\n\n"
         if text:
-            made += f"```{{code-block}} text\n:class: output\n\n{text}\n```\n\n"
+            markdown += f"```{{code-block}} text\n:class: output\n\n{text}\n```\n\n"
         folder = Path(self.env.srcdir) / "_build" / "figures"
         folder.mkdir(parents=True, exist_ok=True)
         for number, figure in enumerate(figures, start=1):
             name = f"{base}_{number}.png"
             figure.savefig(folder / name, dpi=110, metadata={"Software": None})
-            made += f"![{alt}](/_build/figures/{name})\n\n"
-        return made
+            markdown += f"![{alt}](/_build/figures/{name})\n\n"
+        return markdown
 
 
 class Example(Running):
@@ -86,24 +86,26 @@ class Notebook(Running):
     def run(self) -> list[nodes.Node]:
         """Text as it is, code with its output."""
         with tempfile.TemporaryDirectory() as bare, contextlib.chdir(bare):
-            made = self.text()
-        return self.parse_text_to_nodes(made, allow_section_headings=True)
+            markdown = self.text()
+        return self.parse_text_to_nodes(markdown, allow_section_headings=True)
 
     def text(self) -> str:
         """Markdown of all cells."""
         _, path = self.env.relfn2path(self.arguments[0])
         self.env.note_dependency(path)
         names: dict[str, Any] = {}
-        made = title = ""
+        markdown = title = ""
         for number, cell in enumerate(json.loads(Path(path).read_text(encoding="utf-8"))["cells"]):
             text = "".join(cell["source"])
             if cell["cell_type"] == "code":
-                made += self.block(text, names, f"{Path(path).stem}_{number}", f"figure: {title}")
+                markdown += self.block(
+                    text, names, f"{Path(path).stem}_{number}", f"figure: {title}"
+                )
                 continue
             title = next((line.strip("# ") for line in text.splitlines() if line[:1] == "#"), title)
             # what stands above the first heading would come below all of them
-            made += re.sub(r"^# ", "## ", text) + "\n\n"
-        return made
+            markdown += re.sub(r"^# ", "## ", text) + "\n\n"
+        return markdown
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -111,13 +111,13 @@ def write_gallery() -> None:
     """Write the page with its pictures: each figure from the first campaign that has it, for its first medium."""
     shutil.rmtree(PICTURES, ignore_errors=True)
     PICTURES.mkdir(parents=True)
-    found = {name: rftfit.open(CAMPAIGNS / name) for name in SHOWN}
+    campaigns = {name: rftfit.open(CAMPAIGNS / name) for name in SHOWN}
     text, section = HEAD, ""
-    for one in declared():
-        if one.section != section:
-            section = one.section
+    for figure in declared():
+        if figure.section != section:
+            section = figure.section
             text += f"\n## {'First screen' if section == 'summary' else section}\n"
-        text += _entry(one, found)
+        text += _entry(figure, campaigns)
     text += SPACE
     (DOCS / "gallery.md").write_text(text, encoding="utf-8")
     source = CAMPAIGNS / "tutorial" / "results" / "figures" / "penetration.webp"
@@ -126,37 +126,37 @@ def write_gallery() -> None:
 
 def declared() -> list[Declared]:
     """Each figure once, by section: those of the robot are declared again for the full sweep."""
-    found = [one for one in figures() if not one.on_demand]
-    sections = list(dict.fromkeys(one.section for one in found))
-    return sorted(found, key=lambda one: sections.index(one.section))
+    shown = [figure for figure in figures() if not figure.on_demand]
+    sections = list(dict.fromkeys(figure.section for figure in shown))
+    return sorted(shown, key=lambda figure: sections.index(figure.section))
 
 
-def name_of(one: Declared) -> str:
+def name_of(figure: Declared) -> str:
     """Name of a figure's files."""
-    return one.file("<medium>" if "medium" in _arguments(one) else "")
+    return figure.file("<medium>" if "medium" in _arguments(figure) else "")
 
 
-def _arguments(one: Declared) -> list[str]:
-    return list(inspect.signature(one.draw).parameters)[1:]
+def _arguments(figure: Declared) -> list[str]:
+    return list(inspect.signature(figure.draw).parameters)[1:]
 
 
-def _entry(one: Declared, found: dict[str, Results]) -> str:
-    for name, results in found.items():
-        for medium in one.media(results.campaign)[:1]:
-            file = one.file(medium)
+def _entry(figure: Declared, campaigns: dict[str, Results]) -> str:
+    for name, results in campaigns.items():
+        for medium in figure.media(results.campaign)[:1]:
+            file = figure.file(medium)
             source = CAMPAIGNS / name / "results" / f"{file}.webp"
             shutil.copyfile(source, PICTURES / source.name)
-            call = ", ".join(['rftfit.open(".")', *([f'"{medium}"'] if _arguments(one) else [])])
+            call = ", ".join(['rftfit.open(".")', *([f'"{medium}"'] if _arguments(figure) else [])])
             return f"""
-### `{name_of(one)}`
+### `{name_of(figure)}`
 
-![{name_of(one)}](images/gallery/{source.name})
+![{name_of(figure)}](images/gallery/{source.name})
 
-{_plain(one.caption_of(results, medium))}
+{_plain(figure.caption_of(results, medium))}
 
-From {SHOWN[name]}: `rftfit run results/{file}.png`, or `rftfit.figures.{one.module}.{one.draw.__name__}({call})`.
+From {SHOWN[name]}: `rftfit run results/{file}.png`, or `rftfit.figures.{figure.module}.{figure.draw.__name__}({call})`.
 """
-    raise LookupError(f"no campaign of the gallery has {one.run}")
+    raise LookupError(f"no campaign of the gallery has {figure.run}")
 
 
 def _plain(caption: str) -> str:

@@ -42,17 +42,17 @@ def outputs() -> str:
         "commands": "Files of other commands",
     }
     text = ""
-    for part in SECTIONS:
-        text += f"## {titles[part]}\n\n"
-        others = []
-        for one in described():
-            if one.section != part:
+    for section in SECTIONS:
+        text += f"## {titles[section]}\n\n"
+        without_columns = []
+        for output in described():
+            if output.section != section:
                 continue
-            if not one.columns:
-                others.append((f"`{one.file}`", one.about + _when(one.when)))
+            if not output.columns:
+                without_columns.append((f"`{output.file}`", output.about + _when(output.when)))
                 continue
-            name = one.file if "`" in one.file else f"`{one.file}`"
-            text += f"### {name}\n\n{one.about}\n\nOne row: {one.row}. Written by `{one.stage}`{_when(one.when)}\n\n"
+            name = output.file if "`" in output.file else f"`{output.file}`"
+            text += f"### {name}\n\n{output.about}\n\nOne row: {output.row}. Written by `{output.stage}`{_when(output.when)}\n\n"
             rows = [
                 (
                     ", ".join(f"`{name}`" for name in column.names),
@@ -60,16 +60,20 @@ def outputs() -> str:
                     column.unit or ("" if column.kind == "number" else column.kind),
                     column.meaning + (f" (only with {column.when})" if column.when else ""),
                 )
-                for column in one.columns
+                for column in output.columns
             ]
             text += _table(("column", "quantity", "unit or kind", "meaning"), rows) + "\n"
-        if others:
-            text += "### Files without columns\n\n" + _table(("file", "what it is"), others) + "\n"
-        if part == "measure":
+        if without_columns:
+            text += (
+                "### Files without columns\n\n"
+                + _table(("file", "what it is"), without_columns)
+                + "\n"
+            )
+        if section == "measure":
             codes = [(str(int(why)), SENTENCES.get(why.code, "may be used")) for why in RowStatus]
             text += "### Codes of `why`\n\n" + _table(("code", "meaning"), codes) + "\n"
-    said = [(f"`{code}`", sentence) for code, sentence in SENTENCES.items()]
-    text += "(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), said)
+    sentences = [(f"`{code}`", sentence) for code, sentence in SENTENCES.items()]
+    text += "(codes)=\n## Codes of flags and reasons\n\n" + _table(("code", "sentence"), sentences)
     return f"{text}\nLogs, tracks and fits that were refused: {', '.join(_refusals())}.\n"
 
 
@@ -93,16 +97,20 @@ def commands() -> str:
 
     text = ""
     for name, command in make_command().commands.items():
-        words = [f"{_metavar(one)}" for one in command.params if _is_argument(one)]
+        words = [
+            f"{_metavar(parameter)}" for parameter in command.params if _is_argument(parameter)
+        ]
         usage = " ".join(["rftfit", name, "[OPTIONS]", *words])
         text += f"## `rftfit {name}`\n\n{_paragraphs(command.help)}\n\nUsage: `{usage}`\n\n"
-        rows = [_parameter(one) for one in command.params]
+        rows = [_parameter(parameter) for parameter in command.params]
         rows.append(("`-h`, `--help`", "", "", "Show this and stop."))
         text += _table(("option", "value", "default", "meaning"), rows) + "\n"
         text += "".join(
             f"{label}: `{example.strip()}`\n\n"
             for label, _, example in (
-                part.partition(": ") for part in (command.epilog or "").split("\n\n") if part
+                paragraph.partition(": ")
+                for paragraph in (command.epilog or "").split("\n\n")
+                if paragraph
             )
         )
     from rftfit.cli import exit_codes
@@ -120,34 +128,36 @@ def _metavar(parameter: Any) -> str:
     return word if parameter.required else f"[{word.strip('[]')}]"
 
 
-def _parameter(one: Any) -> tuple[str, ...]:
-    argument = _is_argument(one)
-    names = [_metavar(one)] if argument else [*one.opts, *one.secondary_opts]
-    value = "" if argument else one.metavar
-    value += "; may be repeated" if one.multiple else ""
+def _parameter(parameter: Any) -> tuple[str, ...]:
+    argument = _is_argument(parameter)
+    names = [_metavar(parameter)] if argument else [*parameter.opts, *parameter.secondary_opts]
+    value = "" if argument else parameter.metavar
+    value += "; may be repeated" if parameter.multiple else ""
     default = (
-        "" if one.default in (None, False, (), []) or callable(one.default) else f"`{one.default}`"
+        ""
+        if parameter.default in (None, False, (), []) or callable(parameter.default)
+        else f"`{parameter.default}`"
     )
-    if getattr(one, "is_flag", False):
+    if getattr(parameter, "is_flag", False):
         default = (
-            f"`{one.opts[0] if one.default else (one.secondary_opts or [''])[0]}`"
-            if one.secondary_opts
+            f"`{parameter.opts[0] if parameter.default else (parameter.secondary_opts or [''])[0]}`"
+            if parameter.secondary_opts
             else ""
         )
-    if one.required and not argument:
+    if parameter.required and not argument:
         default = "required"
     return (
         ", ".join(f"`{name}`" for name in names),
         value,
         default,
-        " ".join((one.help or "").split()),
+        " ".join((parameter.help or "").split()),
     )
 
 
 def _paragraphs(text: str | None) -> str:
     """Help in paragraphs of one line, without the marks that only a terminal knows."""
     parts = re.split(r"\n\s*\n", (text or "").replace("\b", "").strip())
-    return "\n\n".join(" ".join(part.split()) for part in parts)
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in parts)
 
 
 def robot() -> str:
@@ -195,8 +205,8 @@ def citation() -> str:
             f"CITATION.cff: found version {cff['version']}; allowed: {rftfit.__version__}"
         )
     paper = cff["references"][0]
-    people = [f"{one['family-names']}, {one['given-names']}" for one in paper["authors"]]
-    makers = ", ".join(one["name"] for one in cff["authors"])
+    people = [f"{author['family-names']}, {author['given-names']}" for author in paper["authors"]]
+    makers = ", ".join(author["name"] for author in cff["authors"])
     version = f"version {cff['version']}, {cff['license']} licence"
     pages = (
         f"{paper['volume']}({paper['issue']}), {paper['start']}-{paper['end']} ({paper['year']})"

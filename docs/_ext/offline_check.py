@@ -20,15 +20,15 @@ _STYLE = re.compile(r"""(?:@import\s+["']?|url\(\s*["']?)(?:https?:)?//[^)"';]+"
 
 def far_addresses(folder: Path) -> list[str]:
     """Find what the pages of a folder would fetch from elsewhere; links to follow do not count."""
-    found = []
+    addresses = []
     for path in sorted(folder.rglob("*")):
         if path.suffix == ".html":
             text = path.read_text(encoding="utf-8")
-            found += [f"{path.name}: {tag}" for tag in _TAG.findall(text) if _FAR.search(tag)]
+            addresses += [f"{path.name}: {tag}" for tag in _TAG.findall(text) if _FAR.search(tag)]
         elif path.suffix == ".css":
             text = path.read_text(encoding="utf-8")
-            found += [f"{path.name}: {rule}" for rule in _STYLE.findall(text)]
-    return found
+            addresses += [f"{path.name}: {rule}" for rule in _STYLE.findall(text)]
+    return addresses
 
 
 _LINK = re.compile(
@@ -40,17 +40,19 @@ _ID = re.compile(r"""\bid="([^"]+)\"""")
 def dead_links(folder: Path) -> list[str]:
     """Find the links between the pages of a folder whose file, or place in it, is not there."""
     pages = {path.resolve(): path.read_text(encoding="utf-8") for path in folder.rglob("*.html")}
-    places = {path: {unescape(one) for one in _ID.findall(text)} for path, text in pages.items()}
-    found = []
+    places = {
+        path: {unescape(place) for place in _ID.findall(text)} for path, text in pages.items()
+    }
+    dead = []
     for path, text in sorted(pages.items()):
         for address, place in sorted({(link[1], link[2] or "") for link in _LINK.finditer(text)}):
             target = (path.parent / unquote(unescape(address))).resolve() if address else path
-            there = target.exists() and (
+            is_there = target.exists() and (
                 not place or unescape(place) in places.get(target, {place})
             )
-            if not there:
-                found.append(f"{path.name}: {address}{place and '#'}{place or ''}")
-    return found
+            if not is_there:
+                dead.append(f"{path.name}: {address}{place and '#'}{place or ''}")
+    return dead
 
 
 def _check(app: Sphinx, error: Exception | None) -> None:

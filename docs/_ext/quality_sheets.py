@@ -83,8 +83,11 @@ def draw(root: Path, png: Path) -> None:
 def _prepare(app: Sphinx) -> None:
     png = Path(app.srcdir) / "_build" / "figures" / NAME
     made_by = png.with_suffix(".digest")
-    own = [Path(__file__).with_name("drawings.py"), *sorted(Path(lab.__file__).parent.glob("*.py"))]
-    code = " ".join([code_digest("figures"), *map(sha256_of, own)])
+    sources = [
+        Path(__file__).with_name("drawings.py"),
+        *sorted(Path(lab.__file__).parent.glob("*.py")),
+    ]
+    code = " ".join([code_digest("figures"), *map(sha256_of, sources)])
     if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
         return
     with tempfile.TemporaryDirectory() as place:

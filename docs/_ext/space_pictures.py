@@ -28,9 +28,9 @@ from doc_blocks import Reader, blocks_of, fate
 def save(picture: Image.Image, name: str, width: int) -> None:
     """Write a picture so wide as webp."""
     size = width, round(width * picture.height / picture.width)
-    made = BytesIO()
-    picture.convert("RGB").resize(size, Image.Resampling.LANCZOS).save(made, "webp", quality=70)
-    (PICTURES / f"{name}.webp").write_bytes(made.getvalue())
+    webp = BytesIO()
+    picture.convert("RGB").resize(size, Image.Resampling.LANCZOS).save(webp, "webp", quality=70)
+    (PICTURES / f"{name}.webp").write_bytes(webp.getvalue())
 
 
 def follow(page: str, folder: Path) -> Reader:
@@ -61,9 +61,9 @@ def main() -> None:
     """Write all three."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        made = follow("space", folder / "space").here / "wheel.png"
-        save(Image.open(made), "space_path", 1000)
-        save(rover(follow("mujoco", folder / "mujoco").here), "space_rover", 800)
+        picture = follow("space", folder / "space").folder / "wheel.png"
+        save(Image.open(picture), "space_path", 1000)
+        save(rover(follow("mujoco", folder / "mujoco").folder), "space_rover", 800)
         script = ROOT / "examples" / "cmu-wheel" / "wheel.py"
         subprocess.run([sys.executable, script, folder / "runs.png"], check=True)
         save(Image.open(folder / "runs.png"), "space_wheel", 900)

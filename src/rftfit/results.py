@@ -40,7 +40,7 @@ from rftfit.model.profiles import (
     scaled_generic,
 )
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
-from rftfit.outputs.dictionary import Output, column_of, describe
+from rftfit.outputs.dictionary import Output, column_of, describe_file
 from rftfit.store import csv_bytes, read_csv, read_parquet
 
 FOLDER = "results"
@@ -128,7 +128,7 @@ class Tables:
         return self._read(name, self._there(name))[0]
 
     def _read(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
-        output = describe(f"{FOLDER}/{name}")
+        output = describe_file(f"{FOLDER}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
         table = read_csv(
@@ -361,7 +361,7 @@ class Results(Tables):
             # read first: a stage must not get at a table that it does not declare
             table = self.alpha_table(medium)
             if (medium, method) not in self._fits:
-                self._fits[medium, method] = scaling.fit_medium(table, self.config, method)
+                self._fits[medium, method] = scaling.fit_terms(table, self.config, method)
         return {medium: self._fits[medium, method] for medium in self.laboratory}
 
     def generic(self, method: str | None = None) -> FloatArray:

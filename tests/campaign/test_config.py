@@ -106,12 +106,14 @@ def test_each_fault_has_its_message(room, old, new, code, parts):
     text = broken(room, old, new)
     line = next((line for line in text.splitlines() if line.startswith(f"config.{code}: ")), text)
     assert line.startswith(f"config.{code}: config/config.yaml")
-    assert [part for part in parts if part not in line] == []
+    assert [phrase for phrase in parts if phrase not in line] == []
 
 
 def test_all_faults_at_once(room):
     room.config = room.config.replace("title:", "titel:", 1).replace("24", "x").replace("F3", "F5")
-    codes = sorted(one.code[7:] for one in room.check() if one.code.startswith("config."))
+    codes = sorted(
+        problem.code[7:] for problem in room.check() if problem.code.startswith("config.")
+    )
     assert codes == ["missing-key", "out-of-range", "unknown-key", "wrong-type"]
 
 
@@ -195,7 +197,7 @@ def test_keys_are_names_whatever_they_look_like():
 
 
 @pytest.mark.parametrize(
-    ("section", "key", "said"),
+    ("section", "key", "message"),
     [
         (
             "{dialect: delimited, text: {delimiter: ',', encoding: utf-99}}",
@@ -220,8 +222,8 @@ def test_keys_are_names_whatever_they_look_like():
         ),
     ],
 )
-def test_sections_of_logs(room, section, key, said):
+def test_sections_of_logs(room, section, key, message):
     room.config += f"force_log: {section}\n"
     problem = room.only("config.inconsistent")
     assert problem.place.key == f"force_log{key}"
-    assert said in problem.allowed
+    assert message in problem.allowed

@@ -43,11 +43,11 @@ def run(config, sheet, name):
             load_campaign(room.path)
 
 
-def with_hole(data, whole, filling):
+def with_hole(data, content, filling):
     """The bytes with some of them taken out and others put in their place."""
-    at = data.draw(st.integers(0, len(whole)))
-    end = data.draw(st.integers(at, min(len(whole), at + 40)))
-    return whole[:at] + data.draw(filling) + whole[end:]
+    start = data.draw(st.integers(0, len(content)))
+    end = data.draw(st.integers(start, min(len(content), start + 40)))
+    return content[:start] + data.draw(filling) + content[end:]
 
 
 @pytest.mark.statistics

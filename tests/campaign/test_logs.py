@@ -25,7 +25,7 @@ def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
 
 
 @pytest.mark.parametrize(
-    ("path", "code", "part"),
+    ("path", "code", "text"),
     [
         ("../runs.csv", "sheet.path-outside", "without .."),
         ("logs/../logs/p1_force.csv", "sheet.path-outside", "without .."),
@@ -43,18 +43,18 @@ def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
         ("x" * 5000, "sheet.log-missing", "a file that exists"),
     ],
 )
-def test_log_paths(room, path, code, part, tmp_path_factory):
-    far = tmp_path_factory.mktemp("far")
-    (far / "secret.csv").write_text("", encoding="utf-8")
+def test_log_paths(room, path, code, text, tmp_path_factory):
+    outside_folder = tmp_path_factory.mktemp("far")
+    (outside_folder / "secret.csv").write_text("", encoding="utf-8")
     raw = room.folder / "raw"
-    (raw / "out").symlink_to(far)
-    (raw / "out.csv").symlink_to(far / "secret.csv")
+    (raw / "out").symlink_to(outside_folder)
+    (raw / "out.csv").symlink_to(outside_folder / "secret.csv")
     (raw / "loop.csv").symlink_to(raw / "loop.csv")
     os.mkfifo(raw / "pipe")
     room.rows["p1"]["force_log"] = path
     problem = room.only(code)
     assert problem.place == Place("runs.csv", 2, "force_log")
-    assert part in str(problem)
+    assert text in str(problem)
 
 
 def test_a_link_within_raw_is_a_log(room):
@@ -64,7 +64,7 @@ def test_a_link_within_raw_is_a_log(room):
 
 
 ONE, SYNC, ESTIMATE = (
-    f"clock: {{method: {one}}}\n" for one in ("same_clock", "sync_line", "estimate")
+    f"clock: {{method: {method}}}\n" for method in ("same_clock", "sync_line", "estimate")
 )
 F, M, S = "force_log", "motion_log", "stroke"
 FORCE, MOTION, UPPER = "logs/p1_force.csv", "logs/p1_motion.csv", "logs/P1_FORCE.csv"
@@ -139,19 +139,19 @@ def test_logs_of_rows(room, change, config, codes):
     room.touch(UPPER)
     room.put(change)
     room.config += config
-    places, found = room.told()
-    of_config = [(one.place.key, one.code[7:]) for one in found if one.place.key]
+    places, problems = room.list_problems()
+    of_config = [(problem.place.key, problem.code[7:]) for problem in problems if problem.place.key]
     of_sheet = [(code[6:], *place) for code, *place in places if code.startswith("sheet")]
     tares = ("tare-missing", "tare-unused")
-    assert of_config + [one for one in of_sheet if one[0] not in tares] == codes
-    for one in found:
-        if one.code == "sheet.shared-file":
+    assert of_config + [entry for entry in of_sheet if entry[0] not in tares] == codes
+    for problem in problems:
+        if problem.code == "sheet.shared-file":
             assert re.search(
                 r"a file of its own; (force|motion)_log of (row [28]|this row) names this one",
-                one.allowed,
+                problem.allowed,
             )
-        if one.code.endswith("one-file"):
-            assert one.allowed.endswith(
+        if problem.code.endswith("one-file"):
+            assert problem.allowed.endswith(
                 f"found {'estimate' if config == ESTIMATE else 'sync_line'}"
             )
 

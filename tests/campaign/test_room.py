@@ -97,8 +97,8 @@ def test_problem_reads_as_a_sentence():
 
 
 def test_an_unknown_word_of_the_command_line():
-    said = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
-    assert said == (
+    text = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
+    assert text == (
         "--medium: found 'popy_LP'; allowed: poppy_LP, poppy_CP; did you mean 'poppy_LP'?"
     )
     assert "did you mean" not in unknown_word("--medium", "glass", ["poppy_LP"])
@@ -128,8 +128,10 @@ def test_loading_needs_no_heavy_library(room):
         f"load_campaign(Path({str(room.path)!r})); "
         "print([m for m in ('openpyxl', 'matplotlib', 'scipy', 'numba') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout.strip() == "[]"
 
 
 def test_the_demonstration_config_is_right(pytestconfig):

@@ -8,16 +8,18 @@ from typing import Any
 import pytest
 
 from rftfit.campaign.problems import Place
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 
 LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
 SCHEMA = Schema(
     "table",
     (
-        Column("depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50),
-        Column("side", "choice", "which side", choices=("left", "right")),
-        Column("load_N", needed=False, above=0),
-        Column("used", "flag", needed=False),
+        TableColumn(
+            "depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50
+        ),
+        TableColumn("side", "choice", "which side", choices=("left", "right")),
+        TableColumn("load_N", needed=False, above=0),
+        TableColumn("used", "flag", needed=False),
     ),
     comments=True,
     others="ignored",
@@ -54,15 +56,20 @@ def test_units_of_the_header(tmp_path, header, cell, depth):
 def test_a_range_is_in_the_columns_own_unit(tmp_path):
     rows, problems = read_rows(written(tmp_path, "depth_in,side\n10,left\n20,left\n"), SCHEMA)
     assert rows[0].number["depth"] == pytest.approx(25.4)
-    assert [(one.place.row, one.code) for one in problems] == [(3, "table.out-of-range")]
+    assert [(problem.place.row, problem.code) for problem in problems] == [
+        (3, "table.out-of-range")
+    ]
 
 
 def test_every_problem_of_a_table_at_once(tmp_path):
     text = "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51;lift;nan;oui;\n;right;1_0;no;\n"
     path = written(tmp_path, text)
     _, problems = read_rows(path, SCHEMA, "t.csv")
-    found = {(one.place, one.code.removeprefix("table.")): one.nearest for one in problems}
-    assert found == {
+    nearest = {
+        (problem.place, problem.code.removeprefix("table.")): problem.nearest
+        for problem in problems
+    }
+    assert nearest == {
         (Place("t.csv", 1, "load_N"), "duplicate-column"): None,
         (Place("t.csv", 2, "depth"), "decimal-comma"): "1.5",
         (Place("t.csv", 2, "load_N"), "out-of-range"): None,
@@ -88,7 +95,7 @@ def test_every_problem_of_a_table_at_once(tmp_path):
 def test_headers_that_cannot_be_used(tmp_path, header, codes):
     path = written(tmp_path, f"{header}\n1,left\n")
     _, problems = read_rows(path, SCHEMA)
-    header_codes = [one.code for one in problems if one.place.row == 1]
+    header_codes = [problem.code for problem in problems if problem.place.row == 1]
     assert {code.removeprefix("table.") for code in header_codes} == codes
     # a column without a known unit is one problem, not one of each row
     assert "unknown-unit" not in codes or len(problems) == 1

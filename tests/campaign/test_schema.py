@@ -18,10 +18,10 @@ def test_the_written_files_are_in_step_with_the_models(pytestconfig, tmp_path):
     main(tmp_path)
     for name in ("config.schema.json", "README.md"):
         stored = (pytestconfig.rootpath / "config" / name).read_text(encoding="utf-8")
-        made = (tmp_path / name).read_text(encoding="utf-8")
+        generated = (tmp_path / name).read_text(encoding="utf-8")
         if name.endswith(".json"):  # as values: older versions of pydantic write 0.0 for 0
-            stored, made = json.loads(stored), json.loads(made)
-        assert stored == made, "run python -m rftfit.campaign.schema and commit the result"
+            stored, generated = json.loads(stored), json.loads(generated)
+        assert stored == generated, "run python -m rftfit.campaign.schema and commit the result"
 
 
 def test_every_key_and_column_is_described():
@@ -89,12 +89,12 @@ def test_the_template_names_every_needed_key(tmp_path):
 
 def test_init_never_overwrites(tmp_path):
     (tmp_path / "config").mkdir()
-    mine = tmp_path / "config" / "runs.csv"
-    mine.write_text("mine", encoding="utf-8")
+    existing_sheet = tmp_path / "config" / "runs.csv"
+    existing_sheet.write_text("mine", encoding="utf-8")
     (tmp_path / "README.md").symlink_to(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"README\.md, config/runs\.csv would be overwritten"):
         init_campaign(tmp_path)
-    assert mine.read_text(encoding="utf-8") == "mine"
+    assert existing_sheet.read_text(encoding="utf-8") == "mine"
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "config", "runs.csv"]
 
 

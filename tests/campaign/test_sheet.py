@@ -17,7 +17,9 @@ def test_missing_sheet(room):
     room.config = room.config.replace("runs.csv", "other.csv")
     room.path.write_text(room.config, encoding="utf-8")
     problems = check_campaign(room.path)[1]
-    assert [(one.code, one.place) for one in problems] == [("sheet.missing", Place("other.csv"))]
+    assert [(problem.code, problem.place) for problem in problems] == [
+        ("sheet.missing", Place("other.csv"))
+    ]
 
 
 def test_sheet_by_a_link_out_is_refused(room, tmp_path_factory):
@@ -75,16 +77,18 @@ def test_a_stray_quote(room):
 def test_columns_missing_unknown_and_twice(room):
     names = {"medium": "mediun", "force_log": "note"}
     room.columns = [names.get(name, name) for name in room.columns]
-    found = {(one.code[6:], one.place.column): one for one in room.check()}
-    assert set(found) == {
+    problem_by_column = {
+        (problem.code[6:], problem.place.column): problem for problem in room.check()
+    }
+    assert set(problem_by_column) == {
         ("duplicate-column", "note"),
         ("unknown-column", "mediun"),
         ("missing-column", "medium"),
         ("missing-column", "force_log"),
     }
-    assert {one.place.row for one in found.values()} == {1}
-    assert "column number 9" in found["duplicate-column", "note"].allowed
-    assert found["unknown-column", "mediun"].nearest == "medium"
+    assert {problem.place.row for problem in problem_by_column.values()} == {1}
+    assert "column number 9" in problem_by_column["duplicate-column", "note"].allowed
+    assert problem_by_column["unknown-column", "mediun"].nearest == "medium"
 
 
 def test_a_horizontal_run_needs_the_depth_column(room):
@@ -92,8 +96,8 @@ def test_a_horizontal_run_needs_the_depth_column(room):
         room.columns.remove(name)
     assert room.check() == []
     room.columns.remove("depth_cm")
-    found = [(one.place.row, one.code) for one in room.check()]
-    assert found == [(row, "sheet.required") for row in (4, 5)]
+    rows_and_codes = [(problem.place.row, problem.code) for problem in room.check()]
+    assert rows_and_codes == [(row, "sheet.required") for row in (4, 5)]
 
 
 def test_more_cells_than_columns(room):
@@ -101,8 +105,8 @@ def test_more_cells_than_columns(room):
     codes = {problem.code for problem in room.check(room.text().replace('"', "").encode())}
     assert "sheet.decimal-comma" not in codes
     lines = room.text().splitlines()
-    last = "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"
-    problem = room.only("sheet.no-header", "\n".join([lines[0], *lines[2:], last]).encode())
+    last_line = "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"
+    problem = room.only("sheet.no-header", "\n".join([lines[0], *lines[2:], last_line]).encode())
     assert (problem.place, problem.found) == (Place("runs.csv", 7, "number 27"), "x")
     assert "decimal comma" in problem.allowed
 
@@ -115,8 +119,8 @@ def test_a_blank_cell_that_is_needed(room, column):
     room.add("p2", "p1", tare_run="")
     room.rows["p2"][column] = ""
     problems = [problem for problem in room.check() if problem.severity == "error"]
-    found = [(problem.code, problem.place) for problem in problems]
-    assert found == [("sheet.required", Place("runs.csv", 8, column))]
+    codes_and_places = [(problem.code, problem.place) for problem in problems]
+    assert codes_and_places == [("sheet.required", Place("runs.csv", 8, column))]
 
 
 @pytest.mark.parametrize(
@@ -201,12 +205,12 @@ def test_a_blank_cell_that_is_needed(room, column):
 )
 def test_one_bad_cell(room, run, column, cell, code, parts):
     room.rows[run][column] = cell
-    found = [problem for problem in room.check() if problem.code == code]
-    assert len(found) == 1
+    problems = [problem for problem in room.check() if problem.code == code]
+    assert len(problems) == 1
     row = 2 + list(room.rows).index(run)
-    assert found[0].place == Place("runs.csv", row, column if code != EXCLUDED else "reason")
-    for part in parts:
-        assert part in str(found[0])
+    assert problems[0].place == Place("runs.csv", row, column if code != EXCLUDED else "reason")
+    for phrase in parts:
+        assert phrase in str(problems[0])
 
 
 @pytest.mark.parametrize(
@@ -228,9 +232,9 @@ def test_flags(room, word, value):
 
 def test_the_raw_folder_is_not_written(room, tmp_path):
     room.write()
-    before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
+    times_before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
     check_campaign(room.path)
-    assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == before
+    assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == times_before
 
 
 def test_a_sheet_that_is_none(room, monkeypatch):

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.campaign.config import Config, Table
+from rftfit.campaign.config import Config, TableSettings
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.rows import read_columns
+from rftfit.campaign.rows import read_table_columns
 from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
 from rftfit.errors import InputError
 
@@ -21,10 +21,10 @@ STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2
 
 
 def read(path, table=None, *media):
-    found, problems, *_ = read_pushes(
-        path, path.name, table or Table(holds="alpha"), media or ("sand",), path.name
+    pushes, problems, *_ = read_pushes(
+        path, path.name, table or TableSettings(holds="alpha"), media or ("sand",), path.name
     )
-    return found, [str(problem) for problem in problems]
+    return pushes, [str(problem) for problem in problems]
 
 
 def written(path, *lines):
@@ -43,7 +43,7 @@ def test_long_table_of_alpha(tmp_path):
 
 def test_names_and_units_of_a_file(tmp_path):
     path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
-    table = Table(
+    table = TableSettings(
         holds="alpha",
         columns={
             "beta_deg": "b",
@@ -64,7 +64,7 @@ def test_names_and_units_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "column", "said"),
+    ("name", "column", "unit_line"),
     [
         ("depth (mm)", "depth_cm", "depth_unit: mm"),
         ("depth_mm", "depth_cm", "depth_unit: mm"),
@@ -80,15 +80,15 @@ def test_names_and_units_of_a_file(tmp_path):
         ("tilt (°)", "beta_deg", ""),
     ],
 )
-def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, said):
+def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit_line):
     """A depth in mm under its own name was read as cm."""
     head = STRESS_HEAD.split(",")
     head[head.index(column)] = name
     rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 30) for depth in (1, 2, 3)]
     path = written(tmp_path / "s.csv", ",".join(head), *rows)
-    problems = read(path, Table(holds="stress", columns={column: name}))[1]
-    assert len(problems) == (1 if said else 0)
-    assert said in "".join(problems)
+    problems = read(path, TableSettings(holds="stress", columns={column: name}))[1]
+    assert len(problems) == (1 if unit_line else 0)
+    assert unit_line in "".join(problems)
 
 
 @pytest.mark.parametrize(
@@ -102,13 +102,15 @@ def test_a_unit_in_the_head_of_a_block(tmp_path, unit, wrong):
     ]
     problems = read(written(tmp_path / "b.csv", *rows))[1]
     assert len(problems) == wrong
-    assert all("set alpha_unit: kPa/m" in one for one in problems)
+    assert all("set alpha_unit: kPa/m" in problem for problem in problems)
 
 
 def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):
     path = written(tmp_path / "s.csv", "Neigung;Richtung;Tiefe;Druck", "0;90;1;0.3")
-    problems = read_pushes(path, "s.csv", Table(holds="stress"), ("sand",), "s.csv")[1]
-    unread = [one.place.column for one in problems if one.code.endswith("unknown-column")]
+    problems = read_pushes(path, "s.csv", TableSettings(holds="stress"), ("sand",), "s.csv")[1]
+    unread = [
+        problem.place.column for problem in problems if problem.code.endswith("unknown-column")
+    ]
     assert unread == ["Neigung", "Richtung", "Tiefe", "Druck"]
 
 
@@ -121,9 +123,11 @@ def test_everything_that_is_wrong_is_told(tmp_path):
         "0,45,0.3,0,clay,1",
         "0,30,0.3,,sand,1.5",
     )
-    table = Table(holds="alpha")
+    table = TableSettings(holds="alpha")
     problems = read_pushes(path, "a.csv", table, ("sand",), "a.csv")[1]
-    assert [(one.code[12:], one.place.row, one.place.column) for one in problems] == [
+    assert [
+        (problem.code[12:], problem.place.row, problem.place.column) for problem in problems
+    ] == [
         ("out-of-range", 2, "beta_deg"),
         ("not-a-number", 3, "alpha_z_N_per_cm3"),
         ("unknown-medium", 4, "medium"),
@@ -134,14 +138,14 @@ def test_everything_that_is_wrong_is_told(tmp_path):
 def test_stress_by_run_or_by_direction(tmp_path):
     head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
     rows = [f"0,{g},{d},{0.3 * d},0" for g in (90, 0) for d in (10, 20, 30)]
-    table = Table(holds="stress", depth_unit="mm", stress_unit="kPa")
+    table = TableSettings(holds="stress", depth_unit="mm", stress_unit="kPa")
     pushes, problems = read(written(tmp_path / "s.csv", head, *rows), table)
     assert not problems
     assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
     assert pushes[1].columns["depth_cm"].tolist() == [1, 2, 3]
     assert pushes[1].columns["stress_z_N_per_cm2"][0] == pytest.approx(0.3)
-    named = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
-    pushes, _ = read(written(tmp_path / "s.csv", f"{head},run_id", *named), table)
+    rows_with_run = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
+    pushes, _ = read(written(tmp_path / "s.csv", f"{head},run_id", *rows_with_run), table)
     assert [push.run.run_id for push in pushes] == ["r0", "r1"]
     mixed = [f"{row},r" for row in rows]
     _, problems = read(written(tmp_path / "s.csv", f"{head},run_id", *mixed), table)
@@ -161,7 +165,7 @@ def test_labels_that_pushes_share_are_read(tmp_path, holds):
         f"0,90,{numbers},wet day,p1",
         f"30,90,{numbers},,p2",
     )
-    pushes, problems = read(path, Table(holds=holds))
+    pushes, problems = read(path, TableSettings(holds=holds))
     assert not problems
     assert {(push.run.session, push.run.plate) for push in pushes} == {
         ("wet day", "p1"),
@@ -183,27 +187,27 @@ def test_nothing_in_a_block_is_lost_in_silence(tmp_path):
         "30,,0.2,",
     )
     pushes, problems = read(path)
-    told = "\n".join(problems)
+    messages = "\n".join(problems)
     assert (
         "row 3, column gamma_deg: found '95'; allowed: -90 to 90 deg; seen from behind, (beta, gamma) is"
-        in told
+        in messages
     )
-    assert "row 4, column alpha_z_N_per_cm3: found 'x'" in told
+    assert "row 4, column alpha_z_N_per_cm3: found 'x'" in messages
     assert (
         "column alpha_x_N_per_cm3: a number at beta 30, gamma 45, where the block of the other"
-        in told
+        in messages
     )
     assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
 
 
 def test_a_block_given_twice_and_cut_short(tmp_path):
     rows = ["alpha_z,45,90", "0,0.2,0.3", "alpha_x,45,90", "0,0.1,0", "alpha_z,45,90", "0,0.2"]
-    told = "\n".join(read(written(tmp_path / "b.csv", *rows))[1])
+    messages = "\n".join(read(written(tmp_path / "b.csv", *rows))[1])
     for cell in ("0.2", ""):
         words = (
             f"column alpha_z_N_per_cm3: found '{cell}'; allowed: each direction once; row 2 has it"
         )
-        assert words in told
+        assert words in messages
 
 
 def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):
@@ -247,21 +251,23 @@ def test_blocks_of_table_s5(tmp_path):
             sheet.append([])
     path = tmp_path / "s5.xlsx"
     book.save(path)
-    found_media = read_pushes(path, path.name, Table(holds="alpha"), (), path.name).media
+    found_media = read_pushes(path, path.name, TableSettings(holds="alpha"), (), path.name).media
     assert list(found_media) == list(reference.MEDIA[:2])
     pushes, problems = read(path, None, *reference.MEDIA[:2])
     assert not problems
     assert len(pushes) == 182
     for medium in reference.MEDIA[:2]:
-        own = [push for push in pushes if push.run.medium == medium]
-        found = {(p.run.beta_deg, round(p.run.gamma_deg, 3)): p.columns for p in own}
+        pushes_of_medium = [push for push in pushes if push.run.medium == medium]
+        columns_by_direction = {
+            (p.run.beta_deg, round(p.run.gamma_deg, 3)): p.columns for p in pushes_of_medium
+        }
         for c, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
-            wanted = [
-                found[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"][0]
+            alpha_read = [
+                columns_by_direction[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"][0]
                 for beta in reference.BETA_DEG
                 for gamma in reference.GAMMA_DEG
             ]
-            np.testing.assert_array_equal(wanted, alpha.ravel())
+            np.testing.assert_array_equal(alpha_read, alpha.ravel())
 
 
 def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tmp_path):
@@ -297,20 +303,20 @@ def test_labels_that_differ_in_capitals_or_spaces_are_pointed_out_once(tmp_path)
         "media: {sand: {title: sand}}",
     )
     _, problems = check_campaign(config)
-    alike = [problem for problem in problems if problem.code == "sheet.label-alike"]
-    assert [(one.place.row, one.place.column, one.found) for one in alike] == [
-        (4, "session", "Wet-day")
-    ]
-    assert "'wet day' as in row 2" in alike[0].allowed
-    assert alike[0].severity == "warning"
+    label_problems = [problem for problem in problems if problem.code == "sheet.label-alike"]
+    assert [
+        (problem.place.row, problem.place.column, problem.found) for problem in label_problems
+    ] == [(4, "session", "Wet-day")]
+    assert "'wet day' as in row 2" in label_problems[0].allowed
+    assert label_problems[0].severity == "warning"
 
 
 DOWN = [f"0,90,{d},{0.3 * d},0" for d in (1, 2, 3, 4)]
 UP = [f"0,-90,{d},{-0.1 * d},0" for d in (4, 3, 2, 1)]
 
 
-def each(rows, *more):
-    return [",".join([row, *more]) for row in rows]
+def add_cells(rows, *cells):
+    return [",".join([row, *cells]) for row in rows]
 
 
 @pytest.mark.parametrize(
@@ -333,31 +339,43 @@ def each(rows, *more):
         ("", DOWN + DOWN[2::-1] + DOWN, "starts-again", "row 9", ""),
         (
             ",run",
-            each(DOWN, "1") + each(DOWN, "2"),
+            add_cells(DOWN, "1") + add_cells(DOWN, "2"),
             "unknown-column",
             "row 1, column run",
             "did you mean 'run_id'?",
         ),
-        (",run", each(DOWN, "1") + each(DOWN, "2"), "starts-again", "row 6", ""),
+        (",run", add_cells(DOWN, "1") + add_cells(DOWN, "2"), "starts-again", "row 6", ""),
         (
             ",run_id",
-            each(DOWN * 2, "a"),
+            add_cells(DOWN * 2, "a"),
             "starts-again",
             "row 6",
             "give each push a run_id of its own",
         ),
-        (",colour", each(DOWN, "red"), "unknown-column", "row 1, column colour", "is not read"),
-        (",excluded", each(DOWN, "yes"), "excluded-without-reason", "row 2, column reason", ""),
+        (
+            ",colour",
+            add_cells(DOWN, "red"),
+            "unknown-column",
+            "row 1, column colour",
+            "is not read",
+        ),
+        (
+            ",excluded",
+            add_cells(DOWN, "yes"),
+            "excluded-without-reason",
+            "row 2, column reason",
+            "",
+        ),
         (
             ",excluded,reason",
-            each(DOWN[:2], "yes", "dust") + each(DOWN[2:], "", ""),
+            add_cells(DOWN[:2], "yes", "dust") + add_cells(DOWN[2:], "", ""),
             "two-in-one",
             "row 4, column excluded",
             "",
         ),
         (
             ",exclude",
-            each(DOWN, "yes"),
+            add_cells(DOWN, "yes"),
             "unknown-column",
             "column exclude",
             "did you mean 'excluded'?",
@@ -389,15 +407,15 @@ def each(rows, *more):
 )
 def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, code, place, words):
     path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
-    problems = read_pushes(path, "s.csv", Table(holds="stress"), ["sand"], "s.csv")[1]
-    told = [str(one) for one in problems if one.code == f"stress-table.{code}"]
-    assert len(told) == 1, [one.code for one in problems]
-    assert place in told[0]
-    assert words in told[0]
+    problems = read_pushes(path, "s.csv", TableSettings(holds="stress"), ["sand"], "s.csv")[1]
+    messages = [str(problem) for problem in problems if problem.code == f"stress-table.{code}"]
+    assert len(messages) == 1, [problem.code for problem in problems]
+    assert place in messages[0]
+    assert words in messages[0]
 
 
 @pytest.mark.parametrize(
-    ("depths", "gamma", "left_out", "again"),
+    ("depths", "gamma", "left_out", "second_start"),
     [
         ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
         ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
@@ -413,16 +431,16 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, co
         ([2.54, 5.08, 2.5], 0, [], 2),
     ],
 )
-def test_the_sense_of_depth(depths, gamma, left_out, again):
-    wrong, found = rows_against_gamma(np.array(depths, dtype=float), gamma)
-    assert (np.flatnonzero(wrong).tolist() if not found else [], found) == (left_out, again)
+def test_the_sense_of_depth(depths, gamma, left_out, second_start):
+    wrong, start = rows_against_gamma(np.array(depths, dtype=float), gamma)
+    assert (np.flatnonzero(wrong).tolist() if not start else [], start) == (left_out, second_start)
 
 
 def test_noise_of_depth_is_no_turn():
     random = np.random.default_rng(1)
-    there = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
-    wrong, again = rows_against_gamma(there + random.normal(0, 0.01, there.size), 90)
-    assert not again
+    depths = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
+    wrong, second_start = rows_against_gamma(depths + random.normal(0, 0.01, depths.size), 90)
+    assert not second_start
     assert abs(np.flatnonzero(wrong)[0] - 850) < 60
     assert wrong[900:].all()
 
@@ -430,23 +448,29 @@ def test_noise_of_depth_is_no_turn():
 def test_angles_within_the_tolerance_of_90_are_90(tmp_path):
     def pushes(*rows, **units):
         path = written(tmp_path / "s.csv", STRESS_HEAD, *rows)
-        return read_pushes(path, "s.csv", Table(holds="stress", **units), ["sand"], "s.csv")[:2]
+        return read_pushes(
+            path, "s.csv", TableSettings(holds="stress", **units), ["sand"], "s.csv"
+        )[:2]
 
     rows = ["0,1.571,1,0.3,0", "-1.566,1.571,1,0.2,0", "0.7854,-1.571,1,-0.1,0"]
-    found, problems = pushes(*rows, angle_unit="rad")
+    stress_pushes, problems = pushes(*rows, angle_unit="rad")
     assert not problems
-    directions = {(round(push.run.beta_deg, 2), push.run.gamma_deg) for push in found}
+    directions = {(round(push.run.beta_deg, 2), push.run.gamma_deg) for push in stress_pushes}
     assert directions == {(0, 90), (-90, 90), (45.0, -90)}
-    found, problems = pushes("0,90.6,1,0.3,0", "0,90.01,1,0.3,0")
-    assert [(one.code, one.place.row) for one in problems] == [("stress-table.out-of-range", 2)]
-    assert [push.run.gamma_deg for push in found] == [90]
+    stress_pushes, problems = pushes("0,90.6,1,0.3,0", "0,90.01,1,0.3,0")
+    assert [(problem.code, problem.place.row) for problem in problems] == [
+        ("stress-table.out-of-range", 2)
+    ]
+    assert [push.run.gamma_deg for push in stress_pushes] == [90]
 
 
 def test_a_name_of_the_config_that_the_file_lacks(tmp_path):
     path = written(tmp_path / "s.csv", STRESS_HEAD, *DOWN)
-    table = Table(holds="stress", columns={"run_id": "push"})
+    table = TableSettings(holds="stress", columns={"run_id": "push"})
     problems = read_pushes(path, "s.csv", table, ["sand"], "s.csv")[1]
-    assert [(one.code, one.found) for one in problems] == [("stress-table.missing-column", "push")]
+    assert [(problem.code, problem.found) for problem in problems] == [
+        ("stress-table.missing-column", "push")
+    ]
 
 
 def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
@@ -460,19 +484,19 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     rows[20], rows[50] = '0,90,"21","2.1",0," r0_90 "', "0,-45,x,1,0,r0_-45"
     rows[70:70] = ["", ",,,,,", "0,-45,33,1", "0,-45,inf,1,0,r0_-45", "0,-45,33,1_0,0,-bad"]
     path = written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows)
-    found = []
+    readings = []
     for head, block in ((10**6, 10**6), (40, 30), (40, 300), (200, 2000)):
         monkeypatch.setattr("rftfit.campaign.rows._HEAD", head)
         monkeypatch.setattr("rftfit.campaign.rows._BLOCK", block)
-        read_rows, _, problems = read_columns(path, STRESS, "s.csv")
+        read_rows, _, problems = read_table_columns(path, STRESS, "s.csv")
         names = {name: [*texts] for name, texts in read_rows.texts.items()}
         columns = {
-            name: [names[name][one] for one in values] if name in names else values.tolist()
+            name: [names[name][index] for index in values] if name in names else values.tolist()
             for name, values in read_rows.columns.items()
         }
-        found.append((str(columns), [str(one) for one in problems]))
-    assert all(one == found[0] for one in found)
-    assert [line.split(":")[0] for line in found[0][1]] == [
+        readings.append((str(columns), [str(problem) for problem in problems]))
+    assert all(reading == readings[0] for reading in readings)
+    assert [line.split(":")[0] for line in readings[0][1]] == [
         "s.csv, row 52, column depth_cm",
         "s.csv, row 75, column depth_cm",
         "s.csv, row 76, column stress_z_N_per_cm2",
@@ -483,11 +507,11 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
 def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.campaign.rows._BLOCK", 1000)
     path = written(tmp_path / "s.csv", STRESS_HEAD, *[row.replace(",", ";") for row in DOWN * 2000])
-    _, _, problems = read_columns(path, STRESS, "s.csv")
+    _, _, problems = read_table_columns(path, STRESS, "s.csv")
     assert problems[-1].code == "stress-table.many-problems"
     assert len(problems) < 2000
     monkeypatch.setattr("rftfit.campaign.rows.MAX_TEXT", 1000)
-    _, _, (problem,) = read_columns(path, STRESS, "s.csv")
+    _, _, (problem,) = read_table_columns(path, STRESS, "s.csv")
     assert "at most 0.001 MB are read: leave out columns" in str(problem)
 
 
@@ -496,8 +520,8 @@ def test_blocks_with_an_empty_corner(tmp_path):
     path = written(tmp_path / "b.csv", *rows)
     pushes, problems = read(path)
     assert not problems
-    found = {push.run.run_id: push.columns["alpha_x_N_per_cm3"][0] for push in pushes}
-    assert found == {"b0_g45": 0.1, "b0_g90": 0, "b30_g45": 0.15, "b30_g90": 0.05}
+    alpha_x_of_run = {push.run.run_id: push.columns["alpha_x_N_per_cm3"][0] for push in pushes}
+    assert alpha_x_of_run == {"b0_g45": 0.1, "b0_g90": 0, "b30_g45": 0.15, "b30_g90": 0.05}
     assert pushes[0].columns["alpha_z_N_per_cm3"] == [0.2]
     # of one or of three nobody knows which they are
     assert read(written(tmp_path / "b.csv", *rows[:3]))[1]
@@ -528,7 +552,7 @@ def test_headers_that_state_units_need_no_config(header, tmp_path):
     path = tmp_path / "table.csv"
     rows = [f"30,45,{depth},{depth * 2},{depth}" for depth in (10, 20, 40)]
     path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
     assert read.problems == []
     (push,) = read.pushes
     np.testing.assert_allclose(push.columns["depth_cm"], [1, 2, 4])
@@ -539,29 +563,33 @@ def test_headers_that_state_units_need_no_config(header, tmp_path):
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="stress"), (), "table.csv")
-    (missing,) = (one for one in read.problems if one.code.endswith("missing-column"))
+    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
+    (missing,) = (problem for problem in read.problems if problem.code.endswith("missing-column"))
     assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
-    own = Table(holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa")
-    read = read_pushes(path, "table.csv", own, (), "table.csv")
-    assert not [one for one in read.problems if one.severity == "error"]
+    table = TableSettings(
+        holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa"
+    )
+    read = read_pushes(path, "table.csv", table, (), "table.csv")
+    assert not [problem for problem in read.problems if problem.severity == "error"]
 
 
-@pytest.mark.parametrize(("beta", "same"), [("120", "-60"), ("-120", "60"), ("200", "20")])
-def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, same, tmp_path):
+@pytest.mark.parametrize(("beta", "equal_beta"), [("120", "-60"), ("-120", "60"), ("200", "20")])
+def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
     (problem,) = read.problems
-    assert f"{beta} is the plate at {same}" in str(problem)
+    assert f"{beta} is the plate at {equal_beta}" in str(problem)
 
 
 def test_alpha_in_another_unit_is_doubted(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", encoding="utf-8")
-    read = read_pushes(path, "table.csv", Table(holds="alpha"), (), "table.csv")
+    read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
     (problem,) = read.problems
     assert problem.severity == "warning"
     assert "Set alpha_unit" in str(problem)
-    read = read_pushes(path, "table.csv", Table(holds="alpha", alpha_unit="N/m^3"), (), "table.csv")
+    read = read_pushes(
+        path, "table.csv", TableSettings(holds="alpha", alpha_unit="N/m^3"), (), "table.csv"
+    )
     assert read.problems == []

@@ -176,8 +176,8 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
 def test_rows_together(room, change, config, problems):
     room.put(change)
     room.config += config
-    places, found = room.told()
+    places, reported_problems = room.list_problems()
     assert places == [(f"sheet.{code}", *place[:2]) for code, *place in problems]
-    for one, (code, _, _, *words) in zip(found, problems, strict=True):
-        assert one.severity == ("warning" if code in WARNINGS else "error")
-        assert all(word in str(one) for word in words), str(one)
+    for problem, (code, _, _, *words) in zip(reported_problems, problems, strict=True):
+        assert problem.severity == ("warning" if code in WARNINGS else "error")
+        assert all(word in str(problem) for word in words), str(problem)

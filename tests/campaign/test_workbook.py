@@ -18,7 +18,7 @@ NAME = "runs.xlsx"
 def book_of(room, **cells):
     """A workbook of the room's rows with numbers as numbers; `cells` by address."""
     openpyxl: Any = importlib.import_module("openpyxl")
-    book, out = openpyxl.Workbook(), io.BytesIO()
+    book, buffer = openpyxl.Workbook(), io.BytesIO()
     book.active.append(room.columns)
     for row in room.rows.values():
         book.active.append([_cell(row.get(name, "")) for name in room.columns])
@@ -26,8 +26,8 @@ def book_of(room, **cells):
         book.active[address] = value
     # a second sheet is not looked at
     book.create_sheet("other").append(["nonsense"])
-    book.save(out)
-    return out.getvalue()
+    book.save(buffer)
+    return buffer.getvalue()
 
 
 def _cell(text):
@@ -52,11 +52,17 @@ def test_merged_cells_are_told_and_not_left_blank(room):
     """A spreadsheet keeps the value in the first; the others would pass for blank, that is for none."""
     for row in room.rows.values():
         row["surface_z_mm"] = "5"
-    first, last = (address(room, "surface_z_mm", row) for row in (2, 4))
-    book = book_of(room, **{first: 12.5})
-    problems = room.check(edited(book, lambda sheet: sheet.merge_cells(f"{first}:{last}")), NAME)
-    found = [(one.code, one.place.row, one.found) for one in problems if one.severity == "error"]
-    assert found == [("sheet.merged-cell", row, "12.5") for row in (3, 4)]
+    first_cell, last_cell = (address(room, "surface_z_mm", row) for row in (2, 4))
+    book = book_of(room, **{first_cell: 12.5})
+    problems = room.check(
+        edited(book, lambda sheet: sheet.merge_cells(f"{first_cell}:{last_cell}")), NAME
+    )
+    merged_cells = [
+        (problem.code, problem.place.row, problem.found)
+        for problem in problems
+        if problem.severity == "error"
+    ]
+    assert merged_cells == [("sheet.merged-cell", row, "12.5") for row in (3, 4)]
 
 
 def test_a_title_above_the_header_is_one_problem(room):
@@ -95,7 +101,7 @@ def test_numbers_and_truth_values_as_cells(room):
 
 
 @pytest.mark.parametrize(
-    ("column", "value", "code", "part"),
+    ("column", "value", "code", "text"),
     [
         ("beta_deg", dt.datetime(2024, 3, 1), "sheet.date", "found 'the date 2024-03-01T00:00:00'"),
         ("beta_deg", dt.time(3, 1), "sheet.date", "format to Text"),
@@ -111,24 +117,24 @@ def test_numbers_and_truth_values_as_cells(room):
         ("beta_deg", True, "sheet.not-a-number", "found 'yes'"),
     ],
 )
-def test_cells_that_are_not_what_they_look_like(room, column, value, code, part):
+def test_cells_that_are_not_what_they_look_like(room, column, value, code, text):
     problem = room.only(code, book_of(room, **{address(room, column, 2): value}), NAME)
     assert problem.place == Place(NAME, 2, column)
-    assert part in str(problem)
+    assert text in str(problem)
 
 
 def test_a_calculated_formula_is_its_value(room):
     data = book_of(room, **{address(room, "beta_deg", 2): "=15+15"})
-    out = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(out, "w") as new:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(buffer, "w") as new:
         for info in old.infolist():
-            part = old.read(info)
+            content = old.read(info)
             if info.filename == "xl/worksheets/sheet1.xml":
-                assert part.count(b"<f>15+15</f><v") == 1
-                part = part.replace(b"<f>15+15</f><v />", b"<f>15+15</f><v>30</v>")
-                part = part.replace(b"<f>15+15</f><v></v>", b"<f>15+15</f><v>30</v>")
-            new.writestr(info, part)
-    assert room.campaign(out.getvalue(), NAME).by_id["p1"].beta_deg == 30.0
+                assert content.count(b"<f>15+15</f><v") == 1
+                content = content.replace(b"<f>15+15</f><v />", b"<f>15+15</f><v>30</v>")
+                content = content.replace(b"<f>15+15</f><v></v>", b"<f>15+15</f><v>30</v>")
+            new.writestr(info, content)
+    assert room.campaign(buffer.getvalue(), NAME).by_id["p1"].beta_deg == 30.0
 
 
 def test_a_damaged_workbook(room):
@@ -138,12 +144,12 @@ def test_a_damaged_workbook(room):
 
 
 def test_a_zip_bomb_is_refused_unopened(room, monkeypatch):
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for number in range(5):
             archive.writestr(f"xl/{number}.xml", bytes(50_000_000))
-    assert len(out.getvalue()) < 1_000_000
-    assert "250 MB" in room.only("sheet.too-large", out.getvalue(), NAME).allowed
+    assert len(buffer.getvalue()) < 1_000_000
+    assert "250 MB" in room.only("sheet.too-large", buffer.getvalue(), NAME).allowed
     monkeypatch.setattr(rows, "MAX_TAGS", 10)
     problem = room.only("sheet.too-large", book_of(room), NAME)
     assert "at most 1e-05 million are read" in problem.allowed
@@ -161,7 +167,7 @@ def test_too_many_rows(room, monkeypatch):
 def edited(data, change):
     """The workbook after a change of its first sheet."""
     openpyxl: Any = importlib.import_module("openpyxl")
-    book, out = openpyxl.load_workbook(io.BytesIO(data)), io.BytesIO()
+    book, buffer = openpyxl.load_workbook(io.BytesIO(data)), io.BytesIO()
     change(book.worksheets[0])
-    book.save(out)
-    return out.getvalue()
+    book.save(buffer)
+    return buffer.getvalue()

@@ -26,27 +26,27 @@ def rftfit(capfd):
     """Run a command that ends with a code; whatever happens, no traceback may be shown."""
 
     def call(*words, code=0):
-        ended = main([str(word) for word in words])
-        said = capfd.readouterr()
-        assert ended == code, said.out + said.err
-        assert "Traceback" not in said.out + said.err
-        return said
+        exit_code = main([str(word) for word in words])
+        output = capfd.readouterr()
+        assert exit_code == code, output.out + output.err
+        assert "Traceback" not in output.out + output.err
+        return output
 
     return call
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def work_folder(tmp_path, monkeypatch):
     """An empty folder, as the current one."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
-def results(here):
+def results(work_folder):
     """Results of a campaign: three published media and a sand with one cell."""
     return make_campaign(
-        here / "results é",
+        work_folder / "results é",
         dict.fromkeys(MEASURED, LABORATORY) | {"sand": SAND},
         {medium: reference.alpha_grid(medium) for medium in MEASURED} | {"sand": one_cell(0.7)},
     )

@@ -11,16 +11,16 @@ from rftfit.campaign.load import check_campaign
 
 def test_init(rftfit, tmp_path):
     folder = tmp_path / "new é one"
-    said = rftfit("init", folder)
+    output = rftfit("init", folder)
     for name in ("config/config.yaml", "config/runs.csv", "raw/README.md"):
         assert (folder / name).is_file()
-        assert f"  {name}\n" in said.out
-    assert [line[:4] for line in said.out.splitlines() if line[2:4] in ("1.", "2.", "3.")] == [
+        assert f"  {name}\n" in output.out
+    assert [line[:4] for line in output.out.splitlines() if line[2:4] in ("1.", "2.", "3.")] == [
         "  1.",
         "  2.",
         "  3.",
     ]
-    assert f'cd "{folder}"' in said.out
+    assert f'cd "{folder}"' in output.out
 
 
 def test_init_overwrites_nothing(rftfit, tmp_path):
@@ -36,15 +36,15 @@ def test_init_where_nothing_can_be_written(rftfit, tmp_path):
 
 
 def test_check(rftfit, campaign):
-    said = rftfit("check")
-    assert said.err == ""
-    lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
+    output = rftfit("check")
+    assert output.err == ""
+    lines = {line.split()[0]: line.split()[1:] for line in output.out.splitlines() if line.strip()}
     # plate, rod, leg, leg_air, excluded, logs, missing
     assert lines["yuma"][:7] == ["1", "1", "3", "0", "0", "10", "0"]
     assert lines["(in"][1:8] == ["0", "0", "0", "3", "0", "6", "0"]
     size = sum(path.stat().st_size for path in (campaign / "raw").rglob("*_*.csv"))
-    assert f"8 runs, 16 logs, {size / 1e6:.1f} MB" in said.out
-    assert said.out.endswith("0 errors, 0 warnings.\n")
+    assert f"8 runs, 16 logs, {size / 1e6:.1f} MB" in output.out
+    assert output.out.endswith("0 errors, 0 warnings.\n")
 
 
 def test_check_counts_a_file_of_force_and_motion_once(rftfit, campaign):
@@ -60,10 +60,10 @@ def test_check_counts_a_file_of_force_and_motion_once(rftfit, campaign):
         writer = csv.DictWriter(handle, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    said = rftfit("check")
-    row = next(line for line in said.out.splitlines() if line.startswith("  yuma "))
+    output = rftfit("check")
+    row = next(line for line in output.out.splitlines() if line.startswith("  yuma "))
     assert row.split()[6:8] == ["9", "0"]
-    assert "8 runs, 15 logs" in said.out
+    assert "8 runs, 15 logs" in output.out
     (campaign / "raw/paper" / plate["force_log"]).unlink()
     row = next(line for line in rftfit("check").out.splitlines() if line.startswith("  yuma "))
     assert row.split()[6:8] == ["8", "1"]
@@ -76,11 +76,11 @@ def test_check_from_another_folder(rftfit, campaign, monkeypatch, tmp_path):
 
 def test_check_warnings(rftfit, campaign):
     (campaign / "raw/paper/yuma/yuma_bp00_g90_in_force.csv").unlink()
-    said = rftfit("check")
-    assert said.out.endswith("0 errors, 1 warning.\n")
-    assert "1 warning:\n" in said.out
-    assert "yuma_bp00_g90_in_force.csv" in said.out
-    row = next(line for line in said.out.splitlines() if line.startswith("  yuma "))
+    output = rftfit("check")
+    assert output.out.endswith("0 errors, 1 warning.\n")
+    assert "1 warning:\n" in output.out
+    assert "yuma_bp00_g90_in_force.csv" in output.out
+    row = next(line for line in output.out.splitlines() if line.startswith("  yuma "))
     assert row.split()[6:8] == ["9", "1"]
     rftfit("check", "--strict", code=2)
 
@@ -94,30 +94,32 @@ def test_check_shows_every_problem(rftfit, campaign):
         encoding="utf-8",
     )
     _, problems = check_campaign(campaign / "config" / "config.yaml")
-    said = rftfit("check", code=2)
+    output = rftfit("check", code=2)
     assert len(problems) > 5
-    assert [str(problem) for problem in problems if str(problem) not in said.out] == []
-    assert "did you mean 'yuma'?" in said.out
-    assert f"{len(problems)} errors, 0 warnings." in said.out
-    told = json.loads(rftfit("check", "--json", code=2).out)
-    assert [one["message"] for one in told["problems"]] == [str(problem) for problem in problems]
-    assert (told["errors"], told["warnings"], told["campaign"]) == (len(problems), 0, None)
-    word = next(one for one in told["problems"] if one["nearest"] == "yuma")
+    assert [str(problem) for problem in problems if str(problem) not in output.out] == []
+    assert "did you mean 'yuma'?" in output.out
+    assert f"{len(problems)} errors, 0 warnings." in output.out
+    report = json.loads(rftfit("check", "--json", code=2).out)
+    assert [problem["message"] for problem in report["problems"]] == [
+        str(problem) for problem in problems
+    ]
+    assert (report["errors"], report["warnings"], report["campaign"]) == (len(problems), 0, None)
+    word = next(problem for problem in report["problems"] if problem["nearest"] == "yuma")
     assert (word["found"], word["place"]["column"]) == ("yumma", "medium")
 
 
 def test_check_without_a_config(rftfit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = rftfit("check", code=2)
-    assert "config/config.yaml: the file does not exist" in said.out
-    assert "make a new one: rftfit init FOLDER" in said.out
+    output = rftfit("check", code=2)
+    assert "config/config.yaml: the file does not exist" in output.out
+    assert "make a new one: rftfit init FOLDER" in output.out
 
 
 @pytest.mark.parametrize("command", ["check", "run", "verify", "sweep"])
 def test_outside_a_campaign_the_near_ones_are_named(command, rftfit, campaign, monkeypatch):
-    for here, near in ((campaign / "raw", ".."), (campaign.parent, campaign.name)):
-        monkeypatch.chdir(here)
-        said = rftfit(command, code=2)
-        assert f"go to the folder of one ({near}), or make a new one: rftfit init" in (
-            said.out + said.err
+    for start_folder, campaign_path in ((campaign / "raw", ".."), (campaign.parent, campaign.name)):
+        monkeypatch.chdir(start_folder)
+        output = rftfit(command, code=2)
+        assert f"go to the folder of one ({campaign_path}), or make a new one: rftfit init" in (
+            output.out + output.err
         )

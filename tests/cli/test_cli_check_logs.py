@@ -17,8 +17,8 @@ def folder(tmp_path):
 
 
 def check(folder):
-    done = folder.rftfit("check")
-    return done.returncode, done.stdout + done.stderr
+    process = folder.rftfit("check")
+    return process.returncode, process.stdout + process.stderr
 
 
 def change(folder, old, new):
@@ -38,12 +38,12 @@ def change(folder, old, new):
 )
 def test_what_holds_for_every_run_is_one_error(folder, old, new, words):
     change(folder, old, new)
-    code, said = check(folder)
-    assert words in said
+    code, output = check(folder)
+    assert words in output
     assert code == 2
-    told = [line for line in said.splitlines() if "would be dropped" in line]
-    assert 1 <= len(told) <= 4
-    assert f"of 12 runs would be dropped, for example {MEDIUM}_" in told[0]
+    drop_lines = [line for line in output.splitlines() if "would be dropped" in line]
+    assert 1 <= len(drop_lines) <= 4
+    assert f"of 12 runs would be dropped, for example {MEDIUM}_" in drop_lines[0]
 
 
 @pytest.mark.parametrize(
@@ -59,16 +59,18 @@ def test_what_holds_for_every_run_is_one_error(folder, old, new, words):
 def test_the_api_returns_what_the_command_prints(folder, old, new):
     change(folder, old, new)
     problems = json.loads(folder.rftfit("check", "--json").stdout)["problems"]
-    assert [str(one) for one in rftfit.check(folder.root)] == [one["message"] for one in problems]
+    assert [str(problem) for problem in rftfit.check(folder.root)] == [
+        problem["message"] for problem in problems
+    ]
     assert bool(problems) == (old != new)
 
 
 def test_a_turned_sign_is_told(folder):
     change(folder, "z: -F3", "z: +F3")
-    code, said = check(folder)
+    code, output = check(folder)
     assert code == 0
-    assert "runs would be flagged" in said
-    assert "the medium gives energy back: look at transducer.axes" in said
+    assert "runs would be flagged" in output
+    assert "the medium gives energy back: look at transducer.axes" in output
 
 
 def test_what_a_run_would_drop_is_what_check_tells(folder):
@@ -83,43 +85,43 @@ def test_what_a_run_would_drop_is_what_check_tells(folder):
     for name, damage in damages.items():
         path = raw / f"{name}_force.csv"
         path.write_text(damage(path.read_text(encoding="utf-8")), encoding="utf-8")
-    code, said = check(folder)
+    code, output = check(folder)
     assert code == 0
-    told = {name for name in damages if f"{name} (row" in said}
+    damaged_runs = {name for name in damages if f"{name} (row" in output}
     folder.run_here("checks")
     fits = folder.table(f"fits/{MEDIUM}.csv")
     lost = set(fits.loc[fits["alpha_z_N_per_cm3"].isna(), "run_id"])
     flagged = set(folder.table(f"flags/{MEDIUM}.csv")["run_id"])
-    assert told == set(damages)
-    assert lost | flagged == told
+    assert damaged_runs == set(damages)
+    assert lost | flagged == damaged_runs
     assert len(lost) >= 3
 
 
 def test_a_log_that_is_too_large_is_left_to_the_run(folder, monkeypatch):
     monkeypatch.setattr("rftfit.measure.readable.LARGEST_BYTES", 1000)
-    code, said = check(folder)
+    code, output = check(folder)
     assert code == 0
-    assert "12 runs with a log of more than 20 MB, not opened" in said
+    assert "12 runs with a log of more than 20 MB, not opened" in output
 
 
 def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder):
-    wanted = f"results/alpha/{MEDIUM}.csv"
+    target = f"results/alpha/{MEDIUM}.csv"
     folder.run_here("checks")
-    assert folder.rftfit("run", "--strict", wanted).returncode == 0
+    assert folder.rftfit("run", "--strict", target).returncode == 0
     change(folder, "surface_z_mm: 150.0", "surface_z_mm: 20.0")
-    done = folder.rftfit("run", "--strict", wanted)
-    assert done.returncode == 3
-    assert f"No alpha at all: {MEDIUM}" in done.stderr
-    assert folder.rftfit("run", wanted).returncode == 0
+    process = folder.rftfit("run", "--strict", target)
+    assert process.returncode == 3
+    assert f"No alpha at all: {MEDIUM}" in process.stderr
+    assert folder.rftfit("run", target).returncode == 0
 
 
 def test_an_unknown_dialect_is_told_before_any_job(folder):
     text = folder.config.read_text(encoding="utf-8")
     folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", encoding="utf-8")
     for command in ("check", "run"):
-        done = folder.rftfit(command)
-        assert done.returncode == 2
-        assert "log dialect: found 'ricg'; allowed: " in done.stdout + done.stderr
+        process = folder.rftfit(command)
+        assert process.returncode == 2
+        assert "log dialect: found 'ricg'; allowed: " in process.stdout + process.stderr
     assert not (folder.root / "results" / "runs").exists()
 
 
@@ -133,5 +135,5 @@ def test_before_the_first_log_check_says_what_the_plan_can_tell(folder):
     ratings = json.loads(folder.rftfit("check", "--json").stdout)["plan"]
     assert {rating["medium"] for rating in ratings} == {MEDIUM}
     assert {rating["kind"] for rating in ratings} == {"gain", "turn"}
-    said = folder.rftfit("check").stdout
-    assert all(rating["message"] in said for rating in ratings)
+    output = folder.rftfit("check").stdout
+    assert all(rating["message"] in output for rating in ratings)

@@ -26,13 +26,16 @@ def installed(monkeypatch):
 
 @pytest.mark.usefixtures("installed")
 def test_the_projects_profile_and_an_own_one(snakefile, tmp_path):
-    there = snakefile.parent / "profiles" / "slurm"
-    assert cluster_words("slurm", snakefile, None) == ["--workflow-profile", str(there)]
+    shipped_profile = snakefile.parent / "profiles" / "slurm"
+    assert cluster_words("slurm", snakefile, None) == ["--workflow-profile", str(shipped_profile)]
     assert cluster_words("slurm", snakefile, 8)[2:] == ["--cores", "8"]
-    own = tmp_path / "my site"
-    own.mkdir()
-    (own / "config.yaml").write_text("executor: local\n", encoding="utf-8")
-    assert cluster_words(str(own), snakefile, None) == ["--workflow-profile", str(own)]
+    site_profile = tmp_path / "my site"
+    site_profile.mkdir()
+    (site_profile / "config.yaml").write_text("executor: local\n", encoding="utf-8")
+    assert cluster_words(str(site_profile), snakefile, None) == [
+        "--workflow-profile",
+        str(site_profile),
+    ]
 
 
 @pytest.mark.usefixtures("installed")

@@ -9,7 +9,7 @@ from compare_media import Beds, published, runs_of
 from light_campaign import LABORATORY, make_campaign
 
 from rftfit import reference
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.store import write_csv
 
 MEDIA = ("poppy_LP", "poppy_CP")
@@ -21,9 +21,9 @@ def write_fits(root, medium, seed, places):
     rng = np.random.default_rng(seed)
     runs = runs_of(truth, np.full(len(places), 6.0), 2, rng, Beds())
     runs["run_id"] = [f"{medium}_{place}" for place in range(len(runs))]
-    output = describe(f"results/fits/{medium}.csv")
+    output = describe_file(f"results/fits/{medium}.csv")
     assert output is not None
-    kinds = {name: one.kind for one in output.columns for name in one.names}
+    kinds = {name: column.kind for column in output.columns for name in column.names}
     empty = {name: np.nan if kinds[name] == "number" else "" for name in kinds}
     empty |= {"n_points": 5, "mirrored": False, "medium": medium}
     table = pd.DataFrame(empty, index=runs.index).assign(**runs)
@@ -51,21 +51,21 @@ def make(root, media, places=range(0, 70, 7)):
 
 
 @pytest.fixture
-def labs(here):
+def labs(work_folder):
     """Two campaigns; the second has one medium."""
-    make(here / "one lab", MEDIA)
-    make(here / "other", MEDIA[:1])
-    return here
+    make(work_folder / "one lab", MEDIA)
+    make(work_folder / "other", MEDIA[:1])
+    return work_folder
 
 
 def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
     monkeypatch.chdir(labs / "one lab")
-    said = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg").out
-    assert said.startswith("poppy_CP is 1.")
-    assert "times as strong as poppy_LP" in said
-    assert "ratio of sizes, B/A" in said
-    assert "difference of shape, rms" in said
-    assert "common directions, " in said
+    text = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg").out
+    assert text.startswith("poppy_CP is 1.")
+    assert "times as strong as poppy_LP" in text
+    assert "ratio of sizes, B/A" in text
+    assert "difference of shape, rms" in text
+    assert "common directions, " in text
     assert b"drawn by rftfit compare" in (labs / "one lab" / "c.svg").read_bytes()
     # its own figure is written anew, another file is not
     rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg")
@@ -76,11 +76,11 @@ def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
 
 @pytest.mark.usefixtures("labs")
 def test_folders_and_sessions(rftfit):
-    found = json.loads(rftfit("compare", "one lab:poppy_LP", "other", "--json").out)
-    assert found["a"] == "one lab:poppy_LP"
-    assert found["ratio_lo"] < found["ratio"] < found["ratio_hi"]
-    assert len(found["directions"]) > 5
-    assert found["sentence"]
+    comparison = json.loads(rftfit("compare", "one lab:poppy_LP", "other", "--json").out)
+    assert comparison["a"] == "one lab:poppy_LP"
+    assert comparison["ratio_lo"] < comparison["ratio"] < comparison["ratio_hi"]
+    assert len(comparison["directions"]) > 5
+    assert comparison["sentence"]
     days = json.loads(rftfit("compare", "other@monday", "other@friday", "--json").out)
     assert days["runs_a"] == days["runs_b"] == len(days["directions"])
     assert days["repeats"] == 0
@@ -102,8 +102,8 @@ def test_words_that_mean_nothing(rftfit, labs, monkeypatch):
 
 def test_maps_where_no_direction_is_common(rftfit, labs):
     make(labs / "third", MEDIA[:1], range(3, 70, 7))
-    said = rftfit("compare", "other", "third", "--figure", "c.svg").out
-    assert "No difference of size between other and third by their maps" in said
-    assert "Note: other and third have no common direction" in said
+    text = rftfit("compare", "other", "third", "--figure", "c.svg").out
+    assert "No difference of size between other and third by their maps" in text
+    assert "Note: other and third have no common direction" in text
     assert (labs / "c.svg").is_file()
     assert "no common direction" in rftfit("compare", "other@monday", "third", code=2).err

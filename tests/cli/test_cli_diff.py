@@ -9,8 +9,8 @@ import pytest
 from light_campaign import alpha_frame, one_cell
 
 from rftfit.errors import InputError
-from rftfit.outputs.dictionary import describe
-from rftfit.workflow.diff import compare
+from rftfit.outputs.dictionary import describe_file
+from rftfit.workflow.diff import compare_folders
 from rftfit.workflow.provenance import FORMAT
 
 COEFFICIENTS, ERRORS, ALPHA, SCALING = (
@@ -25,10 +25,10 @@ JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
 
 def filled(name, **columns):
     """A table with all columns that the dictionary demands."""
-    output = describe(f"results/{name}")
+    output = describe_file(f"results/{name}")
     assert output is not None
-    every = {one: "" for column in output.columns for one in column.names}
-    return pd.DataFrame(every | columns, index=[0])
+    blanks = {change: "" for column in output.columns for change in column.names}
+    return pd.DataFrame(blanks | columns, index=[0])
 
 
 TABLES = {
@@ -68,7 +68,9 @@ def write(folder, runs, tables=None):
     (folder / "records" / "checks").mkdir(parents=True)
     for name, table in (TABLES | (tables or {})).items():
         table.to_csv(folder / name, index=False)
-    logs = "".join(f"{hashlib.sha256(one.encode()).hexdigest()}  raw/{one}.csv\n" for one in runs)
+    logs = "".join(
+        f"{hashlib.sha256(change.encode()).hexdigest()}  raw/{change}.csv\n" for change in runs
+    )
     (folder / "manifest.sha256").write_text(logs)
     pd.DataFrame({"run_id": runs, "kind": "plate"}).to_csv(folder / "run_sheet.csv", index=False)
     writes = {
@@ -83,7 +85,7 @@ def write(folder, runs, tables=None):
 
 
 @pytest.mark.parametrize(
-    ("file", "quantity", "now", "half_widths"),
+    ("file", "quantity", "new_value", "half_widths"),
     [
         (COEFFICIENTS, "value_N_per_cm3", 0.25, 1.0),
         # A00 is 0.25: the half width 0.05 is 0.2 of it
@@ -96,13 +98,15 @@ def write(folder, runs, tables=None):
     ],
 )
 def test_a_change_is_counted_in_half_widths_of_its_own_interval(
-    tmp_path, file, quantity, now, half_widths
+    tmp_path, file, quantity, new_value, half_widths
 ):
-    changed = {file: TABLES[file].assign(**{quantity: now})}
-    found = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
-    assert [one.quantity for one in found] == ([] if half_widths is None else [quantity])
-    for one in found:
-        assert one.half_widths == pytest.approx(half_widths, nan_ok=True)
+    changed = {file: TABLES[file].assign(**{quantity: new_value})}
+    changes = compare_folders(
+        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
+    ).numbers
+    assert [change.quantity for change in changes] == ([] if half_widths is None else [quantity])
+    for change in changes:
+        assert change.half_widths == pytest.approx(half_widths, nan_ok=True)
 
 
 def test_zeta_and_alpha_straight_down_come_first(tmp_path):
@@ -111,8 +115,14 @@ def test_zeta_and_alpha_straight_down_come_first(tmp_path):
         ALPHA: alpha_frame("sand", one_cell(0.501)),
         SCALING: TABLES[SCALING].assign(zeta=0.41),
     }
-    found = compare(write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)).numbers
-    assert [one.quantity for one in found[:3]] == ["alpha_z_N_per_cm3", "zeta", "value_N_per_cm3"]
+    changes = compare_folders(
+        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
+    ).numbers
+    assert [change.quantity for change in changes[:3]] == [
+        "alpha_z_N_per_cm3",
+        "zeta",
+        "value_N_per_cm3",
+    ]
 
 
 def job_done_again(folder):
@@ -131,7 +141,7 @@ SAME = "made from is the same"
 
 
 @pytest.mark.parametrize(
-    ("change", "is_same", "told"),
+    ("change", "is_same", "sentence"),
     [
         (lambda _: None, True, "What they were made from is the same."),
         (job_done_again, False, "b, with other logs, rows."),
@@ -139,21 +149,21 @@ SAME = "made from is the same"
     ],
 )
 def test_what_results_were_made_from_is_said_only_where_it_is_known(
-    rftfit, tmp_path, change, is_same, told
+    rftfit, tmp_path, change, is_same, sentence
 ):
     folders = [write(tmp_path / name, RUNS) for name in "ab"]
     change(folders[1])
-    found = rftfit("diff", *folders).out
-    assert (SAME in found) == is_same
-    assert told in found
+    text = rftfit("diff", *folders).out
+    assert (SAME in text) == is_same
+    assert sentence in text
     assert bool(json.loads(rftfit("diff", *folders, "--json").out)["since_the_record"]) == (
         change is job_done_again
     )
 
 
 def test_many_changes_of_one_sort_are_one_line(rftfit, tmp_path):
-    fewer = [one for one in RUNS if one[:4] == "rep1"][:18]
-    folders = [write(tmp_path / "a", RUNS), write(tmp_path / "b", fewer)]
+    kept_runs = [run for run in RUNS if run[:4] == "rep1"][:18]
+    folders = [write(tmp_path / "a", RUNS), write(tmp_path / "b", kept_runs)]
     lines = rftfit("diff", *folders).out.partition("differs in:")[2].split("\n")
     assert [line.strip() for line in lines if "*" in line or "run rep" in line] == [
         "file raw/rep3_* (20 of them): was there, is not there",
@@ -169,13 +179,13 @@ def test_results_of_a_version_with_other_columns(rftfit, tmp_path):
     older = TABLES[ERRORS].assign(peak_predicted_N=5.5).drop(columns=["model_error"])
     write(tmp_path / "a", RUNS, {ERRORS: older})
     write(tmp_path / "b", RUNS)
-    found = compare(tmp_path / "a", tmp_path / "b")
-    assert [(one.quantity, one.was, one.now) for one in found.numbers] == [
+    comparison = compare_folders(tmp_path / "a", tmp_path / "b")
+    assert [(change.quantity, change.was, change.now) for change in comparison.numbers] == [
         ("peak_predicted_N", 5.5, 5.0)
     ]
-    assert found.alone == ["leg_errors.csv, column model_error"]
-    said = rftfit("diff", tmp_path / "a", tmp_path / "b").out
-    assert "Only in one of them: leg_errors.csv, column model_error" in said
+    assert comparison.alone == ["leg_errors.csv, column model_error"]
+    text = rftfit("diff", tmp_path / "a", tmp_path / "b").out
+    assert "Only in one of them: leg_errors.csv, column model_error" in text
     write(tmp_path / "c", RUNS, {SCALING: pd.DataFrame({"zeta": [0.4]})})
     with pytest.raises(InputError, match=r"penetration.csv: no column method, medium"):
-        compare(tmp_path / "c", tmp_path / "b")
+        compare_folders(tmp_path / "c", tmp_path / "b")

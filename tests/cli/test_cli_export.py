@@ -18,12 +18,12 @@ from .conftest import MEASURED
 PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
 
 
-pytestmark = pytest.mark.usefixtures("here")
+pytestmark = pytest.mark.usefixtures("work_folder")
 
 
 def content(path):
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    fields: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return fields
 
 
 def forces(path):
@@ -32,36 +32,38 @@ def forces(path):
     return np.array([[float(cell or "nan") for cell in row] for row in rows])
 
 
-def test_a_published_medium_goes_round(rftfit, here):
-    said = rftfit("export", "--medium", "poppy_LP", "--title", "Seeds", "--notes", "as printed")
-    found = content(here / "profile.json")
-    golden = found["golden"]
+def test_a_published_medium_goes_round(rftfit, work_folder):
+    output = rftfit("export", "--medium", "poppy_LP", "--title", "Seeds", "--notes", "as printed")
+    profile = content(work_folder / "profile.json")
+    golden = profile["golden"]
     for words in (
         "Directions: 74, 74 with a number, 74 pushed",
         f"({golden['beta_deg']:g}, {golden['gamma_deg']:g}) degrees",
         f"{golden['alpha_z_N_per_cm3']:.6g} N/cm^3",
         "rftfit predict --leg c_leg --profile-file profile.json",
     ):
-        assert words in said.out
-    assert found["medium"] == {"name": "poppy_LP", "title": "Seeds", "notes": "as printed"}
-    assert found["validity"]["depth_to_cm"] == 9
-    assert found["origin"]["citation"] == reference.CITATION
+        assert words in output.out
+    assert profile["medium"] == {"name": "poppy_LP", "title": "Seeds", "notes": "as printed"}
+    assert profile["validity"]["depth_to_cm"] == 9
+    assert profile["origin"]["citation"] == reference.CITATION
     leg = ("predict", "--leg", "c_leg", "--output")
     rftfit(*leg, "a.csv", "--profile-file", "profile.json")
     rftfit(*leg, "b.csv", "--medium", "poppy_LP")
-    np.testing.assert_allclose(forces(here / "a.csv"), forces(here / "b.csv"), atol=1e-8)
+    np.testing.assert_allclose(
+        forces(work_folder / "a.csv"), forces(work_folder / "b.csv"), atol=1e-8
+    )
 
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
 
 
-def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, here):
+def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_folder):
     rows = ["0,90,0.35,,0.01,\n", "30,45,0.2,0.1,,\n", "-30,60,0.12,0.02,0.005,0.004\n"]
-    (here / "two.csv").write_text(HEAD + "".join(rows[:2]), encoding="utf-8")
-    (here / "one.csv").write_text(HEAD + rows[2], encoding="utf-8")
-    (here / "all.csv").write_text(HEAD + "".join(rows), encoding="utf-8")
+    (work_folder / "two.csv").write_text(HEAD + "".join(rows[:2]), encoding="utf-8")
+    (work_folder / "one.csv").write_text(HEAD + rows[2], encoding="utf-8")
+    (work_folder / "all.csv").write_text(HEAD + "".join(rows), encoding="utf-8")
     rftfit("export", "--pushes", "two.csv", "--output", "p.json")
-    assert content(here / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
+    assert content(work_folder / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
     for name, words in (
         ("a", ("--pushes", "two.csv")),
         ("b", ("--profile-file", "p.json")),
@@ -70,49 +72,56 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, here):
     ):
         rftfit("scale", *words, "--output", f"{name}.csv")
         rftfit("plan", *words, "--count", "2", "--output", f"{name}_plan.csv")
-    for one, other in (("a", "b"), ("c", "d")):
-        table, same = (pd.read_csv(here / f"{name}.csv", comment="#") for name in (one, other))
+    for pushes_name, profile_name in (("a", "b"), ("c", "d")):
+        table, profile_table = (
+            pd.read_csv(work_folder / f"{name}.csv", comment="#")
+            for name in (pushes_name, profile_name)
+        )
         numbers = table.select_dtypes("number").columns
-        np.testing.assert_allclose(table[numbers], same[numbers], atol=2e-6)
-        assert (table["source"] == same["source"]).all()
-        plans = [(here / f"{name}_plan.csv").read_text() for name in (one, other)]
+        np.testing.assert_allclose(table[numbers], profile_table[numbers], atol=2e-6)
+        assert (table["source"] == profile_table["source"]).all()
+        plans = [
+            (work_folder / f"{name}_plan.csv").read_text() for name in (pushes_name, profile_name)
+        ]
         assert plans[0] == plans[1]
-    assert not pd.read_csv(here / "a.csv", comment="#").equals(
-        pd.read_csv(here / "c.csv", comment="#")
+    assert not pd.read_csv(work_folder / "a.csv", comment="#").equals(
+        pd.read_csv(work_folder / "c.csv", comment="#")
     )
 
 
-def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, here):
-    (here / "field.csv").write_text(PUSHES, encoding="utf-8")
+def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, work_folder):
+    (work_folder / "field.csv").write_text(PUSHES, encoding="utf-8")
     rftfit("export", "--pushes", "field.csv", "--output", "p.json")
-    found = content(here / "p.json")
-    found["pushes"]["se_x"].pop()
-    (here / "p.json").write_text(json.dumps(found), encoding="utf-8")
-    said = rftfit("scale", "--profile-file", "p.json", code=2)
-    assert "pushes.se_x" in said.err
-    assert "2 entries, as beta_deg has" in said.err
-    said = rftfit("scale", "--profile-file", "p.json", "--alpha", "0.3", code=2)
-    assert "found both of --alpha and --pushes" in said.err
+    profile = content(work_folder / "p.json")
+    profile["pushes"]["se_x"].pop()
+    (work_folder / "p.json").write_text(json.dumps(profile), encoding="utf-8")
+    output = rftfit("scale", "--profile-file", "p.json", code=2)
+    assert "pushes.se_x" in output.err
+    assert "2 entries, as beta_deg has" in output.err
+    output = rftfit("scale", "--profile-file", "p.json", "--alpha", "0.3", code=2)
+    assert "found both of --alpha and --pushes" in output.err
 
 
-def test_media_of_a_campaign(rftfit, here, results):
+def test_media_of_a_campaign(rftfit, work_folder, results):
     rftfit("export", "--results", results, "--medium", "poppy_LP")
-    found = content(here / "profile.json")
+    profile = content(work_folder / "profile.json")
     alpha = results / "alpha" / "poppy_LP.csv"
-    assert found["origin"]["made_from"] == {
+    assert profile["origin"]["made_from"] == {
         "results/alpha/poppy_LP.csv": hashlib.sha256(alpha.read_bytes()).hexdigest()
     }
-    assert found["origin"]["kind"] == "table"
-    assert (found["validity"]["depth_from_cm"], found["validity"]["depth_to_cm"]) == (1, 9)
+    assert profile["origin"]["kind"] == "table"
+    assert (profile["validity"]["depth_from_cm"], profile["validity"]["depth_to_cm"]) == (1, 9)
     # a natural sand is known by one push: it has no table, but a map
     rftfit("export", "--results", results, "--medium", "sand", "--output", "s.json")
-    sand = content(here / "s.json")
+    sand = content(work_folder / "s.json")
     assert (sand["origin"]["kind"], sand["origin"]["pushes"]) == ("map", 1)
-    said = rftfit("export", "--results", results, "--medium", "sand", "--profile", "table", code=2)
-    assert "too few directions" in said.err
+    output = rftfit(
+        "export", "--results", results, "--medium", "sand", "--profile", "table", code=2
+    )
+    assert "too few directions" in output.err
 
 
-def test_marks_are_handed_on(rftfit, here, results):
+def test_marks_are_handed_on(rftfit, work_folder, results):
 
     for name in (*MEASURED, "sand"):
         bad = name == "poppy_LP"
@@ -125,51 +134,55 @@ def test_marks_are_handed_on(rftfit, here, results):
         }
         table = pd.DataFrame([row]).reindex(columns=COLUMNS)
         write_csv(table, results / "checks" / f"{name}.csv")
-    said = rftfit("export", "--results", results, "--medium", "poppy_LP")
-    mark = content(here / "profile.json")["validity"]["marks"]
+    output = rftfit("export", "--results", results, "--medium", "poppy_LP")
+    mark = content(work_folder / "profile.json")["validity"]["marks"]
     assert mark.startswith("unusable: the medium seems to give energy")
-    assert f"warning: poppy_LP is {mark}" in said.err
+    assert f"warning: poppy_LP is {mark}" in output.err
 
 
-def test_pushes_become_a_map(rftfit, here):
-    (here / "field.csv").write_text(PUSHES, encoding="utf-8")
-    said = rftfit("export", "--pushes", "field.csv", "--output", "field.json")
-    found = content(here / "field.json")
-    assert found["medium"]["name"] == "field"
-    digest = hashlib.sha256((here / "field.csv").read_bytes()).hexdigest()
-    assert found["origin"]["made_from"] == {"field.csv": digest}
-    assert "standard error" in said.out
-    said = rftfit("predict", "--leg", "flat_leg", "--profile-file", "field.json", "--json")
-    facts = json.loads(said.out)
+def test_pushes_become_a_map(rftfit, work_folder):
+    (work_folder / "field.csv").write_text(PUSHES, encoding="utf-8")
+    output = rftfit("export", "--pushes", "field.csv", "--output", "field.json")
+    profile = content(work_folder / "field.json")
+    assert profile["medium"]["name"] == "field"
+    digest = hashlib.sha256((work_folder / "field.csv").read_bytes()).hexdigest()
+    assert profile["origin"]["made_from"] == {"field.csv": digest}
+    assert "standard error" in output.out
+    output = rftfit("predict", "--leg", "flat_leg", "--profile-file", "field.json", "--json")
+    facts = json.loads(output.out)
     assert facts["profile"].startswith("map of field from 2 pushes")
     lift = facts["peaks"]["lift"]
     assert lift["lo"] < lift["force_z_N"] < lift["hi"]
 
 
-def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, here):
-    (here / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, work_folder):
+    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
     for name, words in (("a", ("--alpha", "0.55")), ("b", ("--pushes", "one.csv"))):
         rftfit("export", *words, "--output", f"{name}.json")
         rftfit("predict", "--leg", "reversed_c_leg", *words, "--output", f"{name}.csv")
         rftfit("scale", *words, "--output", f"{name}_scaled.csv")
-    for one, other in (("a.json", "b.json"),):
-        first, second = (content(here / name) for name in (one, other))
-        assert first["directions"] == second["directions"]
-        assert first["errors"] == second["errors"]
-    for one, other in (("a.csv", "b.csv"), ("a_scaled.csv", "b_scaled.csv")):
-        table, same = (pd.read_csv(here / name, comment="#") for name in (one, other))
-        pd.testing.assert_frame_equal(table, same)
+    for alpha_file, pushes_file in (("a.json", "b.json"),):
+        alpha_profile, pushes_profile = (
+            content(work_folder / name) for name in (alpha_file, pushes_file)
+        )
+        assert alpha_profile["directions"] == pushes_profile["directions"]
+        assert alpha_profile["errors"] == pushes_profile["errors"]
+    for alpha_file, pushes_file in (("a.csv", "b.csv"), ("a_scaled.csv", "b_scaled.csv")):
+        table, second_table = (
+            pd.read_csv(work_folder / name, comment="#") for name in (alpha_file, pushes_file)
+        )
+        pd.testing.assert_frame_equal(table, second_table)
     rftfit("predict", "--leg", "reversed_c_leg", "--profile-file", "a.json", "--output", "c.csv")
-    table, same = (pd.read_csv(here / f"{name}.csv", comment="#") for name in "ac")
-    off = (table - same).abs().max() / table.abs().max().clip(lower=1e-9)
+    table, second_table = (pd.read_csv(work_folder / f"{name}.csv", comment="#") for name in "ac")
+    off = (table - second_table).abs().max() / table.abs().max().clip(lower=1e-9)
     assert off.max() < 5e-6
 
 
 @pytest.mark.parametrize("words", [("--alpha", "0.55"), ("--pushes", "one.csv")])
-def test_a_flat_foot_pressed_straight_down_gives_its_own_push_back(words, rftfit, here):
-    (here / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
-    (here / "foot.csv").write_text("x_cm,z_cm\n-4,0\n4,0\n")
-    (here / "press.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n5,0,-5,0\n")
+def test_a_flat_foot_pressed_straight_down_gives_its_own_push_back(words, rftfit, work_folder):
+    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+    (work_folder / "foot.csv").write_text("x_cm,z_cm\n-4,0\n4,0\n")
+    (work_folder / "press.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n5,0,-5,0\n")
     foot = ("--outline", "foot.csv", "--width", "5", "--path", "press.csv", "--json")
     facts = json.loads(rftfit("predict", *foot, *words).out)
     assert facts["peaks"]["lift"]["force_z_N"] == pytest.approx(110, rel=0.01)
@@ -178,12 +191,12 @@ def test_a_flat_foot_pressed_straight_down_gives_its_own_push_back(words, rftfit
 def test_the_robot_walks_on_it(rftfit):
     rftfit("export", "--medium", "poppy_LP")
     walk = ("simulate", "--frequency", 2, "--curvature", 1, "--no-animation", "--json")
-    own, other = (
+    medium_walk, profile_walk = (
         json.loads(rftfit(*walk, "--output", word.strip("-"), word, value).out)
         for word, value in (("--medium", "poppy_LP"), ("--profile-file", "profile.json"))
     )
-    assert own["outcome"] == "steady"
-    assert other["speed_cm_per_s"] == pytest.approx(own["speed_cm_per_s"], rel=1e-6)
+    assert medium_walk["outcome"] == "steady"
+    assert profile_walk["speed_cm_per_s"] == pytest.approx(medium_walk["speed_cm_per_s"], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -204,11 +217,11 @@ def test_the_robot_walks_on_it(rftfit):
         (("--medium", "poppy_LP", "--title", "\x1b[2J"), "title: text without control characters"),
     ],
 )
-def test_words_that_do_not_go_together(words, message, rftfit, here):
-    (here / "p.csv").write_text(PUSHES, encoding="utf-8")
+def test_words_that_do_not_go_together(words, message, rftfit, work_folder):
+    (work_folder / "p.csv").write_text(PUSHES, encoding="utf-8")
     assert message in rftfit("export", *words, code=2).err
-    assert (here / "p.csv").read_text() == PUSHES
-    assert not (here / "profile.json").exists()
+    assert (work_folder / "p.csv").read_text() == PUSHES
+    assert not (work_folder / "profile.json").exists()
 
 
 @pytest.mark.parametrize(
@@ -228,20 +241,20 @@ def test_one_medium_only(command, words, message, rftfit):
     assert message in rftfit(*command, "--profile-file", "profile.json", *words, code=2).err
 
 
-def test_a_damaged_file_is_refused_by_every_reader(rftfit, here):
+def test_a_damaged_file_is_refused_by_every_reader(rftfit, work_folder):
     rftfit("export", "--medium", "poppy_LP")
-    found = content(here / "profile.json")
-    found["golden"]["alpha_x_N_per_cm3"] *= -1
-    (here / "profile.json").write_text(json.dumps(found), encoding="utf-8")
+    profile = content(work_folder / "profile.json")
+    profile["golden"]["alpha_x_N_per_cm3"] *= -1
+    (work_folder / "profile.json").write_text(json.dumps(profile), encoding="utf-8")
     for command in (
         ("predict", "--leg", "c_leg"),
         ("simulate", "--frequency", 2, "--curvature", 1),
     ):
-        said = rftfit(*command, "--profile-file", "profile.json", code=2)
-        assert "the golden value alpha_x_N_per_cm3" in said.err
+        output = rftfit(*command, "--profile-file", "profile.json", code=2)
+        assert "the golden value alpha_x_N_per_cm3" in output.err
     # the forces never overwrite the file that is read
     rftfit("export", "--medium", "poppy_LP", "--output", "q.json")
-    said = rftfit(
+    output = rftfit(
         "predict",
         "--leg",
         "c_leg",
@@ -252,4 +265,4 @@ def test_a_damaged_file_is_refused_by_every_reader(rftfit, here):
         "--force",
         code=2,
     )
-    assert "this file is read" in said.err
+    assert "this file is read" in output.err

@@ -8,7 +8,7 @@ import pytest
 
 from rftfit.figures.log_plot import draw_log
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import Clock, lacking, survey
+from rftfit.logs.inspect import TimeColumn, lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
@@ -20,10 +20,10 @@ def force_log(path, rows, header=HEADER, end="\n"):
 
 
 def test_inspect(rftfit, campaign):
-    before = (campaign / FORCE).read_bytes()
-    said = rftfit("inspect", FORCE)
-    assert said.err == ""
-    rows = sum(not line.startswith((b"#", b"time")) for line in before.splitlines())
+    log_bytes = (campaign / FORCE).read_bytes()
+    output = rftfit("inspect", FORCE)
+    assert output.err == ""
+    rows = sum(not line.startswith((b"#", b"time")) for line in log_bytes.splitlines())
     for text in (
         "force log",
         "dialect: rig",
@@ -34,28 +34,28 @@ def test_inspect(rftfit, campaign):
         "times: 0 repeated, 0 backwards",
         "the motion log of the same run",
     ):
-        assert text in said.out
-    found = json.loads(rftfit("inspect", FORCE, "--json").out)
-    (clock,) = found["clocks"]
-    assert (found["dialect"], found["kinds"], found["refused"]) == ("rig", ["force"], None)
+        assert text in output.out
+    facts = json.loads(rftfit("inspect", FORCE, "--json").out)
+    (clock,) = facts["clocks"]
+    assert (facts["dialect"], facts["kinds"], facts["refused"]) == ("rig", ["force"], None)
     assert (clock["rows"], clock["used"], clock["clock"]["gaps"]) == (rows, rows, [])
     assert clock["clock"]["rate"] == pytest.approx(100, rel=0.01)
-    assert all(line in said.out for line in found["config"])
-    assert (campaign / FORCE).read_bytes() == before
+    assert all(line in output.out for line in facts["config"])
+    assert (campaign / FORCE).read_bytes() == log_bytes
 
 
 def test_motion_log(rftfit, campaign):
-    said = rftfit("inspect", campaign / FORCE.replace("force", "motion"))
-    assert "motion log" in said.out
-    assert "rate: 50 rows/s" in said.out
-    assert "the force log of the same run" in said.out
+    output = rftfit("inspect", campaign / FORCE.replace("force", "motion"))
+    assert "motion log" in output.out
+    assert "rate: 50 rows/s" in output.out
+    assert "the force log of the same run" in output.out
 
 
 def test_numbers_by_hand():
     time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
     columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
     log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
-    clock = Clock()
+    clock = TimeColumn()
     clock.add(time)
     assert clock.duration == pytest.approx(1.5)
     assert clock.step == pytest.approx(0.1)
@@ -76,12 +76,12 @@ def test_damage_is_counted(rftfit, tmp_path):
     rows[20:30] = []
     rows.append(rows[-1])
     rows.append("0.40,1,0.1")
-    said = rftfit("inspect", force_log(tmp_path / "a.csv", rows, end=""))
-    assert f"rows: {len(rows)}, of which {len(rows) - 4} can be read" in said.out
+    output = rftfit("inspect", force_log(tmp_path / "a.csv", rows, end=""))
+    assert f"rows: {len(rows)}, of which {len(rows) - 4} can be read" in output.out
     for text in ("NaN or infinite", "not a number", "wrong number of cells", "cut in mid-row"):
-        assert f"  1 dropped: {text}" in said.out
-    assert "gaps: 1\n  0.11 s from 0.19 s on" in said.out
-    assert "times: 1 repeated, 0 backwards" in said.out
+        assert f"  1 dropped: {text}" in output.out
+    assert "gaps: 1\n  0.11 s from 0.19 s on" in output.out
+    assert "times: 1 repeated, 0 backwards" in output.out
 
 
 def test_a_sync_line_that_never_changes(tmp_path):
@@ -105,9 +105,9 @@ def test_a_sync_line_that_never_changes(tmp_path):
 def test_unknown_files(rftfit, tmp_path, content, text):
     path = tmp_path / "log.csv"
     path.write_bytes(content)
-    said = rftfit("inspect", path, code=2)
-    assert "The dialects there are:\n  rig (" in said.err
-    assert text in said.err
+    output = rftfit("inspect", path, code=2)
+    assert "The dialects there are:\n  rig (" in output.err
+    assert text in output.err
 
 
 def test_an_empty_file(rftfit, tmp_path):
@@ -120,17 +120,17 @@ def test_an_empty_file(rftfit, tmp_path):
 
 
 def test_no_usable_row(rftfit, tmp_path):
-    said = rftfit("inspect", force_log(tmp_path / "a.csv", ["x,x,x,x,x", "y,y,y,y,y"]))
-    assert "rows: 2, of which 0 can be read" in said.out
-    assert "at least two usable rows" in said.out
+    output = rftfit("inspect", force_log(tmp_path / "a.csv", ["x,x,x,x,x", "y,y,y,y,y"]))
+    assert "rows: 2, of which 0 can be read" in output.out
+    assert "at least two usable rows" in output.out
 
 
 def test_plot(rftfit, campaign):
-    said = rftfit("inspect", FORCE, "--plot", "log é.png")
+    output = rftfit("inspect", FORCE, "--plot", "log é.png")
     assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
-    assert "Drawing: log é.png" in said.out
-    said = rftfit("inspect", FORCE, "--plot", FORCE, code=2)
-    assert f"--plot: found '{FORCE}'; allowed: a name that ends in .png, .pdf or .svg" in said.err
+    assert "Drawing: log é.png" in output.out
+    output = rftfit("inspect", FORCE, "--plot", FORCE, code=2)
+    assert f"--plot: found '{FORCE}'; allowed: a name that ends in .png, .pdf or .svg" in output.err
     rftfit("inspect", FORCE, "--plot", "log.webp", code=2)
     rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png", code=3)
 
@@ -139,15 +139,15 @@ def test_plot(rftfit, campaign):
 def test_a_picture_of_somebody_else_is_left_as_it_is(rftfit, campaign, ending):
     picture = campaign / f"rig.{ending}"
     picture.write_bytes(b"a photograph of the rig")
-    said = rftfit("inspect", FORCE, "--plot", picture.name, code=2)
-    assert "was not written by rftfit inspect" in said.err
-    assert "--plot, or add --force" in said.err
+    output = rftfit("inspect", FORCE, "--plot", picture.name, code=2)
+    assert "was not written by rftfit inspect" in output.err
+    assert "--plot, or add --force" in output.err
     assert picture.read_bytes() == b"a photograph of the rig"
     rftfit("inspect", FORCE, "--plot", picture.name, "--force")
-    first = picture.read_bytes()
+    drawn_bytes = picture.read_bytes()
     # its own it draws anew unasked
     rftfit("inspect", FORCE, "--plot", picture.name)
-    assert picture.read_bytes() == first
+    assert picture.read_bytes() == drawn_bytes
 
 
 def test_panels_have_no_line_over_a_gap():

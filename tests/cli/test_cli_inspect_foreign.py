@@ -10,7 +10,7 @@ from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 UNITS = {
     **dict.fromkeys(("F1", "F2", "F3"), "N"),
@@ -22,13 +22,13 @@ UNITS = {
 }
 
 
-def block(said):
+def block(output):
     """The lines for config.yaml, as YAML."""
-    _, _, text = said.out.partition("for config.yaml")
+    _, _, text = output.out.partition("for config.yaml")
     lines = [line[2:] for line in text.splitlines()[1:] if line.startswith("  ")]
-    found = yaml.safe_load("\n".join(lines))
-    assert isinstance(found, dict)
-    return found
+    config = yaml.safe_load("\n".join(lines))
+    assert isinstance(config, dict)
+    return config
 
 
 @pytest.mark.parametrize("name", [name for name in TEXTS if name != "rig"])
@@ -36,17 +36,17 @@ def test_the_proposed_config_reads_the_log(name, rftfit, tmp_path):
     """What inspect prints, pasted as it is, gives the quantities that it names."""
     path = tmp_path / "log.txt"
     path.write_bytes(TEXTS[name](30).content)
-    said = rftfit("inspect", path)
-    assert said.err == ""
+    output = rftfit("inspect", path)
+    assert output.err == ""
     recognised = "none recognises it" if name in ("delimited", "dated") else name
-    assert f"dialect: {recognised}" in said.out
-    found = block(said)
-    both = {"force_log", "motion_log"} <= found.keys()
-    assert found.pop("clock", {}) == ({"method": "same_clock"} if both else {})
-    assert found
-    for key, values in found.items():
+    assert f"dialect: {recognised}" in output.out
+    config = block(output)
+    has_both_logs = {"force_log", "motion_log"} <= config.keys()
+    assert config.pop("clock", {}) == ({"method": "same_clock"} if has_both_logs else {})
+    assert config
+    for key, values in config.items():
         source = (ForceLog if key == "force_log" else MotionLog).model_validate(values)
-        log = mapped(source_reader(source, "rig", key).load(path), source, UNITS, key)
+        log = map_columns(source_reader(source, "rig", key).load(path), source, UNITS, key)
         assert log.size == 30
         assert set(log.columns) <= set(UNITS) or not source.columns
         assert (np.diff(log.columns["time"]) > 0).all()
@@ -56,7 +56,7 @@ def test_the_proposed_config_reads_the_log(name, rftfit, tmp_path):
 def test_lost_packets_and_notes(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40, lost=10).content)
-    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    output = rftfit("inspect", path, "--plot", tmp_path / "log.png")
     for text in (
         "recognised by its preamble",
         "30 (42.9% of all) missing: lost packets",
@@ -64,7 +64,7 @@ def test_lost_packets_and_notes(rftfit, tmp_path):
         "note: time is RDT Sequence / 125 Hz (the preamble)",
         "no sync line: set clock.method",
     ):
-        assert text in said.out
+        assert text in output.out
     assert (tmp_path / "log.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -74,10 +74,10 @@ def test_one_file_for_both_has_one_clock(names, rftfit, tmp_path):
     cells = names.count(",")
     rows = "".join(f"{row / 10}" + f",{row % 2}" * cells + "\n" for row in range(20))
     path.write_text(f"{names}\n{rows}", encoding="utf-8")
-    said = rftfit("inspect", path)
-    assert block(said)["clock"] == {"method": "same_clock"}
-    assert "estimate" not in said.out
-    assert "the motion log of the same run" not in said.out
+    output = rftfit("inspect", path)
+    assert block(output)["clock"] == {"method": "same_clock"}
+    assert "estimate" not in output.out
+    assert "the motion log of the same run" not in output.out
 
 
 def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
@@ -89,23 +89,23 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
     (force, motion), refused = survey_file(reader, path)
     assert refused is not None
     assert refused.code == "clocks"
-    assert [list(found.units.items()) for found in (force, motion)] == [
+    assert [list(survey.units.items()) for survey in (force, motion)] == [
         [("time", "s"), ("Force z", "N")],
         [("time", "s"), ("z", "mm")],
     ]
     assert (force.used, motion.used) == (30, 30)
-    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
-    assert said.err == ""
-    assert "refused as one log: its channels were not sampled at the same times" in said.out
-    assert said.out.count("rows: 30, of which 30 can be read") == 2
+    output = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    assert output.err == ""
+    assert "refused as one log: its channels were not sampled at the same times" in output.out
+    assert output.out.count("rows: 30, of which 30 can be read") == 2
     assert (tmp_path / "log.png").read_bytes().startswith(b"\x89PNG")
-    found = block(said)
-    assert found.pop("clock") == {"method": "same_clock"}
+    config = block(output)
+    assert config.pop("clock") == {"method": "same_clock"}
     times = []
     for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
-        source = model.model_validate(found[key])
+        source = model.model_validate(config[key])
         log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
-        times.append(mapped(log, source, UNITS, key).columns["time"])
+        times.append(map_columns(log, source, UNITS, key).columns["time"])
     np.testing.assert_allclose(times[1] - times[0], 0.5)
 
 
@@ -123,7 +123,7 @@ def test_channels_on_three_clocks(tmp_path):
         writer.write_segment([*channels, nptdms.ChannelObject("rig", "note", np.arange(5.0))])
     surveys, refused = survey_file(dialect("tdms"), path)
     assert refused is not None
-    assert [[column.name for column in found.columns] for found in surveys] == [
+    assert [[column.name for column in survey.columns] for survey in surveys] == [
         ["time", "Fx", "Fz"],
         ["time", "x", "z"],
         ["time", "angle"],
@@ -136,8 +136,8 @@ def test_dialect_and_options_by_hand(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
     assert "found RDT Sample Rate: 0" in rftfit("inspect", path, code=2).err
-    said = rftfit("inspect", path, "--dialect", "ati-netft", "--option", "rate_Hz=100")
-    assert "rate: 100 rows/s" in said.out
+    output = rftfit("inspect", path, "--dialect", "ati-netft", "--option", "rate_Hz=100")
+    assert "rate: 100 rows/s" in output.out
     assert (
         "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect", "ati-netf", code=2).err
     )
@@ -148,9 +148,9 @@ def test_text_that_no_dialect_knows(rftfit, tmp_path):
     path = tmp_path / "log"
     rows = "".join(f"{1.7e9 + n / 100:.2f};{n % 7},5;{n % 3},25\n" for n in range(30))
     path.write_text(f"Prüfstand 3\n{rows}", encoding="cp1252")
-    said = rftfit("inspect", path)
+    output = rftfit("inspect", path)
     path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", encoding="cp1252")
-    said = rftfit("inspect", path, "--plot", tmp_path / "log.png")
+    output = rftfit("inspect", path, "--plot", tmp_path / "log.png")
     for text in (
         "dialect: none recognises it; read as delimited text",
         "8 bits a character, not UTF-8",
@@ -159,49 +159,57 @@ def test_text_that_no_dialect_knows(rftfit, tmp_path):
         "time: {column: 1, unit: s} # the file states no unit: check",
         "name them in the config",
     ):
-        assert text in said.out
+        assert text in output.out
 
 
 def test_what_cannot_be_a_table(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_text("Dear reader,\nthis is a letter.\n", encoding="utf-8")
-    said = rftfit("inspect", path, code=2)
-    assert "It looks like: ASCII; it begins with\n  Dear reader," in said.err
-    assert "No delimiter gives two rows of numbers" in said.err
+    output = rftfit("inspect", path, code=2)
+    assert "It looks like: ASCII; it begins with\n  Dear reader," in output.err
+    assert "No delimiter gives two rows of numbers" in output.err
     path.write_bytes(bytes(range(256)))
     assert "It looks like: binary" in rftfit("inspect", path, code=2).err
 
 
 def test_a_survey_in_blocks_is_that_of_the_whole(tmp_path, monkeypatch):
     path = tmp_path / "log"
-    made = netft(3000, lost=7)
-    path.write_bytes(made.content)
-    whole = survey([made.reader.load(path)])
+    foreign_log = netft(3000, lost=7)
+    path.write_bytes(foreign_log.content)
+    whole_survey = survey([foreign_log.reader.load(path)])
     monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 40_000)
-    blocks = list(made.reader.stream(path))
+    blocks = list(foreign_log.reader.stream(path))
     assert len(blocks) > 5
-    parts = survey(blocks)
-    assert (parts.rows, parts.used, parts.missing) == (whole.rows, whole.used, whole.missing)
-    assert parts.clock is not None
-    assert whole.clock is not None
-    assert parts.clock.gaps == whole.clock.gaps
-    assert parts.clock.duration == whole.clock.duration
-    for one, other in zip(parts.columns, whole.columns, strict=True):
-        assert (one.name, one.lowest, one.highest) == (other.name, other.lowest, other.highest)
+    block_survey = survey(blocks)
+    assert (block_survey.rows, block_survey.used, block_survey.missing) == (
+        whole_survey.rows,
+        whole_survey.used,
+        whole_survey.missing,
+    )
+    assert block_survey.clock is not None
+    assert whole_survey.clock is not None
+    assert block_survey.clock.gaps == whole_survey.clock.gaps
+    assert block_survey.clock.duration == whole_survey.clock.duration
+    for column, whole_column in zip(block_survey.columns, whole_survey.columns, strict=True):
+        assert (column.name, column.lowest, column.highest) == (
+            whole_column.name,
+            whole_column.lowest,
+            whole_column.highest,
+        )
 
 
 def test_a_long_log_needs_no_more_memory_than_a_short_one(tmp_path):
     """Arrays and texts that Python knows of; 20 MB against 60 MB."""
     import tracemalloc
 
-    made = netft(5000)
-    body = b"".join(made.lines)
+    foreign_log = netft(5000)
+    body = b"".join(foreign_log.lines)
     path = tmp_path / "log"
     peaks = []
     for times in (36, 108):
-        path.write_bytes(made.header + body * times)
+        path.write_bytes(foreign_log.header + body * times)
         tracemalloc.start()
-        rows = survey(made.reader.stream(path)).rows
+        rows = survey(foreign_log.reader.stream(path)).rows
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert rows == 5000 * times
@@ -215,9 +223,9 @@ def test_german_columns_and_a_depth(rftfit, tmp_path):
     rows = [f"{n},5;1,5;{n},25;0,5;-2,5\n" for n in range(9)]
     head = "Zeit [s];Weg x [mm];Tiefe [mm];Kraft x [N];Kraft z [N]\n"
     path.write_bytes((head + "".join(rows)).encode("cp1252"))
-    found = block(rftfit("inspect", path))
-    assert found["force_log"]["columns"] == {"time": "Zeit", "F1": "Kraft x", "F3": "Kraft z"}
-    assert found["motion_log"]["columns"] == {
+    config = block(rftfit("inspect", path))
+    assert config["force_log"]["columns"] == {"time": "Zeit", "F1": "Kraft x", "F3": "Kraft z"}
+    assert config["motion_log"]["columns"] == {
         "time": "Zeit",
         "x": "Weg x",
         "z": {"column": "Tiefe", "unit": "mm", "factor": -1},
@@ -229,10 +237,10 @@ def test_a_text_with_zero_bytes_is_a_damaged_text(rftfit, tmp_path):
     path = tmp_path / "log.csv"
     rows = [f"{n}.5,{n}.25,0.5\n" for n in range(30)]
     path.write_bytes("".join(["time (s),depth (mm),force (N)\n", *rows]).encode() + bytes(400))
-    said = rftfit("inspect", path)
-    assert said.err == ""
-    assert "rows: 31, of which 30 can be read" in said.out
-    assert block(said)["motion_log"]["columns"]
+    output = rftfit("inspect", path)
+    assert output.err == ""
+    assert "rows: 31, of which 30 can be read" in output.out
+    assert block(output)["motion_log"]["columns"]
 
 
 WRENCH = """header:
@@ -250,25 +258,25 @@ wrench:
 def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
     path = tmp_path / "log.txt"
     path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
-    said = rftfit("inspect", path, code=2)
-    assert "record with -p (rostopic echo -p TOPIC > log.csv)" in said.err
+    output = rftfit("inspect", path, code=2)
+    assert "record with -p (rostopic echo -p TOPIC > log.csv)" in output.err
     assert "record with -p" in rftfit("inspect", path, "--dialect", "rostopic", code=2).err
 
 
 def test_a_channel_that_was_never_connected(rftfit, tmp_path):
     path = tmp_path / "log.npz"
     np.savez(path, time=np.arange(19.0), F3=np.r_[np.nan, np.arange(18.0)], F1=np.full(19, np.nan))
-    said = rftfit("inspect", path)
+    output = rftfit("inspect", path)
     for text in (
         "rows: 19, of which 18 can be read",
         "NaN or infinite in F3: 1",
         "not read: F1: no finite number",
     ):
-        assert text in said.out
+        assert text in output.out
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "line"),
+    ("name", "options", "line"),
     [
         ("log.xlsx", {"sheet": "Ru*"}, 'options: {sheet: "Ru*"}'),
         ("log.xlsx", {"sheet": 2}, "options: {sheet: 2}"),
@@ -277,7 +285,7 @@ def test_a_channel_that_was_never_connected(rftfit, tmp_path):
     ],
 )
 def test_options_that_were_given_stand_in_the_lines_for_the_config(
-    name, given, line, rftfit, tmp_path
+    name, options, line, rftfit, tmp_path
 ):
     """The lines read the log as inspect did, and so does `read_log` with the same options."""
     path = tmp_path / name
@@ -290,20 +298,20 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
         with pd.ExcelWriter(path) as book:
             (frame + 1).to_excel(book, sheet_name="Settings", index=False)
             frame.to_excel(book, sheet_name="Run 1", index=False)
-    words = [word for key, value in given.items() for word in ("--option", f"{key}={value}")]
-    said = rftfit("inspect", path, *words)
-    assert line in said.out
-    source = ForceLog.model_validate(block(said)["force_log"])
-    log = api.read_log(path, options=given)
-    same = source_reader(source, "rig", "force_log").load(path)
-    np.testing.assert_array_equal(same.columns["Fz"], np.arange(9.0))
+    words = [word for key, value in options.items() for word in ("--option", f"{key}={value}")]
+    output = rftfit("inspect", path, *words)
+    assert line in output.out
+    source = ForceLog.model_validate(block(output)["force_log"])
+    log = api.read_log(path, options=options)
+    config_log = source_reader(source, "rig", "force_log").load(path)
+    np.testing.assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
     np.testing.assert_array_equal(log.columns["Fz"], np.arange(9.0))
-    assert ("time" in same.columns) == ("rate_Hz" in given)
+    assert ("time" in config_log.columns) == ("rate_Hz" in options)
 
 
 def test_a_column_that_is_no_number_stays_listed(rftfit, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("Zeit,Fz [N]\n" + "".join(f"heute {k},{k}.5\n" for k in range(9)))
-    said = rftfit("inspect", path)
-    assert "not read: Zeit: 'heute 0' (no number and no time)" in said.out
-    assert "Zeit    not read" in said.out
+    output = rftfit("inspect", path)
+    assert "not read: Zeit: 'heute 0' (no number and no time)" in output.out
+    assert "Zeit    not read" in output.out

@@ -15,7 +15,7 @@ from rftfit.campaign.config import ForceLog
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import recognised
 from rftfit.logs.registry import source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 
@@ -28,22 +28,22 @@ def table(path, header, rows=ROWS):
 def read_force(path, **section):
     source = ForceLog.model_validate(section)
     reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
-    return mapped(reader.load(path), source, UNITS, "force_log")
+    return map_columns(reader.load(path), source, UNITS, "force_log")
 
 
 def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):
     path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
-    for option, said in (
+    for option, message in (
         ("names=maybe", "text: names: found 'maybe'; allowed: a valid boolean"),
         ("delimiter=x", "text: delimiter: found 'x'; allowed: ',', ';', 'tab', 'blank' or 'bar'"),
         ("rate_Hz=-1", "text: rate_Hz: found -1; allowed: greater than 0"),
         ("skip_line=1", "found 'skip_line'"),
     ):
         error = rftfit("inspect", path, "--option", option, code=2).err
-        assert said in error
+        assert message in error
         assert "pydantic" not in error
-    said = rftfit("inspect", path, "--option", "names=false", "--option", "skip_lines=1")
-    assert "column 1" in said.out
+    output = rftfit("inspect", path, "--option", "names=false", "--option", "skip_lines=1")
+    assert "column 1" in output.out
 
 
 @pytest.mark.parametrize("column", [2, "Force"])
@@ -76,8 +76,8 @@ def test_a_factor_of_one_declares_a_unit(tmp_path):
 
 def test_a_folder_of_rosbag2_is_one_log(rftfit):
     folder = REPORTED / "c23_two_sensors"
-    said = rftfit("inspect", folder, "--option", "topic=/tool")
-    assert "ros-bag" in said.out
+    output = rftfit("inspect", folder, "--option", "topic=/tool")
+    assert "ros-bag" in output.out
     two_sensors = rftfit("inspect", folder, "--option", "topic=/wrench", code=2)
     assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in two_sensors.err
     assert api.read_log(folder, options={"topic": "/tool"}).size > 0
@@ -89,8 +89,8 @@ def test_a_folder_of_rosbag2_is_one_log(rftfit):
 )
 def test_force_against_depth_leads_to_a_table(header, rftfit, tmp_path):
     path = table(tmp_path / "log.csv", header, [f"{n}.5,{n}.0" for n in range(30)])
-    said = rftfit("inspect", path).out
-    needed = said.partition("needed beside this file:\n")[2].splitlines()
+    text = rftfit("inspect", path).out
+    needed = text.partition("needed beside this file:\n")[2].splitlines()
     assert "without a time is no log but a table of stress" in needed[0]
     assert "rftfit init DIR --stress-table FILE" in needed[0]
 
@@ -122,9 +122,9 @@ def test_a_binary_file_is_no_table(rftfit, tmp_path):
     path = tmp_path / "log.pnt"
     noise = np.random.default_rng(1).integers(1, 256, 5000, dtype=np.uint8).tobytes()
     path.write_bytes(b"\n".join([noise, b"1;2", b"3;4", b"5;6", noise]))
-    said = rftfit("inspect", path, code=2)
-    assert "It looks like: binary" in said.err
-    assert "delimiter" not in said.err.partition("It looks like")[2]
+    output = rftfit("inspect", path, code=2)
+    assert "It looks like: binary" in output.err
+    assert "delimiter" not in output.err.partition("It looks like")[2]
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("last", "size"),
+    ("last_line", "size"),
     [
         ("0.60,30.0,-5.00", 61),
         ("0.60,30.0,-5.0", 60),
@@ -247,49 +247,51 @@ def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
         ("0.60,30.0,-5.00e", 60),
     ],
 )
-def test_a_last_line_without_an_end_counts_where_it_is_whole(last, size, tmp_path):
+def test_a_last_line_without_an_end_counts_where_it_is_whole(last_line, size, tmp_path):
     path = table(
         tmp_path / "log.csv",
         "Time (s),Force (N),z (mm)",
         [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)],
     )
-    path.write_bytes(path.read_bytes() + last.encode())
+    path.write_bytes(path.read_bytes() + last_line.encode())
     log = api.read_log(path)
     assert (log.rows, log.size) == (61, size)
     assert ("cut in mid-row" in log.dropped) == (size == 60)
 
 
-@pytest.mark.parametrize(("last", "size"), [("1060", 61), ("1059", 61), ("106", 60), ("9060", 60)])
-def test_a_last_whole_number_is_as_near_as_those_before(last, size, tmp_path):
+@pytest.mark.parametrize(
+    ("last_cell", "size"), [("1060", 61), ("1059", 61), ("106", 60), ("9060", 60)]
+)
+def test_a_last_whole_number_is_as_near_as_those_before(last_cell, size, tmp_path):
     path = table(
         tmp_path / "log.csv", "Time (s),counts", [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
     )
-    path.write_bytes(path.read_bytes() + f"0.60,{last}".encode())
+    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
     assert api.read_log(path).size == size
 
 
-@pytest.mark.parametrize(("last", "size"), [("14.5", 61), ("15", 61), ("15.", 60), ("1", 60)])
-def test_a_last_number_without_trailing_zeros_is_near_those_before(last, size, tmp_path):
+@pytest.mark.parametrize(("last_cell", "size"), [("14.5", 61), ("15", 61), ("15.", 60), ("1", 60)])
+def test_a_last_number_without_trailing_zeros_is_near_those_before(last_cell, size, tmp_path):
     """What a cut took away is then less than what lies between two rows."""
     rows = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
     path = table(tmp_path / "log.csv", "Time (s),Force (N)", rows)
-    path.write_bytes(path.read_bytes() + f"0.60,{last}".encode())
+    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
     assert api.read_log(path).size == size
 
 
 def test_a_last_time_is_as_long_as_those_before(tmp_path):
     rows = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
     path = table(tmp_path / "log.csv", "Force (N),when", rows)
-    whole = path.read_bytes()
-    for last, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
-        path.write_bytes(whole + last.encode())
+    whole_text = path.read_bytes()
+    for last_row, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
+        path.write_bytes(whole_text + last_row.encode())
         assert api.read_log(path).size == size
 
 
 def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
-    for name, made in TEXTS.items():
+    for name, make_log in TEXTS.items():
         path = tmp_path / f"{re.sub(r'[^a-z]', '', name)}.txt"
-        path.write_bytes(made(60).content)
+        path.write_bytes(make_log(60).content)
         proposed = {key: section for key, section in proposal(path).items() if key.endswith("_log")}
         for log in read_by(path, proposed).values():
             assert log.size == 60

@@ -24,9 +24,9 @@ def test_version(rftfit):
 
 @pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])
 def test_help_lists_commands_and_exit_codes(rftfit, words):
-    said = rftfit(*words)
+    output = rftfit(*words)
     codes = [f"{code}: {meaning}" for code, meaning in exit_codes.MEANINGS.items()]
-    assert [text for text in (*COMMANDS, *codes, "Example") if text not in said.out] == []
+    assert [text for text in (*COMMANDS, *codes, "Example") if text not in output.out] == []
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -36,9 +36,9 @@ def test_help_of_each_command_has_an_example(rftfit, name):
 
 @pytest.mark.parametrize("words", [["chekc"], ["check", "--strickt"], ["inspect"], ["init"]])
 def test_usage_errors(rftfit, words):
-    said = rftfit(*words, code=exit_codes.INPUT_NOT_VALID)
-    assert "Usage: rftfit" in said.err
-    assert "Error: " in said.err
+    output = rftfit(*words, code=exit_codes.INPUT_NOT_VALID)
+    assert "Usage: rftfit" in output.err
+    assert "Error: " in output.err
 
 
 def fail_with(monkeypatch, error):
@@ -55,19 +55,19 @@ def test_errors_of_the_program(rftfit, monkeypatch, error):
 
 
 def test_crash(rftfit, monkeypatch, tmp_path):
-    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    here.mkdir()
-    monkeypatch.chdir(here)
+    current_folder, temp_folder = tmp_path / "here", tmp_path / "elsewhere"
+    temp_folder.mkdir()
+    current_folder.mkdir()
+    monkeypatch.chdir(current_folder)
     cache = tmp_path / "cache"
     monkeypatch.setattr(pooch, "os_cache", lambda name: cache / name)
-    monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
+    monkeypatch.setattr(tempfile, "tempdir", str(temp_folder))
     # a stranger's text must not stand on a line of its own
     fail_with(monkeypatch, ZeroDivisionError("no sand\nimport os"))
-    said = rftfit("check", "--strict", code=exit_codes.UNEXPECTED)
-    assert "ZeroDivisionError: no sand import os" in said.err
+    output = rftfit("check", "--strict", code=exit_codes.UNEXPECTED)
+    assert "ZeroDivisionError: no sand import os" in output.err
     (path,) = (cache / "rftfit" / "crashes").iterdir()
-    assert str(path) in said.err
+    assert str(path) in output.err
     assert path.name.startswith(CRASH_FILE)
     if os.name == "posix":
         assert path.stat().st_mode & 0o077 == path.parent.stat().st_mode & 0o077 == 0
@@ -81,16 +81,16 @@ def test_crash(rftfit, monkeypatch, tmp_path):
         assert text in report
     assert not [line for line in report.splitlines() if line.startswith("import")]
     # nothing is written into the current folder, which a stranger may have filled with links
-    assert not [*here.iterdir()]
-    monkeypatch.setattr(pooch, "os_cache", lambda _: here.joinpath("\0"))
-    assert str(elsewhere / CRASH_FILE) in rftfit("check", code=exit_codes.UNEXPECTED).err
-    assert len([*elsewhere.iterdir()]) == 1
+    assert not [*current_folder.iterdir()]
+    monkeypatch.setattr(pooch, "os_cache", lambda _: current_folder.joinpath("\0"))
+    assert str(temp_folder / CRASH_FILE) in rftfit("check", code=exit_codes.UNEXPECTED).err
+    assert len([*temp_folder.iterdir()]) == 1
 
 
-@pytest.mark.parametrize(("text", "shown"), [("", main.STOPPED), ("Kept.", "Kept.")])
-def test_interrupt(rftfit, monkeypatch, text, shown):
+@pytest.mark.parametrize(("text", "message"), [("", main.STOPPED), ("Kept.", "Kept.")])
+def test_interrupt(rftfit, monkeypatch, text, message):
     fail_with(monkeypatch, KeyboardInterrupt(text))
-    assert rftfit("check", code=exit_codes.INTERRUPTED).err == f"{shown}\n"
+    assert rftfit("check", code=exit_codes.INTERRUPTED).err == f"{message}\n"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes close without an error here")
@@ -98,9 +98,9 @@ def test_reader_that_stops_reading():
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
-    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
+    process = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
     os.close(writer)
-    assert (done.returncode, done.stderr) == (exit_codes.PIPE_CLOSED, b"")
+    assert (process.returncode, process.stderr) == (exit_codes.PIPE_CLOSED, b"")
 
 
 def test_commands_load_nothing_heavy():

@@ -18,45 +18,45 @@ PUSHES = """beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
+def work_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pushes.csv").write_text(PUSHES, encoding="utf-8")
     return tmp_path
 
 
-def test_scale_writes_the_map_of_its_pushes(rftfit, here):
-    said = rftfit("scale", "--pushes", "pushes.csv", "--output", "sand.csv")
-    assert said.out.count("0.000 (by symmetry)") == 4
-    expected = program.estimate_map(pushes_in(here / "pushes.csv")[0])
-    assert f"zeta {expected.zeta[0]:.4f}" in said.out
-    assert "by the paper's routine from (0, 90) deg alone" in said.out
-    assert "Agreement with the shape of the known media" in said.out
-    assert not said.err
-    lines = (here / "sand.csv").read_text().splitlines()
+def test_scale_writes_the_map_of_its_pushes(rftfit, work_folder):
+    output = rftfit("scale", "--pushes", "pushes.csv", "--output", "sand.csv")
+    assert output.out.count("0.000 (by symmetry)") == 4
+    expected = program.estimate_map(pushes_in(work_folder / "pushes.csv")[0])
+    assert f"zeta {expected.zeta[0]:.4f}" in output.out
+    assert "by the paper's routine from (0, 90) deg alone" in output.out
+    assert "Agreement with the shape of the known media" in output.out
+    assert not output.err
+    lines = (work_folder / "sand.csv").read_text().splitlines()
     assert lines[0].startswith("# alpha table written by rftfit scale")
     rows = list(csv.DictReader(lines[3:]))
     table = expected.table()
     assert len(rows) == len(table)
-    for row, wanted in zip(rows, table.to_dict("records"), strict=True):
-        assert row["source"] == wanted["source"]
+    for row, expected_row in zip(rows, table.to_dict("records"), strict=True):
+        assert row["source"] == expected_row["source"]
         for name in ("alpha_z_N_per_cm3", "alpha_x_lo_N_per_cm3", "alpha_z_hi_N_per_cm3"):
-            assert float(row[name]) == pytest.approx(wanted[name], abs=2e-6)
+            assert float(row[name]) == pytest.approx(expected_row[name], abs=2e-6)
     measured = [(row["beta_deg"], row["gamma_deg"]) for row in rows if row["source"] == "measured"]
     assert measured == [("0.00", "90.00"), ("30.00", "45.00"), ("60.00", "18.43")]
 
 
-def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, here):
+def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, work_folder):
     wrong = PUSHES.replace("0.30,0.10", "0.30,0.60").replace("0.08,0.17", "0.08,0.70")
-    (here / "wrong.csv").write_text(wrong, encoding="utf-8")
-    said = rftfit("scale", "--pushes", "wrong.csv", "--json")
-    assert "does not belong" in said.err
-    content = json.loads(said.out)
+    (work_folder / "wrong.csv").write_text(wrong, encoding="utf-8")
+    output = rftfit("scale", "--pushes", "wrong.csv", "--json")
+    assert "does not belong" in output.err
+    content = json.loads(output.out)
     assert content["probability_if_it_belongs"] < 0.03
     assert content["pushes"] == 3
 
 
 @pytest.mark.parametrize(
-    ("words", "why"),
+    ("words", "message"),
     [
         ((), "found neither of --alpha and --pushes"),
         (("--alpha", "0.9", "--pushes", "pushes.csv"), "found both"),
@@ -68,33 +68,33 @@ def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, here):
         (("--pushes", "pushes.csv", "--output", "pushes.csv"), "this file is read"),
     ],
 )
-def test_scale_refuses(rftfit, here, words, why):
+def test_scale_refuses(rftfit, work_folder, words, message):
     head = PUSHES.splitlines()[0]
-    (here / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", encoding="utf-8")
-    (here / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", encoding="utf-8")
-    assert why in rftfit("scale", *words, code=2).err
+    (work_folder / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", encoding="utf-8")
+    (work_folder / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", encoding="utf-8")
+    assert message in rftfit("scale", *words, code=2).err
 
 
-def test_plan_prints_what_the_library_plans(rftfit, here):
-    said = rftfit("plan", "--leg", "c_leg", "--pushes", "pushes.csv", "--count", "4", "--json")
-    known = program.estimate_map(pushes_in(here / "pushes.csv")[0])
-    expected = program.plan(program.model_leg("c_leg"), known, count=4).table()
-    found = json.loads(said.out)
-    widths = [row["half_width_percent"] for row in found["pushes"]]
+def test_plan_prints_what_the_library_plans(rftfit, work_folder):
+    output = rftfit("plan", "--leg", "c_leg", "--pushes", "pushes.csv", "--count", "4", "--json")
+    known_map = program.estimate_map(pushes_in(work_folder / "pushes.csv")[0])
+    expected = program.plan(program.model_leg("c_leg"), known_map, count=4).table()
+    content = json.loads(output.out)
+    widths = [row["half_width_percent"] for row in content["pushes"]]
     assert widths == pytest.approx(expected["half_width_percent"].tolist(), rel=1e-6)
-    assert [row["beta_deg"] for row in found["pushes"]][1:] == pytest.approx(
+    assert [row["beta_deg"] for row in content["pushes"]][1:] == pytest.approx(
         expected["beta_deg"].tolist()[1:]
     )
-    assert found["parts"] == ["c_leg, lift", "c_leg, horizontal"]
+    assert content["parts"] == ["c_leg, lift", "c_leg, horizontal"]
 
 
-def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, here):
-    said = rftfit("plan", "--target", "legs", "--pairs", "--count", "6", "--figure", "plan.png")
-    assert (here / "plan.png").read_bytes().startswith(b"\x89PNG")
-    (here / "photo.png").write_bytes(b"of the rig")
-    said = rftfit("plan", "--target", "legs", "--count", "1", "--figure", "photo.png", code=2)
-    assert "not written by rftfit plan" in said.err
-    rows = list(csv.DictReader((here / "plan.csv").read_text().splitlines()))
+def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, work_folder):
+    output = rftfit("plan", "--target", "legs", "--pairs", "--count", "6", "--figure", "plan.png")
+    assert (work_folder / "plan.png").read_bytes().startswith(b"\x89PNG")
+    (work_folder / "photo.png").write_bytes(b"of the rig")
+    output = rftfit("plan", "--target", "legs", "--count", "1", "--figure", "photo.png", code=2)
+    assert "not written by rftfit plan" in output.err
+    rows = list(csv.DictReader((work_folder / "plan.csv").read_text().splitlines()))
     assert len({row["run_id"] for row in rows}) == len(rows)
     for row in rows:
         gamma = float(row["gamma_deg"])
@@ -106,11 +106,11 @@ def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, here):
     assert {"intrusion", "extraction"} <= ways
 
 
-def test_a_plan_goes_on_from_a_campaign(rftfit, here):
+def test_a_plan_goes_on_from_a_campaign(rftfit, work_folder):
     roles = {"full": LABORATORY, "sand": SAND}
     alpha = {"full": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
-    make_campaign(here / "c", roles, alpha)
-    said = rftfit(
+    make_campaign(work_folder / "c", roles, alpha)
+    output = rftfit(
         "plan",
         "--results",
         "c",
@@ -122,14 +122,14 @@ def test_a_plan_goes_on_from_a_campaign(rftfit, here):
         "0,15",
         "--gamma=-45,45,90",
     )
-    assert "1 made already" in said.out
-    rows = list(csv.DictReader((here / "plan.csv").read_text().splitlines()))
+    assert "1 made already" in output.out
+    rows = list(csv.DictReader((work_folder / "plan.csv").read_text().splitlines()))
     assert {row["beta_deg"] for row in rows} <= {"0", "15"}
     assert {row["gamma_deg"] for row in rows} <= {"-45", "45", "90"}
 
 
 @pytest.mark.parametrize(
-    ("words", "why"),
+    ("words", "message"),
     [
         (("--target", "zetta"), "did you mean 'zeta'"),
         (("--target", "map", "--leg", "c_leg"), "found --target and a body"),
@@ -141,5 +141,5 @@ def test_a_plan_goes_on_from_a_campaign(rftfit, here):
         (("--figure", "plan.doc"), "ends in .png, .pdf or .svg"),
     ],
 )
-def test_plan_refuses(rftfit, words, why):
-    assert why in rftfit("plan", *words, code=2).err
+def test_plan_refuses(rftfit, words, message):
+    assert message in rftfit("plan", *words, code=2).err

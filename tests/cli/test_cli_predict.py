@@ -34,7 +34,7 @@ from .conftest import MEASURED
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
 
-pytestmark = pytest.mark.usefixtures("here")
+pytestmark = pytest.mark.usefixtures("work_folder")
 
 
 def read_forces(path):
@@ -43,11 +43,11 @@ def read_forces(path):
     return {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
 
 
-def check(found, wanted):
+def check(columns, forces):
     for name in QUANTITIES:
-        value = getattr(wanted, name)
+        value = getattr(forces, name)
         assert np.abs(value).max() > 0
-        np.testing.assert_allclose(found[name], value, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(columns[name], value, rtol=1e-9, atol=1e-9)
 
 
 def own_fit(medium):
@@ -69,30 +69,33 @@ def published(medium):
 
 @pytest.mark.parametrize("kind", ["table", "fourier", "generic", "depth_only"])
 @pytest.mark.parametrize("leg", reference.LEGS)
-def test_equals_the_sweep(rftfit, here, kind, leg):
-    more = () if kind == "table" else ("--profile", kind)
-    assert rftfit("predict", "--leg", leg, "--medium", "glass0.3mm_CP", *more).err == ""
-    found = read_forces(here / "forces.csv")
+def test_equals_the_sweep(rftfit, work_folder, kind, leg):
+    profile_words = () if kind == "table" else ("--profile", kind)
+    assert rftfit("predict", "--leg", leg, "--medium", "glass0.3mm_CP", *profile_words).err == ""
+    columns = read_forces(work_folder / "forces.csv")
     # printed tables have no errors; the model has
     ends = [[name, *model_end_names(name), *next_end_names(name)] for name in QUANTITIES]
-    assert list(found) == ["theta_deg", *(name for names in ends for name in names)]
-    assert found["theta_deg"].tolist() == THETA_DEG.tolist()
-    check(found, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
+    assert list(columns) == ["theta_deg", *(name for names in ends for name in names)]
+    assert columns["theta_deg"].tolist() == THETA_DEG.tolist()
+    check(columns, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
 
 
-def test_peaks(rftfit, here):
+def test_peaks(rftfit, work_folder):
     words = ("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--hip", "1.5")
     forces = sweep(TableProfile.published("poppy_LP"), model_leg("c_leg"), None, 1.5)
     result = json.loads(rftfit(*words, "--json").out)
     peaks = result["peaks"]
-    at = int(forces.force_z_N.argmax())
-    lift = {"force_z_N": pytest.approx(forces.force_z_N[at], abs=1e-9), "theta_deg": THETA_DEG[at]}
+    peak_index = int(forces.force_z_N.argmax())
+    lift = {
+        "force_z_N": pytest.approx(forces.force_z_N[peak_index], abs=1e-9),
+        "theta_deg": THETA_DEG[peak_index],
+    }
     assert {name: peaks["lift"][name] for name in lift} == lift
     assert peaks["lift"]["lo"] is peaks["lift"]["hi"] is None
-    assert 0 < peaks["lift"]["model_lo"] < forces.force_z_N[at] < peaks["lift"]["model_hi"]
+    assert 0 < peaks["lift"]["model_lo"] < forces.force_z_N[peak_index] < peaks["lift"]["model_hi"]
     bare = json.loads(rftfit(*words, "--json", "--model-error", "0").out)
     assert (bare["model_error"], bare["peaks"]["lift"]["model_lo"]) == (0, None)
-    assert list(read_forces(here / "forces.csv")) == ["theta_deg", *QUANTITIES]
+    assert list(read_forces(work_folder / "forces.csv")) == ["theta_deg", *QUANTITIES]
     assert "--model-error: found -1" in rftfit(*words, "--model-error", "-1", code=2).err
     assert peaks["suction"]["force_z_N"] == pytest.approx(forces.force_z_N.min(), abs=1e-9)
     assert peaks["thrust"]["theta_deg"] == THETA_DEG[forces.force_x_N.argmax()]
@@ -104,62 +107,64 @@ def test_peaks(rftfit, here):
     assert result["peaks_complete"] is True
     text = rftfit(*words).out
     line = next(line for line in text.splitlines() if "peak lift (up)" in line)
-    assert line.split()[3] == f"{forces.force_z_N[at]:.4g}"
+    assert line.split()[3] == f"{forces.force_z_N[peak_index]:.4g}"
     assert "next lo, next hi: 95 % interval of the next bed (5 % from bed to bed)" in text
-    assert line.split()[-2:] == ["N", f"{THETA_DEG[at]:g}"]
+    assert line.split()[-2:] == ["N", f"{THETA_DEG[peak_index]:g}"]
     assert "with the model's own error (eps 0.28)" in text
     assert "peak drag" not in text
     assert text.endswith("Force and moment in 271 poses: forces.csv\n")
 
 
-def test_curvature_width_and_elements(rftfit, here):
+def test_curvature_width_and_elements(rftfit, work_folder):
     words = ("--curvature", "-0.5", "--width", "1", "--elements", "12", "--hip", "-1")
     rftfit("predict", "--medium", "poppy_CP", *words)
     outline = arc(-0.5, width_cm=1.0, elements=12)
-    wanted = sweep(TableProfile.published("poppy_CP"), outline, None, -1.0)
-    check(read_forces(here / "forces.csv"), wanted)
+    forces = sweep(TableProfile.published("poppy_CP"), outline, None, -1.0)
+    check(read_forces(work_folder / "forces.csv"), forces)
 
 
-def test_outline_along_a_path(rftfit, here):
-    (here / "scoop.csv").write_text("x_cm,z_cm\n-2,0\n0,-1\n2,0\n")
-    (here / "dig.csv").write_text(
+def test_outline_along_a_path(rftfit, work_folder):
+    (work_folder / "scoop.csv").write_text("x_cm,z_cm\n-2,0\n0,-1\n2,0\n")
+    (work_folder / "dig.csv").write_text(
         "t_s,x_cm,z_cm,angle_deg\n0,0,2,0\n1,0,-1,10\n2,-1,-4,30\n4,-6,-4,40\n"
     )
     words = ("--outline", "scoop.csv", "--width", "5", "--path", "dig.csv", "--medium", "poppy_LP")
-    said = rftfit("predict", *words, "--output", "dug.csv", "--json")
-    assert said.err.startswith(
+    output = rftfit("predict", *words, "--output", "dug.csv", "--json")
+    assert output.err.startswith(
         "warning: the model's own error (0.28) was never tested on a body of 4 cm"
     )
-    found = read_forces(here / "dug.csv")
-    assert found["t_s"].tolist() == [0, 1, 2, 4]
-    assert found["angle_deg"] == pytest.approx([0, 10, 30, 40])
+    columns = read_forces(work_folder / "dug.csv")
+    assert columns["t_s"].tolist() == [0, 1, 2, 4]
+    assert columns["angle_deg"] == pytest.approx([0, 10, 30, 40])
     poses = path([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4], [0, 10, 30, 40]).poses
 
     scoop = polyline([(-2, 0), (0, -1), (2, 0)], 5.0)
-    check(found, forces_on(TableProfile.published("poppy_LP"), scoop, poses))
-    assert json.loads(said.out)["peaks"]["lift"]["t_s"] in (1, 2, 4)
+    check(columns, forces_on(TableProfile.published("poppy_LP"), scoop, poses))
+    assert json.loads(output.out)["peaks"]["lift"]["t_s"] in (1, 2, 4)
 
 
-def test_one_penetration_test(rftfit, here):
+def test_one_penetration_test(rftfit, work_folder):
     words = ("--alpha", "0.9", "--se", "0.05", "--profile", "generic", "--json")
     scaled = json.loads(rftfit("scale", *words).out)["coefficients_N_per_cm3"]
     result = json.loads(rftfit("predict", "--leg", "flat_leg", *words).out)
-    found = read_forces(here / "forces.csv")
-    own = np.array([scaled[term]["value"] for term in TERMS])
-    check(found, sweep(FourierProfile(own), model_leg("flat_leg")))
+    columns = read_forces(work_folder / "forces.csv")
+    coefficients = np.array([scaled[term]["value"] for term in TERMS])
+    check(columns, sweep(FourierProfile(coefficients), model_leg("flat_leg")))
     for name in ("force_z", "force_x"):
-        assert (found[f"{name}_lo_N"] <= found[f"{name}_N"]).all()
-        assert (found[f"{name}_N"] <= found[f"{name}_hi_N"]).all()
+        assert (columns[f"{name}_lo_N"] <= columns[f"{name}_N"]).all()
+        assert (columns[f"{name}_N"] <= columns[f"{name}_hi_N"]).all()
     lift = result["peaks"]["lift"]
     assert lift["lo"] < lift["force_z_N"] < lift["hi"]
     assert "(se 0.05) with published Table S5, method lsq" in result["profile"]
     # a flat plate pushed straight down feels just what the scaling routine says of (0, 90 deg)
-    (here / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
-    (here / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-2,0\n")
+    (work_folder / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
+    (work_folder / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-2,0\n")
     plate = ("--outline", "plate.csv", "--width", "3", "--path", "down.csv", *words[:-1])
     rftfit("predict", *plate)
-    pushed = read_forces(here / "forces.csv")
-    lines = [line for line in (here / "alpha.csv").read_text().splitlines() if line[0] != "#"]
+    pushed = read_forces(work_folder / "forces.csv")
+    lines = [
+        line for line in (work_folder / "alpha.csv").read_text().splitlines() if line[0] != "#"
+    ]
     cell = next(
         row
         for row in csv.DictReader(lines)
@@ -171,27 +176,27 @@ def test_one_penetration_test(rftfit, here):
         assert pushed[f"force_z{end}_N"] == pytest.approx([6 * alpha, 12 * alpha], rel=2e-5)
 
 
-def test_intervals_are_those_of_the_draws(rftfit, here, results):
-    said = rftfit("predict", "--leg", "c_leg", "--results", results, "--medium", "poppy_LP")
-    assert said.err == ""
+def test_intervals_are_those_of_the_draws(rftfit, work_folder, results):
+    output = rftfit("predict", "--leg", "c_leg", "--results", results, "--medium", "poppy_LP")
+    assert output.err == ""
     table = read_result(results / "alpha" / "poppy_LP.csv")
-    found = read_forces(here / "forces.csv")
-    check(found, sweep(TableProfile.from_table(table), model_leg("c_leg")))
-    many = sweep_draws(
+    columns = read_forces(work_folder / "forces.csv")
+    check(columns, sweep(TableProfile.from_table(table), model_leg("c_leg")))
+    drawn_forces = sweep_draws(
         TableProfile(*alpha_draws(table, 2000, 2013, 0.95), *directions(table)), model_leg("c_leg")
     )
     for name in ("force_z", "force_x"):
-        lo, hi = interval(getattr(many, f"{name}_N"), 0.95)
-        np.testing.assert_allclose(found[f"{name}_lo_N"], lo, atol=1e-7)
-        np.testing.assert_allclose(found[f"{name}_hi_N"], hi, atol=1e-7)
+        lo, hi = interval(getattr(drawn_forces, f"{name}_N"), 0.95)
+        np.testing.assert_allclose(columns[f"{name}_lo_N"], lo, atol=1e-7)
+        np.testing.assert_allclose(columns[f"{name}_hi_N"], hi, atol=1e-7)
         assert (hi - lo).max() > 0.01
-    lo, hi = interval(many.moment_N_cm, 0.95)
-    np.testing.assert_allclose(found["moment_lo_N_cm"], lo, rtol=1e-7, atol=1e-7)
-    assert "lo, hi: 95 % interval" in said.out
+    lo, hi = interval(drawn_forces.moment_N_cm, 0.95)
+    np.testing.assert_allclose(columns["moment_lo_N_cm"], lo, rtol=1e-7, atol=1e-7)
+    assert "lo, hi: 95 % interval" in output.out
 
 
 @pytest.mark.parametrize("kind", ["fourier", "generic", "depth_only"])
-def test_other_profiles_of_a_campaign(rftfit, here, results, kind):
+def test_other_profiles_of_a_campaign(rftfit, work_folder, results, kind):
     words = ("--leg", "c_leg", "--results", results, "--medium", "poppy_CP", "--profile", kind)
     assert rftfit("predict", *words).err == ""
     fits = {medium: own_fit(medium)[0] for medium in MEASURED}
@@ -202,14 +207,14 @@ def test_other_profiles_of_a_campaign(rftfit, here, results, kind):
         "generic": scaled_generic(zetas["poppy_CP"], m0),
         "depth_only": DepthOnlyProfile.of(TableProfile.published("poppy_CP")),
     }
-    found = read_forces(here / "forces.csv")
-    check(found, sweep(profiles[kind], model_leg("c_leg")))
-    low, middle, high = (found[f"force_z{end}_N"] for end in ("_lo", "", "_hi"))
+    columns = read_forces(work_folder / "forces.csv")
+    check(columns, sweep(profiles[kind], model_leg("c_leg")))
+    low, middle, high = (columns[f"force_z{end}_N"] for end in ("_lo", "", "_hi"))
     assert ((low <= middle) & (middle <= high)).all()
     assert (high - low).max() > 0.01
 
 
-def test_missing_cells_are_said(rftfit, here, results):
+def test_missing_cells_are_said(rftfit, work_folder, results):
     words = (
         "predict",
         "--leg",
@@ -221,40 +226,40 @@ def test_missing_cells_are_said(rftfit, here, results):
         "--profile",
         "table",
     )
-    said = rftfit(*words)
-    assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in said.err
-    assert "--profile map needs one push in any direction only" in said.err
-    assert "Not stated, as it may lie in one of the" in said.out
-    assert "no force in these poses" in said.out
-    found = read_forces(here / "forces.csv")
-    unknown = np.isnan(found["force_z_N"])
+    output = rftfit(*words)
+    assert "no alpha at (beta, gamma) in degrees (-90, -90): no run" in output.err
+    assert "--profile map needs one push in any direction only" in output.err
+    assert "Not stated, as it may lie in one of the" in output.out
+    assert "no force in these poses" in output.out
+    columns = read_forces(work_folder / "forces.csv")
+    unknown = np.isnan(columns["force_z_N"])
     assert 0 < unknown.sum() < unknown.size
-    assert f"no number in {unknown.sum()} of 271 poses" in said.err
+    assert f"no number in {unknown.sum()} of 271 poses" in output.err
     # in the air there is no force, whatever is known of the sand
-    assert (found["force_z_N"][~unknown] == 0).all()
-    assert np.isnan(found["force_z_lo_N"][unknown]).all()
-    assert "# empty cells: measured table of" in (here / "forces.csv").read_text()
+    assert (columns["force_z_N"][~unknown] == 0).all()
+    assert np.isnan(columns["force_z_lo_N"][unknown]).all()
+    assert "# empty cells: measured table of" in (work_folder / "forces.csv").read_text()
     result = json.loads(rftfit(*words, "--json").out)
     assert (result["rows_unknown"], result["peaks_complete"]) == (unknown.sum(), False)
     assert result["reason"].count("no run") == 90
     assert result["peaks"]["lift"] is None
 
 
-def test_a_sand_by_its_penetration_test(rftfit, here, results):
+def test_a_sand_by_its_penetration_test(rftfit, work_folder, results):
     words = ("--leg", "c_leg", "--results", results)
     assert rftfit("predict", *words, "--medium", "sand", "--profile", "generic").err == ""
-    found = read_forces(here / "forces.csv")
+    columns = read_forces(work_folder / "forces.csv")
     rftfit("predict", *words, "--alpha", "0.7", "--se", SE, "--profile", "generic")
-    same = read_forces(here / "forces.csv")
-    assert found.keys() == same.keys()
-    assert all((found[name] == same[name]).all() for name in found)
-    assert found["force_z_hi_N"].max() > found["force_z_N"].max() > 1
+    alpha_columns = read_forces(work_folder / "forces.csv")
+    assert columns.keys() == alpha_columns.keys()
+    assert all((columns[name] == alpha_columns[name]).all() for name in columns)
+    assert columns["force_z_hi_N"].max() > columns["force_z_N"].max() > 1
     table = results / "alpha" / "sand.csv"
-    whole = table.read_text()
-    assert ",0.7," in whole
-    table.write_text(whole.replace(",0.7,", ",,").replace("0.003,\n", "0.003,broken\n"))
-    said = rftfit("predict", *words, "--medium", "sand", "--profile", "generic")
-    assert "no alpha at (0, 90) deg" in said.err
+    table_text = table.read_text()
+    assert ",0.7," in table_text
+    table.write_text(table_text.replace(",0.7,", ",,").replace("0.003,\n", "0.003,broken\n"))
+    output = rftfit("predict", *words, "--medium", "sand", "--profile", "generic")
+    assert "no alpha at (0, 90) deg" in output.err
 
 
 LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
@@ -295,11 +300,11 @@ LEG, POPPY = ("--leg", "c_leg"), ("--medium", "poppy_LP")
         ((*LEG, "--path", "none.csv", *POPPY), "none.csv"),
     ],
 )
-def test_messages(rftfit, here, words, text):
-    said = rftfit("predict", *words, code=2)
+def test_messages(rftfit, work_folder, words, text):
+    output = rftfit("predict", *words, code=2)
     # a usage error is drawn in a frame that breaks its lines
-    assert text in said.err or text in " ".join(said.err.replace("│", " ").split())
-    assert list(here.iterdir()) == []
+    assert text in output.err or text in " ".join(output.err.replace("│", " ").split())
+    assert list(work_folder.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -319,95 +324,102 @@ def test_messages(rftfit, here, words, text):
         ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,,0\n2,0,1,0\n", "row 2, column z_cm"),
     ],
 )
-def test_bad_files(rftfit, here, option, content, text):
-    (here / "points.csv").write_text(content)
+def test_bad_files(rftfit, work_folder, option, content, text):
+    (work_folder / "points.csv").write_text(content)
     body = LEG if option == "--path" else ("--width", "2")
     assert text in rftfit("predict", *POPPY, *body, option, "points.csv", code=2).err
-    assert not (here / "forces.csv").exists()
+    assert not (work_folder / "forces.csv").exists()
 
 
-def test_every_crossing_is_told(rftfit, here):
-    (here / "points.csv").write_text("x_cm,z_cm\n0,0\n4,0\n4,1\n1,-1\n1,2\n2,2\n2,-2\n")
+def test_every_crossing_is_told(rftfit, work_folder):
+    (work_folder / "points.csv").write_text("x_cm,z_cm\n0,0\n4,0\n4,1\n1,-1\n1,2\n2,2\n2,-2\n")
     err = rftfit("predict", *POPPY, "--width", "2", "--outline", "points.csv", code=2).err
     assert all(f"row {row}" in err for row in (4, 5, 7))
 
 
-def test_nothing_in_the_sand(rftfit, here):
-    said = rftfit("predict", *LEG, *POPPY, "--hip", "9")
-    assert "no force in any pose: the body stays above the surface" in said.err
-    assert (read_forces(here / "forces.csv")["force_z_N"] == 0).all()
+def test_nothing_in_the_sand(rftfit, work_folder):
+    output = rftfit("predict", *LEG, *POPPY, "--hip", "9")
+    assert "no force in any pose: the body stays above the surface" in output.err
+    assert (read_forces(work_folder / "forces.csv")["force_z_N"] == 0).all()
 
 
 def test_damaged_results(rftfit, results):
-    def why(*more):
-        return rftfit("predict", *LEG, "--results", results, *more, code=2).err
+    def refusal(*words):
+        return rftfit("predict", *LEG, "--results", results, *words, code=2).err
 
     nine = ("--medium", "poppy_LP", "--profile", "fourier")
-    assert "did you mean 'poppy_LP'?" in why("--medium", "poppy_lp")
-    assert "allowed: table, map, generic" in why("--medium", "sand", *nine[2:])
-    assert "method: found 'lsqq'; allowed: lsq, dft-index; did you mean 'lsq'?" in why(
+    assert "did you mean 'poppy_LP'?" in refusal("--medium", "poppy_lp")
+    assert "allowed: table, map, generic" in refusal("--medium", "sand", *nine[2:])
+    assert "method: found 'lsqq'; allowed: lsq, dft-index; did you mean 'lsq'?" in refusal(
         *nine, "--method", "lsqq"
     )
-    assert "needs --profile fourier" in why("--medium", "poppy_LP", "--method", "lsq")
+    assert "needs --profile fourier" in refusal("--medium", "poppy_LP", "--method", "lsq")
     table = results / "alpha" / "poppy_LP.csv"
     rows = table.read_text().splitlines(keepends=True)
     table.write_text("".join([*rows[:-1], rows[-2]]))
-    assert "angles that are missing, outside of -90 to 90 degrees, or there" in why(*POPPY)
+    assert "angles that are missing, outside of -90 to 90 degrees, or there" in refusal(*POPPY)
     table.write_text("".join([*rows[:-1], rows[-1].replace(",0.", ",x.", 1)]))
-    assert "poppy_LP.csv: a column of numbers holds something else" in why(*POPPY)
+    assert "poppy_LP.csv: a column of numbers holds something else" in refusal(*POPPY)
     table.write_text("a,b\n1,2\n")
-    assert "no column " in why(*POPPY)
+    assert "no column " in refusal(*POPPY)
     table.write_bytes(b"\xff\xfe\x00")
-    assert "cannot be read as a table" in why(*POPPY)
+    assert "cannot be read as a table" in refusal(*POPPY)
     shutil.rmtree(results / "alpha")
-    assert "poppy_LP.csv: there is no such table" in why(*POPPY)
+    assert "poppy_LP.csv: there is no such table" in refusal(*POPPY)
 
 
-def test_a_fit_that_is_missing(rftfit, here):
-    few = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
-    alpha = {"poppy_LP": (few[0], few[1]), "poppy_CP": reference.alpha_grid("poppy_CP")}
-    folder = make_campaign(here / "c", dict.fromkeys(alpha, LABORATORY), alpha)
+def test_a_fit_that_is_missing(rftfit, work_folder):
+    row_of_alpha = np.where(np.arange(7)[:, None] == 0, reference.alpha_grid("poppy_LP"), np.nan)
+    alpha = {
+        "poppy_LP": (row_of_alpha[0], row_of_alpha[1]),
+        "poppy_CP": reference.alpha_grid("poppy_CP"),
+    }
+    folder = make_campaign(work_folder / "c", dict.fromkeys(alpha, LABORATORY), alpha)
     for kind in ("fourier", "generic"):
         words = (*LEG, "--results", folder, *POPPY, "--profile", kind, "--json")
-        said = rftfit("predict", *words)
-        for text in (said.err, json.loads(said.out)["reason"]):
+        output = rftfit("predict", *words)
+        for text in (output.err, json.loads(output.out)["reason"]):
             assert "measured directions" in text
-        assert math.isnan(read_forces(here / "forces.csv")["force_z_N"][135])
-        assert "null" in said.out
+        assert math.isnan(read_forces(work_folder / "forces.csv")["force_z_N"][135])
+        assert "null" in output.out
 
 
 PATH = "t_s,x_cm,z_cm,angle_deg\n"
 
 
-def test_every_repeated_time_is_told(rftfit, here):
+def test_every_repeated_time_is_told(rftfit, work_folder):
     rows = "0,0,0,0\n1,0,-1,0\n1,0,-1,0\n2,0,-2,0\n2,0,-2,0\n1.5,0,-2,0\n"
-    (here / "path.csv").write_text(PATH + rows)
-    said = rftfit("predict", "--leg", "c_leg", "--medium", "poppy_LP", "--path", "path.csv", code=2)
-    for row, before in ((4, "1 s of row 3"), (6, "2 s of row 5"), (7, "2 s of row 6")):
-        assert f"path.csv, row {row}, column t_s" in said.err
-        assert f"later than the {before}" in said.err
+    (work_folder / "path.csv").write_text(PATH + rows)
+    output = rftfit(
+        "predict", "--leg", "c_leg", "--medium", "poppy_LP", "--path", "path.csv", code=2
+    )
+    for row, earlier_time in ((4, "1 s of row 3"), (6, "2 s of row 5"), (7, "2 s of row 6")):
+        assert f"path.csv, row {row}, column t_s" in output.err
+        assert f"later than the {earlier_time}" in output.err
 
 
-def test_outline_path_and_medium_are_told_at_once(rftfit, here):
-    (here / "points.csv").write_text("x_cm,z_cm\n1,2\n")
-    (here / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
+def test_outline_path_and_medium_are_told_at_once(rftfit, work_folder):
+    (work_folder / "points.csv").write_text("x_cm,z_cm\n1,2\n")
+    (work_folder / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
     files = ("--width", "2", "--outline", "points.csv", "--path", "path.csv")
-    said = rftfit("predict", *files, "--medium", "popy_LP", code=2)
+    output = rftfit("predict", *files, "--medium", "popy_LP", code=2)
     for text in ("points.csv, row 2", "path.csv, row 3, column t_s", "popy_LP"):
-        assert text in said.err
-    assert not (here / "forces.csv").exists()
+        assert text in output.err
+    assert not (work_folder / "forces.csv").exists()
 
 
-def test_one_missing_cell(rftfit, here):
+def test_one_missing_cell(rftfit, work_folder):
     """Only what needs the cell is unknown; the file, the screen and the summary say why."""
-    alpha_z, alpha_x = (np.array(part) for part in reference.alpha_grid("poppy_LP"))
+    alpha_z, alpha_x = (np.array(grid) for grid in reference.alpha_grid("poppy_LP"))
     row, col = 3, list(np.round(reference.GAMMA_DEG, 1)).index(45.0)
     alpha_z[row, col] = alpha_x[row, col] = np.nan
-    folder = make_campaign(here / "c", {"poppy_LP": LABORATORY}, {"poppy_LP": (alpha_z, alpha_x)})
-    (here / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
+    folder = make_campaign(
+        work_folder / "c", {"poppy_LP": LABORATORY}, {"poppy_LP": (alpha_z, alpha_x)}
+    )
+    (work_folder / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
     # straight down; then along gamma = 45 degrees; then level
     steps = "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n3,-1,-4,0\n4,-2,-5,0\n5,-3,-5,0\n6,-4,-5,0\n"
-    (here / "path.csv").write_text(PATH + steps)
+    (work_folder / "path.csv").write_text(PATH + steps)
     words = (
         "--outline",
         "plate.csv",
@@ -423,30 +435,30 @@ def test_one_missing_cell(rftfit, here):
         "table",
     )
     assert "no alpha at (beta, gamma) in degrees (0, 45): no run" in rftfit("predict", *words).err
-    found = read_forces(here / "forces.csv")
+    columns = read_forces(work_folder / "forces.csv")
     # velocities are differences: at 2 s and 4 s the plate turns from one direction to the other,
     # and between 33.7 and 56.3 degrees every direction needs the cell
-    unknown = np.isnan(found["force_z_N"])
+    unknown = np.isnan(columns["force_z_N"])
     assert unknown.tolist() == [False, False, False, True, False, False, False]
     for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N"):
-        np.testing.assert_array_equal(np.isnan(found[name]), unknown)
-    assert found["force_z_N"][1] == pytest.approx(
+        np.testing.assert_array_equal(np.isnan(columns[name]), unknown)
+    assert columns["force_z_N"][1] == pytest.approx(
         2 * 6 * reference.alpha_grid("poppy_LP")[0][3, -1]
     )
-    assert "# empty cells: measured table of" in (here / "forces.csv").read_text()
+    assert "# empty cells: measured table of" in (work_folder / "forces.csv").read_text()
     result = json.loads(rftfit("predict", *words, "--json").out)
     assert (result["rows_unknown"], result["peaks_complete"]) == (1, False)
     assert "(0, 45): no run" in result["reason"]
     # unasked: the table where every direction of the body was pushed, else the map
-    said = rftfit("predict", *words[:-2])
-    assert said.out.count("Profile: map of poppy_LP") == 1
-    assert not np.isnan(read_forces(here / "forces.csv")["force_z_N"]).any()
-    (here / "path.csv").write_text(PATH + "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n")
+    output = rftfit("predict", *words[:-2])
+    assert output.out.count("Profile: map of poppy_LP") == 1
+    assert not np.isnan(read_forces(work_folder / "forces.csv")["force_z_N"]).any()
+    (work_folder / "path.csv").write_text(PATH + "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n")
     assert "Profile: measured table" in rftfit("predict", *words[:-2]).out
 
 
-def test_what_is_read_is_never_overwritten(rftfit, here):
-    path = here / "path.csv"
+def test_what_is_read_is_never_overwritten(rftfit, work_folder):
+    path = work_folder / "path.csv"
     path.write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n1,0,-1,0\n")
     words = (*LEG, *POPPY, "--path", "path.csv", "--output", "./path.csv", "--force")
     assert "this file is read" in rftfit("predict", *words, code=2).err

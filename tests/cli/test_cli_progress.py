@@ -60,18 +60,18 @@ def test_jobs_are_counted():
 
 
 def test_time_left_is_that_of_earlier_runs(tmp_path, monkeypatch):
-    now = [100.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    clock_s = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock_s[0])
     plan = event(event="run_info", stats={"ingest": 2, "tare": 3, "total": 5})
     progress = watch(plan, begun(1, "ingest"))
-    now[0] += 8
+    clock_s[0] += 8
     progress.feed(event(event="job_finished", job_id=1))
     # of tare nothing is known yet
     assert seconds_left(read_durations(tmp_path), progress, 1) is None
     assert seconds_left({"tare": 4.0, "ingest": 99.0}, progress, 1) == 8 + 3 * 4
     assert seconds_left({"tare": 4.0}, progress, 2) == 10
     progress.feed(begun(2, "tare"))
-    now[0] += 3
+    clock_s[0] += 3
     assert seconds_left({"tare": 4.0}, progress, 1) == 8 + 3 * 4 - 3
     keep_durations(tmp_path, progress)
     keep_durations(tmp_path, Progress(seconds={"tare": [1.0, 3.0]}))
@@ -125,7 +125,7 @@ def test_a_traceback_becomes_its_last_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("status", "shown"),
+    ("status", "message"),
     [
         ("returned non-zero exit status 137.", "the memory was full"),
         ("died with <Signals.SIGKILL: 9>.", "the memory was full"),
@@ -133,15 +133,20 @@ def test_a_traceback_becomes_its_last_line(tmp_path):
         ("returned non-zero exit status 7.", "no message; exit status 7"),
     ],
 )
-def test_jobs_that_say_nothing(tmp_path, status, shown):
+def test_jobs_that_say_nothing(tmp_path, status, message):
     write_log(tmp_path, "tare", "")
     progress = watch(begun(1, "tare"), *ended(1, "tare", status))
-    assert shown in failure_text(progress, tmp_path, tmp_path, 1)
+    assert message in failure_text(progress, tmp_path, tmp_path, 1)
 
 
 def on_slurm(number, rule):
-    told = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
-    facts: dict[str, Any] = {"jobid": number, "rule_name": rule, "rule_msg": told, "indent": True}
+    status_line = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
+    facts: dict[str, Any] = {
+        "jobid": number,
+        "rule_name": rule,
+        "rule_msg": status_line,
+        "indent": True,
+    }
     return [begun(number, rule), event(event="job_error", **facts)]
 
 
@@ -166,8 +171,8 @@ def test_a_job_whose_log_cannot_be_made(tmp_path):
     text = failure_text(refused, tmp_path, tmp_path, 1)
     assert "  page:\n    results/logs/page.log: cannot write: free some space" in text
     assert nothing_written(refused, tmp_path)
-    other = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 137."))
-    assert not nothing_written(other, tmp_path)
+    killed = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 137."))
+    assert not nothing_written(killed, tmp_path)
     write_log(tmp_path, "page", "")
     assert not nothing_written(refused, tmp_path)
     full = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 3."))
@@ -193,12 +198,15 @@ def test_two_jobs_fail_before_either_is_named():
         )
         for rule, code in (("page", 3), ("slopes", 5))
     ]
-    named = [ended(4, "slopes")[1], ended(3, "page")[1]]
-    found = watch(begun(3, "page"), begun(4, "slopes"), *ends, *named)
-    assert {job.rule: job.status for job in found.failed.values()} == {"page": "3", "slopes": "5"}
+    job_events = [ended(4, "slopes")[1], ended(3, "page")[1]]
+    progress = watch(begun(3, "page"), begun(4, "slopes"), *ends, *job_events)
+    assert {job.rule: job.status for job in progress.failed.values()} == {
+        "page": "3",
+        "slopes": "5",
+    }
     unknown = [ended(number, "x", f"returned non-zero exit status {number}.") for number in (3, 4)]
-    found = watch(unknown[0][0], unknown[1][0], unknown[0][1], unknown[1][1])
-    assert [job.status for job in found.failed.values()] == ["3", "4"]
+    progress = watch(unknown[0][0], unknown[1][0], unknown[0][1], unknown[1][1])
+    assert [job.status for job in progress.failed.values()] == ["3", "4"]
 
 
 def test_snakemake_itself_cannot_write(tmp_path):

@@ -16,35 +16,35 @@ def contents(folder):
 
 def test_what_is_written(campaign):
     raw = campaign / "raw" / "paper"
-    found = contents(raw)
-    assert len(found) == 2 * 8 + 2
-    marker = found.pop(MARKER).decode()
+    files = contents(raw)
+    assert len(files) == 2 * 8 + 2
+    marker = files.pop(MARKER).decode()
     assert "not original recordings" in marker
     assert "seed 2013, media: yuma, faults: none" in marker
     listed = {}
     for line in marker.split("):\n")[1].splitlines():
         size, name = line.split(" ", 1)
         listed[name] = size
-    assert listed == {name: str(len(content)) for name, content in found.items()}
+    assert listed == {name: str(len(content)) for name, content in files.items()}
 
 
 def test_again_with_another_seed_and_medium(rftfit, campaign):
     raw = campaign / "raw" / "paper"
-    before = contents(raw)
+    files_before = contents(raw)
     assert "17 files of the earlier re-enactment cleared" in rftfit(*QUICK).out
-    assert contents(raw) == before
+    assert contents(raw) == files_before
     rftfit(*QUICK, "--seed", "7")
-    assert contents(raw)[LOG] != before[LOG]
-    said = rftfit("reenact", "--media", "palms29")
+    assert contents(raw)[LOG] != files_before[LOG]
+    output = rftfit("reenact", "--media", "palms29")
     assert sorted(path.name for path in raw.iterdir()) == [MARKER, "air", "palms29", "runs.csv"]
-    assert "8 runs, 17 files, " in said.out
-    assert "not original recordings" in said.out
+    assert "8 runs, 17 files, " in output.out
+    assert "not original recordings" in output.out
     rftfit("check", "--strict")
 
 
 def test_faults(rftfit, campaign):
-    said = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
-    assert "fault empty: yuma_c_leg: " in said.out
+    output = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
+    assert "fault empty: yuma_c_leg: " in output.out
     raw = campaign / "raw" / "paper"
     assert (raw / "yuma/yuma_c_leg_force.csv").read_bytes() == b""
     assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text(encoding="utf-8")
@@ -54,38 +54,38 @@ def test_faults(rftfit, campaign):
 
 
 def test_list_of_faults(rftfit, tmp_path):
-    said = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
-    assert {line.split()[0] for line in said.out.splitlines()[1:]} == set(FAULTS)
+    output = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
+    assert {line.split()[0] for line in output.out.splitlines()[1:]} == set(FAULTS)
 
 
 def test_if_missing(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     (raw / "mine.csv").write_text("mine")
-    before = contents(raw)
+    files_before = contents(raw)
     assert "is there already: nothing to do" in rftfit(*QUICK, "--if-missing", "--seed", "5").out
-    assert contents(raw) == before
+    assert contents(raw) == files_before
     (raw / "mine.csv").unlink()
     # stopped half way: the sheet is written last
     (raw / "runs.csv").unlink()
     (raw / LOG).unlink()
     rftfit(*QUICK, "--if-missing")
-    del before["mine.csv"]
-    assert contents(raw) == before
+    del files_before["mine.csv"]
+    assert contents(raw) == files_before
 
 
 @pytest.mark.parametrize(
     "words", [["--fault", "gapp"], ["--fault", "gap:none"], ["--media", "yumma"], ["--seed", "-1"]]
 )
 def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
-    before = contents(campaign)
+    files_before = contents(campaign)
     rftfit(*QUICK, *words, code=2)
-    assert contents(campaign) == before
+    assert contents(campaign) == files_before
 
 
 def refused(rftfit, campaign, text):
-    before = contents(campaign)
+    files_before = contents(campaign)
     assert text in rftfit(*QUICK, code=2).err
-    assert contents(campaign) == before
+    assert contents(campaign) == files_before
 
 
 @pytest.mark.parametrize(
@@ -133,11 +133,11 @@ def test_a_sheet_of_somebody_else(rftfit, campaign):
 
 def test_a_killed_writer_leaves_a_part(rftfit, campaign):
     raw = campaign / "raw" / "paper"
-    before = contents(raw)
-    part = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
-    part.write_text("half")
+    files_before = contents(raw)
+    partial_file = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
+    partial_file.write_text("half")
     rftfit(*QUICK)
-    assert contents(raw) == before
+    assert contents(raw) == files_before
 
 
 def test_stopped_half_way(rftfit, campaign, monkeypatch):
@@ -146,13 +146,13 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
         (campaign / "raw/paper" / LOG).write_text("half a log")
         raise KeyboardInterrupt
 
-    before = contents(campaign)
+    files_before = contents(campaign)
     with monkeypatch.context() as patch:
         patch.setattr("rftfit.lab.enact.run_logs", stop)
         rftfit(*QUICK, code=130)
     assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
     rftfit(*QUICK, "--if-missing")
-    assert contents(campaign) == before
+    assert contents(campaign) == files_before
 
 
 @pytest.mark.parametrize(
@@ -169,9 +169,9 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
 def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
     config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
-    before = contents(campaign)
+    files_before = contents(campaign)
     assert text in rftfit("reenact", code=2).err
-    assert contents(campaign) == before
+    assert contents(campaign) == files_before
 
 
 def test_raw_that_is_a_file(rftfit, campaign):

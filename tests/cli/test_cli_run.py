@@ -52,8 +52,8 @@ def fake(campaign):
 
 
 def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
-    said = rftfit("run", *fake, "--cores", "2")
-    lines = said.out.splitlines()
+    output = rftfit("run", *fake, "--cores", "2")
+    lines = output.out.splitlines()
     assert sorted(line[6:] for line in lines[:2]) == ["ingest a", "ingest b"]
     assert [line[6:] for line in lines[2:4]] == ["ledger", "all"]
     assert [line[:5] for line in lines[:4]] == ["[1/4]", "[2/4]", "[3/4]", "[4/4]"]
@@ -65,23 +65,23 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
     assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
     assert '"progress"' in (campaign / "results/logs/snakemake.log").read_text()
 
-    said = rftfit("run", *fake)
-    assert said.out.startswith(
+    output = rftfit("run", *fake)
+    assert output.out.startswith(
         "Nothing to do: all results are up to date.\nNot made by this campaign"
     )
 
 
 def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
-    said = rftfit("run", *fake, "--dry-run")
-    assert said.err == "1 warning on the campaign; `rftfit check` shows them.\n"
-    assert said.out.startswith("4 jobs would run")
-    assert said.out.splitlines()[2].split() == ["ingest", "2"]
+    output = rftfit("run", *fake, "--dry-run")
+    assert output.err == "1 warning on the campaign; `rftfit check` shows them.\n"
+    assert output.out.startswith("4 jobs would run")
+    assert output.out.splitlines()[2].split() == ["ingest", "2"]
     assert not (campaign / "results").exists()
-    said = rftfit("run", *fake, "results/b.txt", "--", "--force")
-    assert said.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
-    said = rftfit("run", *fake, "--", "--list-rules")
-    assert {"all", "ingest", "ledger"} <= set(said.out.split())
+    output = rftfit("run", *fake, "results/b.txt", "--", "--force")
+    assert output.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
+    output = rftfit("run", *fake, "--", "--list-rules")
+    assert {"all", "ingest", "ledger"} <= set(output.out.split())
 
 
 def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
@@ -90,8 +90,8 @@ def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
         Workflow(Path("config/config.yaml"), cores=1, snakefile=Path("fake.smk")).run()
     assert stopped.value.report.made == ["ingest a"]
     assert stopped.value.report.failed == {"ingest b": "raw/b.csv: no good\n  and so on"}
-    said = rftfit("run", *fake, "--cores", "1", code=4)
-    assert said.err == (
+    output = rftfit("run", *fake, "--cores", "1", code=4)
+    assert output.err == (
         "rftfit: the workflow stopped: 1 job failed; 0 of 3 are done, and what is done is kept.\n"
         "  ingest b:\n    raw/b.csv: no good\n      and so on\n"
         "The whole log: results/logs/snakemake.log\n"
@@ -101,9 +101,9 @@ def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
 
 
 def test_failures_before_any_job(rftfit, campaign, fake):
-    said = rftfit("run", *fake, "nowhere.txt", code=4)
-    assert "stopped before any job" in said.err
-    assert "No rule to produce nowhere.txt" in said.err
+    output = rftfit("run", *fake, "nowhere.txt", code=4)
+    assert "stopped before any job" in output.err
+    assert "No rule to produce nowhere.txt" in output.err
     (campaign / "fake.smk").write_text("raise ValueError('no such sand')\n")
     assert "no such sand" in rftfit("run", *fake, code=4).err
 
@@ -112,17 +112,17 @@ def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
     sheet = campaign / "raw/paper/runs.csv"
     text = sheet.read_text(encoding="utf-8")
     sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
-    said = rftfit("run", *fake, code=2)
-    assert "2 errors:" in said.err
-    assert said.err.count("did you mean 'yuma'?") == 2
+    output = rftfit("run", *fake, code=2)
+    assert "2 errors:" in output.err
+    assert output.err.count("did you mean 'yuma'?") == 2
     assert not (campaign / "results").exists()
     assert not (campaign / ".snakemake").exists()
 
 
 @pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
 def test_words_that_rftfit_sets_itself(rftfit, campaign, fake, word):
-    said = rftfit("run", *fake, "--", word, "a=b", code=2)
-    assert f"found {word} after the two dashes" in said.err
+    output = rftfit("run", *fake, "--", word, "a=b", code=2)
+    assert f"found {word} after the two dashes" in output.err
     assert not (campaign / ".snakemake").exists()
 
 
@@ -130,9 +130,9 @@ def test_a_lock_that_was_left(rftfit, campaign, fake):
     locks = campaign / ".snakemake" / "locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").write_text(f"{campaign / 'results/a.txt'}\nresults/a.txt\n")
-    said = rftfit("run", *fake, code=4)
-    assert "is locked" in said.err
-    assert "rftfit run --unlock" in said.err
+    output = rftfit("run", *fake, code=4)
+    assert "is locked" in output.err
+    assert "rftfit run --unlock" in output.err
     assert "No lock is left" in rftfit("run", *fake, "--unlock").out
     assert not list(locks.glob("*"))
 
@@ -149,11 +149,11 @@ def test_stopping_stops_the_children(campaign, number):
     words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
     # as of a shell's script in the background, whose children are deaf to SIGINT
     deaf = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
-    before = signal.signal(signal.SIGINT, deaf)
+    old_handler = signal.signal(signal.SIGINT, deaf)
     with subprocess.Popen(
         [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as child:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, old_handler)
         wait_for((campaign / "results/began").exists)
         root = campaign.resolve()
         assert len(working_in(root)) == 1
@@ -171,7 +171,7 @@ def test_stopping_stops_the_children(campaign, number):
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this signal is POSIX's")
 def test_a_run_under_nohup_stays_when_its_terminal_closes():
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    old_handler = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with _signals_as_interrupts():
             signal.raise_signal(signal.SIGHUP)
@@ -179,7 +179,7 @@ def test_a_run_under_nohup_stays_when_its_terminal_closes():
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(signal.SIGTERM)
     finally:
-        signal.signal(signal.SIGHUP, before)
+        signal.signal(signal.SIGHUP, old_handler)
 
 
 def test_snakefile_is_found(monkeypatch, tmp_path):

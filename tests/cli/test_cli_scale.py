@@ -21,11 +21,11 @@ CHI = (1.37, 1.19, 1.27, 1.05, 1.33)  # Table S3
 M0 = (0.206, 0.169, 0.212, 0.358, 0.055, -0.124, 0.253, 0.007, 0.088)  # Table S2
 
 
-pytestmark = pytest.mark.usefixtures("here")
+pytestmark = pytest.mark.usefixtures("work_folder")
 
 
-def as_json(said):
-    content: dict[str, Any] = json.loads(said.out)
+def as_json(output):
+    content: dict[str, Any] = json.loads(output.out)
     return content
 
 
@@ -46,12 +46,12 @@ def test_published_source_is_as_printed():
     assert np.abs(source.scaled.mean(axis=0) - source.m0).max() < 0.0065
 
 
-def test_numbers_by_hand(rftfit, here):
-    said = rftfit(
+def test_numbers_by_hand(rftfit, work_folder):
+    output = rftfit(
         "scale", "--profile", "generic", "--alpha", "0.9", "--method", "dft-index", "--json"
     )
-    assert said.err == ""
-    result = as_json(said)
+    assert output.err == ""
+    result = as_json(output)
     assert result["scaled_from"] == "published Tables S2 and S3, method dft-index as printed"
     mean = sum(CHI) / 5
     logs = [math.log(chi) for chi in CHI]
@@ -62,11 +62,14 @@ def test_numbers_by_hand(rftfit, here):
     assert result["zeta"]["lo"] == pytest.approx(zeta * math.exp(-T_4 * spread), rel=1e-3)
     assert result["zeta"]["hi"] == pytest.approx(zeta * math.exp(T_4 * spread), rel=1e-3)
     assert result["chi"]["value"] == pytest.approx(mean)
-    found = result["coefficients_N_per_cm3"]
-    assert [found[term]["value"] for term in TERMS] == pytest.approx([zeta * m for m in M0])
-    assert all(found[term]["lo"] < found[term]["value"] < found[term]["hi"] for term in TERMS)
+    coefficients = result["coefficients_N_per_cm3"]
+    assert [coefficients[term]["value"] for term in TERMS] == pytest.approx([zeta * m for m in M0])
+    assert all(
+        coefficients[term]["lo"] < coefficients[term]["value"] < coefficients[term]["hi"]
+        for term in TERMS
+    )
 
-    table = read_table(here / "alpha.csv")
+    table = read_table(work_folder / "alpha.csv")
     assert len(table) == 7 * 13
     assert {key[0] for key in table} == set(reference.BETA_DEG)
     assert sorted({key[1] for key in table}) == pytest.approx(reference.GAMMA_DEG, abs=0.005)
@@ -88,40 +91,40 @@ def test_numbers_by_hand(rftfit, here):
 
 def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
     """One zeta: the published media give the number that a campaign of them gives."""
-    found, whole = (
+    facts, source = (
         as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json")),
         published("lsq"),
     )
-    assert found["scaled_from"] == "published Table S5, method lsq"
-    tables = [flat(reference.alpha_grid(medium)) for medium in whole.media]
+    assert facts["scaled_from"] == "published Table S5, method lsq"
+    tables = [flat(reference.alpha_grid(medium)) for medium in source.media]
     # no term of alpha_z is dropped
     chi = [alpha[0][3 * 13 + 12] / by_hand(BETA, GAMMA, *alpha)[:5].sum() for alpha in tables]
-    assert found["chi"]["value"] == pytest.approx(whole.chi.mean())
-    assert found["zeta"]["value"] == pytest.approx(0.9 / np.mean(chi), rel=1e-6)
-    assert vertical_penetration(whole.scaled) == pytest.approx(1)
+    assert facts["chi"]["value"] == pytest.approx(source.chi.mean())
+    assert facts["zeta"]["value"] == pytest.approx(0.9 / np.mean(chi), rel=1e-6)
+    assert vertical_penetration(source.scaled) == pytest.approx(1)
     of_campaign = open_results(results).reference("lsq")
     assert not of_campaign.printed
-    own = [whole.media.index(medium) for medium in OWN]
-    assert of_campaign.media == OWN
-    assert of_campaign.chi == pytest.approx(whole.chi[own])
-    assert of_campaign.scaled == pytest.approx(whole.scaled[own])
+    indices = [source.media.index(medium) for medium in CAMPAIGN_MEDIA]
+    assert of_campaign.media == CAMPAIGN_MEDIA
+    assert of_campaign.chi == pytest.approx(source.chi[indices])
+    assert of_campaign.scaled == pytest.approx(source.scaled[indices])
     # chi and M0 change together: alpha of the measured cell is met by neither alone
     printed = published("dft-index")
-    assert abs(printed.chi.mean() / whole.chi.mean() - 1) > 0.08
-    assert np.abs(printed.m0 - whole.m0).max() > 0.01
+    assert abs(printed.chi.mean() / source.chi.mean() - 1) > 0.08
+    assert np.abs(printed.m0 - source.m0).max() > 0.01
 
 
 def test_everything_scales_with_alpha():
-    one, two = (scale(alpha, alpha / 20) for alpha in (0.4, 0.8))
-    for first, second in zip(
-        one.coefficients_with_interval(), two.coefficients_with_interval(), strict=True
+    weak, strong = (scale(alpha, alpha / 20) for alpha in (0.4, 0.8))
+    for weak_values, strong_values in zip(
+        weak.coefficients_with_interval(), strong.coefficients_with_interval(), strict=True
     ):
-        assert second == pytest.approx(2 * first)
+        assert strong_values == pytest.approx(2 * weak_values)
 
 
 def test_intervals_grow_with_se_and_confidence(rftfit):
-    def width(*more):
-        zeta = as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json", *more))[
+    def width(*words):
+        zeta = as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json", *words))[
             "zeta"
         ]
         return float(zeta["hi"] - zeta["lo"])
@@ -143,21 +146,25 @@ def test_no_scatter_leaves_the_error_of_zeta():
 
 
 def test_intervals_hold_for_a_medium_left_out():
-    whole = published()
+    source = published()
     beta, gamma = np.radians(reference.BETA_DEG)[:, None], np.radians(reference.GAMMA_DEG)
     of_coefficients, of_profiles = [], []
-    for i, medium in enumerate(whole.media):
-        rest = [j for j in range(5) if j != i]
-        scaled = whole.scaled[rest]
+    for i, medium in enumerate(source.media):
+        kept_indices = [j for j in range(5) if j != i]
+        scaled = source.scaled[kept_indices]
         four = Reference(
-            "", tuple(whole.media[j] for j in rest), whole.chi[rest], scaled.mean(axis=0), scaled
+            "",
+            tuple(source.media[j] for j in kept_indices),
+            source.chi[kept_indices],
+            scaled.mean(axis=0),
+            scaled,
         )
         alpha = reference.alpha_grid(medium)[0][3, -1]
         result = scale(alpha, 0.0, four)
-        own = whole.scaled[i] * alpha / whole.chi[i]
+        true_coefficients = source.scaled[i] * alpha / source.chi[i]
         _, lo, hi = result.coefficients_with_interval()
-        of_coefficients.append((lo - 1e-9 <= own) & (own <= hi + 1e-9))
-        profile = evaluate(own, beta, gamma)
+        of_coefficients.append((lo - 1e-9 <= true_coefficients) & (true_coefficients <= hi + 1e-9))
+        profile = evaluate(true_coefficients, beta, gamma)
         for truth, (_, low, high) in zip(profile, result.alpha(beta, gamma), strict=True):
             of_profiles.append((low - 1e-9 <= truth) & (truth <= high + 1e-9))
     # 45 coefficients and 910 alphas of five media; 0.95 is the promise, five media are few
@@ -166,17 +173,17 @@ def test_intervals_hold_for_a_medium_left_out():
 
 
 def test_text(rftfit):
-    said = rftfit(
+    output = rftfit(
         "scale", "--profile", "generic", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv"
     )
-    assert said.err == ""
-    lines = {line.split()[0]: line.split()[1:] for line in said.out.splitlines() if line.strip()}
-    assert "  zeta   0.8001 " in said.out
-    whole = published()
-    assert lines["A00"][0] == f"{whole.m0[0] * 0.9 / whole.chi.mean():.4f}"
+    assert output.err == ""
+    lines = {line.split()[0]: line.split()[1:] for line in output.out.splitlines() if line.strip()}
+    assert "  zeta   0.8001 " in output.out
+    source = published()
+    assert lines["A00"][0] == f"{source.m0[0] * 0.9 / source.chi.mean():.4f}"
     assert all(len(lines[term]) == 3 for term in TERMS)
-    assert "scaled from published Table S5, method lsq" in said.out
-    assert said.out.endswith("sand é.csv\n")
+    assert "scaled from published Table S5, method lsq" in output.out
+    assert output.out.endswith("sand é.csv\n")
 
 
 @pytest.mark.parametrize(
@@ -194,9 +201,9 @@ def test_text(rftfit):
         (["--alpha", "0.9", "--results", "none"], "no config/config.yaml there"),
     ],
 )
-def test_messages(rftfit, here, words, text):
+def test_messages(rftfit, work_folder, words, text):
     assert text in rftfit("scale", *words, code=2).err
-    assert list(here.iterdir()) == []
+    assert list(work_folder.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -207,14 +214,14 @@ def test_another_unit(rftfit, alpha, warned):
 
 
 METHODS = ("lsq", "dft-index")
-OWN = ("poppy_LP", "glass3mm_CP")
+CAMPAIGN_MEDIA = ("poppy_LP", "glass3mm_CP")
 
 
 @pytest.fixture
-def results(here):
+def results(work_folder):
     """Results of a campaign of two media."""
-    alpha = {medium: reference.alpha_grid(medium) for medium in OWN}
-    return make_campaign(here / "c", dict.fromkeys(OWN, LABORATORY), alpha)
+    alpha = {medium: reference.alpha_grid(medium) for medium in CAMPAIGN_MEDIA}
+    return make_campaign(work_folder / "c", dict.fromkeys(CAMPAIGN_MEDIA, LABORATORY), alpha)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -230,20 +237,20 @@ def test_results_of_a_campaign(rftfit, results, method):
         method,
         "--json",
     )
-    said = rftfit("scale", *words)
-    result = as_json(said)
-    assert result["media"] == list(OWN)
+    output = rftfit("scale", *words)
+    result = as_json(output)
+    assert result["media"] == list(CAMPAIGN_MEDIA)
     assert result["scaled_from"] == f"{results}, method {method}"
     fits, chi = [], []
-    for medium in OWN:
+    for medium in CAMPAIGN_MEDIA:
         alpha = reference.alpha_grid(medium)
         keep = kept_terms(transform(method, alpha, None), 0.05)
         fits.append(transform(method, alpha, keep))
         chi.append(alpha[0][3, -1] / vertical_penetration(fits[-1]))
     m0 = np.mean([fit / vertical_penetration(fit) for fit in fits], axis=0)
     assert result["chi"]["value"] == pytest.approx(np.mean(chi))
-    found = result["coefficients_N_per_cm3"]
-    assert [found[term]["value"] for term in TERMS] == pytest.approx(0.9 / np.mean(chi) * m0)
+    coefficients = result["coefficients_N_per_cm3"]
+    assert [coefficients[term]["value"] for term in TERMS] == pytest.approx(0.9 / np.mean(chi) * m0)
 
 
 def transform(method, alpha, keep):
@@ -254,32 +261,34 @@ def transform(method, alpha, keep):
 
 
 def test_damaged_results(rftfit, results):
-    def why(*more):
-        said = rftfit(
-            "scale", "--profile", "generic", "--alpha", "0.9", "--results", results, *more, code=2
+    def refusal(*words):
+        output = rftfit(
+            "scale", "--profile", "generic", "--alpha", "0.9", "--results", results, *words, code=2
         )
-        assert said.out == ""
-        return said.err
+        assert output.out == ""
+        return output.err
 
-    assert "allowed: lsq, dft-index" in why("--method", "dft")
+    assert "allowed: lsq, dft-index" in refusal("--method", "dft")
     table = results / "alpha" / "poppy_LP.csv"
-    whole = table.read_text()
-    first = whole.splitlines()[1]
-    table.write_text(whole.replace(first, first.replace("-90,", "x,", 1)))
-    assert "poppy_LP.csv" in why()
-    table.write_text(whole.replace(first, f"{first}\n{first}"))
-    assert "poppy_LP.csv: angles that are missing, outside of -90 to 90 degrees, or there" in why()
+    table_text = table.read_text()
+    first_row = table_text.splitlines()[1]
+    table.write_text(table_text.replace(first_row, first_row.replace("-90,", "x,", 1)))
+    assert "poppy_LP.csv" in refusal()
+    table.write_text(table_text.replace(first_row, f"{first_row}\n{first_row}"))
+    assert (
+        "poppy_LP.csv: angles that are missing, outside of -90 to 90 degrees, or there" in refusal()
+    )
     table.write_text("medium\na\n")
-    assert "poppy_LP.csv: no column beta_deg" in why()
+    assert "poppy_LP.csv: no column beta_deg" in refusal()
     table.write_bytes(b"\xff\xfe\x00")
-    assert "poppy_LP.csv: cannot be read as a table" in why()
+    assert "poppy_LP.csv: cannot be read as a table" in refusal()
     table.unlink()
-    assert "poppy_LP.csv: there is no such table" in why()
+    assert "poppy_LP.csv: there is no such table" in refusal()
 
 
-def test_one_medium_of_its_own_is_not_enough(rftfit, here):
+def test_one_medium_of_its_own_is_not_enough(rftfit, work_folder):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
-    folder = make_campaign(here / "one", {"a": LABORATORY, "sand": SAND}, alpha)
-    said = rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--results", folder, code=2)
-    assert "at least two laboratory media" in said.err
-    assert not (here / "alpha.csv").exists()
+    folder = make_campaign(work_folder / "one", {"a": LABORATORY, "sand": SAND}, alpha)
+    output = rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--results", folder, code=2)
+    assert "at least two laboratory media" in output.err
+    assert not (work_folder / "alpha.csv").exists()

@@ -57,8 +57,10 @@ SOUND += [("glass3mm_CP", table_medium("glass3mm_CP"), 1)]
 @pytest.mark.parametrize("seed", range(seeds(20, 1)))
 @pytest.mark.parametrize(("name", "alpha", "repeats"), SOUND)
 def test_nothing_is_told_of_a_sound_campaign(name, alpha, repeats, seed):
-    told, scan = find_causes(model_of(*campaign(alpha, seed, repeats), (name,) if name else ()))
-    assert not told
+    named_causes, scan = find_causes(
+        model_of(*campaign(alpha, seed, repeats), (name,) if name else ())
+    )
+    assert not named_causes
     assert scan.checked.any()
     assert np.isfinite(scan.least_seen[scan.checked]).all()
 
@@ -73,8 +75,8 @@ def test_errors_that_repeats_share_are_no_cause_of_a_sorted_campaign(seed):
     shared = np.repeat(random.standard_normal((2, beta.size // 3)), 3, axis=1)
     alpha = alpha + shared * (0.03 * level + 0.015 * level.max())
     alpha = alpha * random.normal(1, 0.05, beta.size)
-    told, _ = find_causes(model_of(beta, gamma, alpha, ("glass3mm_CP",)))
-    assert not told
+    named_causes, _ = find_causes(model_of(beta, gamma, alpha, ("glass3mm_CP",)))
+    assert not named_causes
 
 
 def turned(alpha, gamma, degrees):
@@ -126,16 +128,16 @@ def crosstalk(alpha, gamma):
 )
 def test_a_shared_fault_is_told_by_its_cause(fault, kinds, groups, size):
     beta, gamma, alpha = campaign(table_medium("poppy_CP"), 5)
-    told, _ = find_causes(model_of(beta, gamma, fault(alpha, gamma), ("poppy_CP",)))
-    cause = told[0].cause
+    named_causes, _ = find_causes(model_of(beta, gamma, fault(alpha, gamma), ("poppy_CP",)))
+    cause = named_causes[0].cause
     assert cause.kind in kinds
     assert cause.group in groups
     if size and cause.group == "from-run":
-        estimate = told[0].size
+        estimate = named_causes[0].size
         if cause.kind == "gain":
             estimate = (1 + estimate / 2) / (1 - estimate / 2) - 1
         assert estimate == pytest.approx(size, rel=0.25)
-    assert told[0].times > 2
+    assert named_causes[0].times > 2
 
 
 def test_a_label_of_the_run_sheet_is_told_by_its_name():
@@ -143,9 +145,9 @@ def test_a_label_of_the_run_sheet_is_told_by_its_name():
     days = np.where(np.random.default_rng(2).random(beta.size) < 0.4, "wet", "dry")
     alpha = alpha * np.where(days == "wet", 1.3, 1)
     model = model_of(beta, gamma, alpha, ("glass0.3mm_LP",), {"session": days})
-    told, _ = find_causes(model)
-    assert (told[0].cause.kind, told[0].cause.group) == ("gain", "session")
-    assert told[0].cause.place in days
+    named_causes, _ = find_causes(model)
+    assert (named_causes[0].cause.kind, named_causes[0].cause.group) == ("gain", "session")
+    assert named_causes[0].cause.place in days
 
 
 @pytest.mark.parametrize("grid", [(-30, 0, 30), (-60, -30, 0, 30)])
@@ -158,7 +160,7 @@ def test_axes_of_a_small_downward_grid(name, alpha, grid):
     for axes, matrix in AXES.items():
         runs = model_of(beta, gamma, np.linalg.inv(matrix) @ measured, without).runs
         evidence = axes_evidence(runs, without)
-        assert max(evidence, key=lambda other: evidence[other]) == axes
+        assert max(evidence, key=lambda candidate: evidence[candidate]) == axes
         assert axes == "as-given" or evidence[axes] > 4
 
 
@@ -211,7 +213,7 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
 
 def test_few_runs_are_not_checked():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[:5])
-    causes, _ = compare_all_runs(*_named(fits_of(beta, gamma, alpha)), 0.3)
+    causes, _ = compare_all_runs(*_with_medium_name(fits_of(beta, gamma, alpha)), 0.3)
     assert set(causes["verdict"]) == {"not checked"}
     assert set(causes["reason"]) == {"no-runs"}
     empty = fits_of(beta, gamma, alpha)[0].iloc[:0]
@@ -220,8 +222,8 @@ def test_few_runs_are_not_checked():
     assert axes.empty
 
 
-def _named(made):
-    return made[0], "sand", made[1]
+def _with_medium_name(fits_and_sheet):
+    return fits_and_sheet[0], "sand", fits_and_sheet[1]
 
 
 def test_where_an_error_of_an_angle_turns_the_flow_repeats_are_compared_by_size():

@@ -28,15 +28,15 @@ def sides(ratio=1.0, count=12, repeats=3, seed=0, **facts):
 
 def test_shares_of_the_study():
     pairs = seeds(100, 6)
-    found = grade(pairs, (20, 3))
+    shares = grade(pairs, (20, 3))
     # a binomial share of so few pairs; of 100 at most 10
     most = 10 if pairs == 100 else 38
-    assert found["size, false"] <= most
-    assert found["shape, false"] <= most
-    assert 100 - most <= found["ratio covered"] <= 100
-    assert found["8 % of size"] >= 70
-    assert found["10 % of shape"] >= 70
-    assert found["shape covered"] >= 100 - most
+    assert shares["size, false"] <= most
+    assert shares["shape, false"] <= most
+    assert 100 - most <= shares["ratio covered"] <= 100
+    assert shares["8 % of size"] >= 70
+    assert shares["10 % of shape"] >= 70
+    assert shares["shape covered"] >= 100 - most
 
 
 def test_published_media_differ_in_shape():
@@ -45,11 +45,11 @@ def test_published_media_differ_in_shape():
 
 def test_b_against_a_is_the_inverse():
     a, b = sides(1.3)
-    there, back = compare_run_sets(a, b), compare_run_sets(b, a)
-    assert there.ratio * back.ratio == pytest.approx(1, abs=1e-4)
-    assert there.ratio_lo * back.ratio_hi == pytest.approx(1, abs=2e-3)
-    assert there.shape_p == pytest.approx(back.shape_p, rel=0.02)
-    assert there.ratio == pytest.approx(1.3, rel=0.06)
+    a_to_b, b_to_a = compare_run_sets(a, b), compare_run_sets(b, a)
+    assert a_to_b.ratio * b_to_a.ratio == pytest.approx(1, abs=1e-4)
+    assert a_to_b.ratio_lo * b_to_a.ratio_hi == pytest.approx(1, abs=2e-3)
+    assert a_to_b.shape_p == pytest.approx(b_to_a.shape_p, rel=0.02)
+    assert a_to_b.ratio == pytest.approx(1.3, rel=0.06)
 
 
 def test_units_and_order_of_runs_do_not_matter():
@@ -64,21 +64,23 @@ def test_units_and_order_of_runs_do_not_matter():
         )
         for side in (a, b)
     ]
-    found, same = compare_run_sets(a, b), compare_run_sets(shuffled[0], shuffled[1])
+    comparison, rescaled = compare_run_sets(a, b), compare_run_sets(shuffled[0], shuffled[1])
     for name in ("ratio", "ratio_lo", "size_p", "shape_percent", "shape_p", "least_ratio"):
-        assert getattr(same, name) == pytest.approx(getattr(found, name), rel=1e-4)
+        assert getattr(rescaled, name) == pytest.approx(getattr(comparison, name), rel=1e-4)
 
 
 def test_the_surface_of_a_session_widens_the_ratio_and_not_the_shape():
     a, b = sides()
     wide = [replace(side, surface_cm=0.3) for side in (a, b)]
-    found, with_surface = compare_run_sets(a, b), compare_run_sets(wide[0], wide[1])
+    without_surface, with_surface = compare_run_sets(a, b), compare_run_sets(wide[0], wide[1])
     # 3 mm of 6 cm are 7.5 % of a slanted run, on each side
     half = math.log(with_surface.ratio_hi / with_surface.ratio_lo) / 2
     assert half == pytest.approx(1.96 * math.sqrt(2) * 0.075, rel=0.15)
-    assert math.log(found.ratio_hi / found.ratio_lo) / 2 < half / 3
-    assert with_surface.shape_p == pytest.approx(found.shape_p, abs=0.1)
-    assert with_surface.least_shape_percent == pytest.approx(found.least_shape_percent, rel=0.3)
+    assert math.log(without_surface.ratio_hi / without_surface.ratio_lo) / 2 < half / 3
+    assert with_surface.shape_p == pytest.approx(without_surface.shape_p, abs=0.1)
+    assert with_surface.least_shape_percent == pytest.approx(
+        without_surface.least_shape_percent, rel=0.3
+    )
 
 
 def test_a_turn_of_the_mount_cancels_within_one_campaign():
@@ -108,20 +110,20 @@ def test_the_direction_that_differs_comes_first():
     )
     size = np.hypot(a.runs["alpha_z_N_per_cm3"], a.runs["alpha_x_N_per_cm3"]).max()
     runs = b.runs.assign(alpha_z_N_per_cm3=b.runs["alpha_z_N_per_cm3"] + 0.5 * size * changed)
-    found = compare_run_sets(a, replace(b, runs=runs))
-    first = found.directions.iloc[0]
+    comparison = compare_run_sets(a, replace(b, runs=runs))
+    first = comparison.directions.iloc[0]
     assert (first["beta_deg"], first["gamma_deg"]) == (place["beta_deg"], place["gamma_deg"])
     assert first["p"] < 0.01
     assert first["difference_z_lo_N_per_cm3"] > 0
-    assert found.shape_lo_percent > 0
-    assert "another shape" in found.sentence
+    assert comparison.shape_lo_percent > 0
+    assert "another shape" in comparison.sentence
 
 
 def test_without_repeats_a_scatter_is_assumed_and_said():
-    found = compare_pair(3, (20, 1))
-    assert found.repeats == 0
-    assert "no direction was pushed twice" in found.notes[0]
-    assert found.least_shape_percent > 20
+    comparison = compare_pair(3, (20, 1))
+    assert comparison.repeats == 0
+    assert "no direction was pushed twice" in comparison.notes[0]
+    assert comparison.least_shape_percent > 20
     different = compare_pair(3, (20, 1), 1.0, 0.6)
     assert different.shape_p < 0.01
     assert "if single runs of one direction scatter by less than" in different.sentence
@@ -129,17 +131,17 @@ def test_without_repeats_a_scatter_is_assumed_and_said():
 
 def test_the_interval_of_shape_begins_above_0_where_p_is_small():
     for seed in range(20):
-        found = compare_pair(seed, (8, 3), 1.0, 0.05)
-        assert (found.shape_lo_percent > 0) == (found.shape_p < 0.05)
-        assert found.shape_lo_percent <= found.shape_percent < found.shape_hi_percent
+        comparison = compare_pair(seed, (8, 3), 1.0, 0.05)
+        assert (comparison.shape_lo_percent > 0) == (comparison.shape_p < 0.05)
+        assert comparison.shape_lo_percent <= comparison.shape_percent < comparison.shape_hi_percent
 
 
 def test_runs_without_alpha_x_and_level_runs_at_other_depths():
     a, b = sides(1.2)
     bare = [replace(side, runs=side.runs.assign(alpha_x_N_per_cm3=math.nan)) for side in (a, b)]
-    found = compare_run_sets(bare[0], bare[1])
-    assert found.ratio == pytest.approx(1.2, rel=0.08)
-    assert found.directions["difference_x_N_per_cm3"].isna().all()
+    comparison = compare_run_sets(bare[0], bare[1])
+    assert comparison.ratio == pytest.approx(1.2, rel=0.08)
+    assert comparison.directions["difference_x_N_per_cm3"].isna().all()
     level = pd.DataFrame(
         {
             "beta_deg": 0.0,
@@ -149,8 +151,8 @@ def test_runs_without_alpha_x_and_level_runs_at_other_depths():
             "depth_from_cm": [2.0, 4.0],
         }
     )
-    other = level.assign(depth_from_cm=[2.04, 5.0])
-    met = compare_run_sets(RunSet("A", level), RunSet("B", other))
+    level_b = level.assign(depth_from_cm=[2.04, 5.0])
+    met = compare_run_sets(RunSet("A", level), RunSet("B", level_b))
     assert met.directions["depth_cm"].tolist() == [2.0]
 
 
@@ -174,7 +176,7 @@ def test_unequal_scatter_is_noted():
 
 
 def test_repeats_of_one_medium_tell_little_of_the_other():
-    told = []
+    is_detected = []
     for seed in range(10):
         a = sides(seed=seed)[0]
         truth = a.runs.groupby(["beta_deg", "gamma_deg"], as_index=False).mean(numeric_only=True)
@@ -182,10 +184,10 @@ def test_repeats_of_one_medium_tell_little_of_the_other():
         alpha = truth[[f"alpha_{c}_N_per_cm3" for c in "zx"]].to_numpy().T
         rng = np.random.default_rng(seed)
         rough = runs_of(np.vstack([single, alpha]), np.full(12, 6.0), 1, rng, Beds(0.1, 0.06))
-        found = compare_run_sets(a, RunSet("B", rough))
-        assert "B has no repeats: its runs are taken to scatter as those of A" in found.notes
-        told.append(found.shape_p < 0.05)
-    assert sum(told) <= 2
+        comparison = compare_run_sets(a, RunSet("B", rough))
+        assert "B has no repeats: its runs are taken to scatter as those of A" in comparison.notes
+        is_detected.append(comparison.shape_p < 0.05)
+    assert sum(is_detected) <= 2
 
 
 def test_a_label_chooses_runs():

@@ -11,7 +11,7 @@ from seeds import seeds
 
 from rftfit import reference
 from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 
@@ -36,11 +36,11 @@ def published(medium):
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_nothing_stands_apart_in_the_published_tables(medium):
-    found = compare_runs(fits(published(medium)), medium)
-    assert list(found) == COLUMNS
-    assert set(found["beside"]) == {"map"}
-    assert np.isfinite(found["times_spread"]).all()
-    assert not found["apart"].any()
+    peers = compare_runs(fits(published(medium)), medium)
+    assert list(peers) == COLUMNS
+    assert set(peers["beside"]) == {"map"}
+    assert np.isfinite(peers["times_spread"]).all()
+    assert not peers["apart"].any()
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
@@ -50,25 +50,25 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium):
     place = next(n for n, row in enumerate(rows) if row[:2] == (30, 90))
     true = rows[place]
     rows[place] = (*true[:2], 4.45 * true[2], 4.45 * true[3])
-    found = compare_runs(fits(rows), medium)
-    assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
-    off_z, off_x = outlier_differences(found)[f"r{place}"]
+    peers = compare_runs(fits(rows), medium)
+    assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{place}"]
+    off_z, off_x = outlier_differences(peers)[f"r{place}"]
     # what the others say is near what it was
     assert off_z == pytest.approx(3.45 * true[2], rel=0.3)
-    assert found.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
+    assert peers.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
     assert math.isfinite(off_x)
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
     """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
-    cells = directions_of(GRIDS["no-vertical"], 5)
+    cells = parse_directions(GRIDS["no-vertical"], 5)
     rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
     place = next(n for n, row in enumerate(rows) if row[:2] == (20, 75))
     assert not compare_runs(fits(rows), medium)["apart"].any()
     rows[place] = (*rows[place][:2], *(value / 4.45 for value in rows[place][2:]))
-    found = compare_runs(fits(rows), medium)
-    assert found.loc[found["apart"], "run_id"].tolist() == [f"r{place}"]
+    peers = compare_runs(fits(rows), medium)
+    assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{place}"]
 
 
 @pytest.mark.statistics
@@ -82,8 +82,8 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     sound = compare_runs(fits(cells), medium)
     assert not sound["apart"].any()
     largest = np.abs(cells[:, 2:]).max()
-    told: dict[float, list[bool]] = {0.6: [], 1.4: []}
-    for times, found_apart in told.items():
+    apart_by_times: dict[float, list[bool]] = {0.6: [], 1.4: []}
+    for times, are_apart in apart_by_times.items():
         for place in range(0, len(cells), seeds(3, 12)):
             row: Any = sound.loc[place]
             off = cells.copy()
@@ -92,10 +92,10 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
             off[place, 2] = (
                 row["others_z_N_per_cm3"] + side * times * largest * row["seen_from_ratio"]
             )
-            found = compare_runs(fits(off), medium)
-            found_apart.append(bool(found.loc[place, "apart"]))
-    assert not any(told[0.6])
-    assert all(told[1.4])
+            peers = compare_runs(fits(off), medium)
+            are_apart.append(bool(peers.loc[place, "apart"]))
+    assert not any(apart_by_times[0.6])
+    assert all(apart_by_times[1.4])
 
 
 @pytest.mark.parametrize(
@@ -110,30 +110,30 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     ],
 )
 def test_one_of_three_repeats(values, which):
-    found = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
-    assert set(found["beside"]) == {"repeats"}
-    assert found["n_others"].tolist() == [2, 2, 2]
-    assert found.loc[found["apart"], "run_id"].tolist() == which
-    others = [np.median(np.delete(values, one)) for one in range(3)]
-    np.testing.assert_allclose(found["others_z_N_per_cm3"], others)
+    peers = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
+    assert set(peers["beside"]) == {"repeats"}
+    assert peers["n_others"].tolist() == [2, 2, 2]
+    assert peers.loc[peers["apart"], "run_id"].tolist() == which
+    other_medians = [np.median(np.delete(values, index)) for index in range(3)]
+    np.testing.assert_allclose(peers["others_z_N_per_cm3"], other_medians)
     largest = max(values)
-    np.testing.assert_allclose(found["off_z_ratio"], (np.array(values) - others) / largest)
+    np.testing.assert_allclose(peers["off_z_ratio"], (np.array(values) - other_medians) / largest)
     # fewer than 24 runs: 6 % of alpha, and of 8 % of the largest
-    level = np.hypot(others, 0.08 * largest)
-    times = np.abs(np.array(values) - others) / level / 0.06
-    np.testing.assert_allclose(found["times_spread"], times)
-    assert outlier_differences(found) == {
-        run: (values[at] - others[at], 0.0) for run in which for at in [int(run[1])]
+    level = np.hypot(other_medians, 0.08 * largest)
+    times = np.abs(np.array(values) - other_medians) / level / 0.06
+    np.testing.assert_allclose(peers["times_spread"], times)
+    assert outlier_differences(peers) == {
+        run: (values[index] - other_medians[index], 0.0) for run in which for index in [int(run[1])]
     }
 
 
 @pytest.mark.parametrize(("x", "of_x"), [(0.1, 0.0), (math.nan, math.nan)])
 def test_a_component_that_nobody_measured_hides_no_outlier(x, of_x):
-    found = compare_runs(fits([(30.0, 90.0, value, x) for value in (0.30, 0.61, 0.31)]), "m")
-    assert found.loc[found["apart"], "run_id"].tolist() == ["r1"]
-    assert (found["times_spread"] > 0).all()
-    np.testing.assert_allclose(found["off_x_ratio"], of_x)
-    assert np.isfinite(found["seen_from_ratio"]).all()
+    peers = compare_runs(fits([(30.0, 90.0, value, x) for value in (0.30, 0.61, 0.31)]), "m")
+    assert peers.loc[peers["apart"], "run_id"].tolist() == ["r1"]
+    assert (peers["times_spread"] > 0).all()
+    np.testing.assert_allclose(peers["off_x_ratio"], of_x)
+    assert np.isfinite(peers["seen_from_ratio"]).all()
 
 
 @pytest.mark.parametrize(
@@ -145,8 +145,8 @@ def test_a_component_that_nobody_measured_hides_no_outlier(x, of_x):
     ],
 )
 def test_several_outliers_of_one_direction(values, which):
-    found = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
-    assert found.loc[found["apart"], "run_id"].tolist() == which
+    peers = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
+    assert peers.loc[peers["apart"], "run_id"].tolist() == which
 
 
 @pytest.mark.parametrize("factor", [0.6, 1.4])
@@ -161,14 +161,14 @@ def test_one_of_60_runs_is_off_by_two_fifths(factor):
             (*cell[:2], *(bed * value for value in cell[2:]))
             for cell, bed in zip(cells, beds, strict=True)
         ]
-        found = compare_runs(fits(rows), "m")
-        assert found.loc[found["apart"], "run_id"].tolist() == which
+        peers = compare_runs(fits(rows), "m")
+        assert peers.loc[peers["apart"], "run_id"].tolist() == which
 
 
 def test_too_few_runs_say_nothing():
-    found = compare_runs(fits(published("poppy_LP")[20:25]), "m")
-    assert np.isnan(found["times_spread"]).all()
-    assert not found["apart"].any()
+    peers = compare_runs(fits(published("poppy_LP")[20:25]), "m")
+    assert np.isnan(peers["times_spread"]).all()
+    assert not peers["apart"].any()
     empty: Any = compare_runs(fits([(0.0, 90.0, math.nan, math.nan)]), "m")
     assert (list(empty), len(empty), outlier_differences(empty)) == (COLUMNS, 0, {})
 
@@ -182,7 +182,7 @@ def test_level_runs_of_another_depth_are_no_repeats():
 
 def test_least_that_all_published_media_feel():
     """Relative to alpha_z(0, 90): 1 there, and a pull has the opposite sign."""
-    found = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
-    push, pull = found["known_z_ratio"]
+    peers = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
+    push, pull = peers["known_z_ratio"]
     assert push == pytest.approx(1)
     assert -0.5 < pull < 0

@@ -7,7 +7,7 @@ from jobs import run_rules
 
 from rftfit.campaign.load import check_campaign
 from rftfit.errors import InputError
-from rftfit.measure.pairs import readers
+from rftfit.measure.read import readers
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.results import open_results
 
@@ -23,34 +23,40 @@ def compare(folder, stages=()):
         If `check` passes what the stages refuse, or drops what they use, or one of them breaks.
     """
     root = folder.root
-    said = folder.rftfit("check")
+    completed = folder.rftfit("check")
     campaign, problems = check_campaign(folder.config)
     if campaign is None:
-        assert said.returncode == 2, said.stdout
+        assert completed.returncode == 2, completed.stdout
         return REFUSED
     if fault := _fault_of_readers(campaign):
-        assert said.returncode == 2
-        assert fault in said.stdout
+        assert completed.returncode == 2
+        assert fault in completed.stdout
         return REFUSED
     run_rules(folder.config, *stages)
-    of_sheet = {one.place.row for one in problems if one.place.row is not None}
+    of_sheet = {problem.place.row for problem in problems if problem.place.row is not None}
     excluded = [run for run in campaign.runs if run.excluded]
     empty = False
     lost: set[str] = set()
     for medium in campaign.media_with_runs:
         reasons = _reasons(root / "results", medium)
         runs = [run for run in campaign.runs_of(medium) if not run.excluded]
-        own = {run.run_id for run in runs if reasons[run.run_id]}
-        there = {r.run_id for r in runs if _logs_there(campaign.raw, r)}
-        assert _told(said.stdout, medium) == len(own & there), (sorted(own & there), said.stdout)
-        assert all(run.row in of_sheet for run in runs if run.run_id in own - there)
-        wanted = {run.run_id for run in runs if run.kind in ("plate", "leg")}
-        nothing = bool(own & there) and (wanted & there or there) <= own
+        lost_of_medium = {run.run_id for run in runs if reasons[run.run_id]}
+        with_logs = {r.run_id for r in runs if _has_logs(campaign.raw, r)}
+        assert _count_dropped(completed.stdout, medium) == len(lost_of_medium & with_logs), (
+            sorted(lost_of_medium & with_logs),
+            completed.stdout,
+        )
+        assert all(run.row in of_sheet for run in runs if run.run_id in lost_of_medium - with_logs)
+        plates_and_legs = {run.run_id for run in runs if run.kind in ("plate", "leg")}
+        nothing = (
+            bool(lost_of_medium & with_logs)
+            and (plates_and_legs & with_logs or with_logs) <= lost_of_medium
+        )
         empty |= nothing
-        lost |= own
-    assert said.returncode == (2 if empty else 0), said.stdout
+        lost |= lost_of_medium
+    assert completed.returncode == (2 if empty else 0), completed.stdout
     # and the page tells of the same runs
-    dropped = {str(one["run_id"]) for one in outcome_of_runs(open_results(root)).dropped}
+    dropped = {str(row["run_id"]) for row in outcome_of_runs(open_results(root)).dropped}
     assert lost == dropped - {run.run_id for run in (*campaign.unassigned_air_runs, *excluded)}
     return NOTHING if empty else SOME if lost else ALL
 
@@ -64,22 +70,22 @@ def _fault_of_readers(campaign):
     return ""
 
 
-def _logs_there(raw, run):
+def _has_logs(raw, run):
     names = (run.force_log, run.motion_log, run.zero_log)
     return all((raw / name).is_file() for name in names if name)
 
 
 def _reasons(results, medium):
     """Why each run gave no number, by the tables of the stages; empty where it gave one."""
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for name in ("runs", "tares", "fits"):
         table = pd.read_csv(results / name / f"{medium}.csv", dtype=str, keep_default_na=False)
-        found |= dict(zip(table["run_id"], table["reason"], strict=True))
-    return found
+        reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
+    return reasons
 
 
-def _told(text, medium):
+def _count_dropped(text, medium):
     """How many runs of a medium `check` says would be dropped."""
     lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
     counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]
-    return sum(int(found[1]) for found in counts if found)
+    return sum(int(count[1]) for count in counts if count)

@@ -47,9 +47,9 @@ class Bench:
     def push(self, *names, tare=True):
         """Record runs whole: their rows, their logs, and those of their tares."""
         for name in names:
-            for one in [self.every[name]["tare_run"]] * tare + [name]:
-                self.rows[one] = dict(self.every[one])
-                for log in self.logs(one):
+            for run_id in [self.every[name]["tare_run"]] * tare + [name]:
+                self.rows[run_id] = dict(self.every[run_id])
+                for log in self.logs(run_id):
                     self.put(log)
         self.write_sheet()
 
@@ -57,7 +57,7 @@ class Bench:
         self.write_sheet()
         return Watch(self.config)
 
-    def look(self, watch, times=1):
+    def collect_events(self, watch, times=1):
         """Let half a second pass before each look; all events."""
         events = []
         for _ in range(times):
@@ -67,4 +67,4 @@ class Bench:
 
     def settle(self, watch):
         """Look until everything is still: config and sheet, then logs that are asked every fourth time."""
-        return self.look(watch, 10)
+        return self.collect_events(watch, 10)

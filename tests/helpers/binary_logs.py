@@ -69,8 +69,8 @@ def write_packed_zeros(path, millions):
     place = head.index(b"index_pos=") + 10
     index = int.from_bytes(head[place : place + 8], "little") + len(packed) - length
     head = head[:place] + index.to_bytes(8, "little") + head[place + 8 :]
-    rest = content[begin + length :]
-    path.write_bytes(head + len(packed).to_bytes(4, "little") + packed + rest)
+    tail = content[begin + length :]
+    path.write_bytes(head + len(packed).to_bytes(4, "little") + packed + tail)
     return path
 
 
@@ -169,11 +169,11 @@ def hdf5(_):
     import h5py
 
     contents = []
-    for how in ({}, {"chunks": (10,), "compression": "gzip", "fletcher32": True}):
+    for layout in ({}, {"chunks": (10,), "compression": "gzip", "fletcher32": True}):
         file = io.BytesIO()
         with h5py.File(file, "w") as book:
             for name, values in columns(30).items():
-                book.create_dataset(f"run/{name}", data=values, **how).attrs["unit"] = "N"
+                book.create_dataset(f"run/{name}", data=values, **layout).attrs["unit"] = "N"
         contents.append(file.getvalue())
     return arrays("log.h5", *contents)
 

@@ -64,7 +64,9 @@ class Room:
 
     def add(self, name, like, **cells):
         """Add a run like another one, with log files of its own."""
-        logs = {f"{part}_log": f"logs/{name}_{part}.csv" for part in ("force", "motion")}
+        logs = {
+            f"{quantity}_log": f"logs/{name}_{quantity}.csv" for quantity in ("force", "motion")
+        }
         self.rows[name] = {**self.rows[like], "run_id": name, **logs, **cells}
         for log in logs.values():
             self.touch(log)
@@ -72,18 +74,20 @@ class Room:
     def put(self, change):
         """Change cells of rows by name; ``new<old``: of a new row like an old one; None: without the row."""
         for name, cells in change.items():
-            own, _, like = name.partition("<")
+            run_id, _, like = name.partition("<")
             if like:
-                self.add(own, like)
+                self.add(run_id, like)
             if cells is None:
-                del self.rows[own]
+                del self.rows[run_id]
             else:
-                self.rows[own] |= cells
+                self.rows[run_id] |= cells
 
-    def told(self):
+    def list_problems(self):
         """Code, row and column of every problem, and the problems."""
-        found = self.check()
-        return [(one.code, one.place.row, one.place.column) for one in found], found
+        problems = self.check()
+        return [
+            (problem.code, problem.place.row, problem.place.column) for problem in problems
+        ], problems
 
     def text(self, delimiter=","):
         out = io.StringIO()

@@ -55,25 +55,25 @@ class Folder:
 
     def run(self, *words, cores=2):
         """Run the workflow by Snakemake alone, each stage in a process of its own."""
-        done = self.snakemake(*words, cores=cores)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout + done.stderr
+        completed = self.snakemake(*words, cores=cores)
+        assert completed.returncode == 0, completed.stdout + completed.stderr
+        return completed.stdout + completed.stderr
 
-    def run_here(self, last="provenance", drawn=(), made=None):
+    def run_here(self, last="provenance", drawn=(), real_run=None):
         """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
         Only the figures of the names in `drawn` (None: all) are put together, and their words are looked at;
         the files of the others have no content. Of a figure that is put together the svg holds its words, and
-        the other files nothing; with `made`, the svg is drawn, and the other files are those of `made`. What
+        the other files nothing; with `real_run`, the svg is drawn, and the other files are those of `real_run`. What
         a whole campaign says must rest on its records.
         """
         # a campaign whose files are compared with those of a real run has all draws
-        of_draws = few_draws() if made is None else contextlib.nullcontext()
-        with of_draws, patch.object(style, "save", partial(_sketch, self, made)):
+        of_draws = few_draws() if real_run is None else contextlib.nullcontext()
+        with of_draws, patch.object(style, "save", partial(_sketch, self, real_run)):
             run_rules(self.config, last=last, drawn=drawn)
         if last == "provenance":
-            told = untrue(open_results(self.root))
-            assert not told, "\n".join(told)
+            false_sentences = untrue(open_results(self.root))
+            assert not false_sentences, "\n".join(false_sentences)
 
     def rftfit(self, *words):
         """Run a command in this process, from the campaign's folder."""
@@ -84,9 +84,9 @@ class Folder:
                 code = main([*words])
         finally:
             os.chdir(before)
-        done = subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
-        assert "Traceback" not in done.stdout + done.stderr
-        return done
+        completed = subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
+        assert "Traceback" not in completed.stdout + completed.stderr
+        return completed
 
     @property
     def config(self):
@@ -94,11 +94,11 @@ class Folder:
 
     def stale(self):
         """Rules whose jobs are not as recorded by now, with the media or figures of these jobs."""
-        found: dict[str, set[str]] = {}
-        for one in Recorded(read_states(self.config)[0]).findings_of():
-            rule, _, key = one.job.partition("/")
-            found.setdefault(rule, set()).add(key)
-        return found
+        keys_by_rule: dict[str, set[str]] = {}
+        for finding in Recorded(read_states(self.config)[0]).findings_of():
+            rule, _, key = finding.job.partition("/")
+            keys_by_rule.setdefault(rule, set()).add(key)
+        return keys_by_rule
 
     def table(self, name):
         """One result as a data frame; untyped, since cells may be of any kind."""
@@ -122,20 +122,20 @@ class Folder:
         }
 
 
-def _sketch(folder, made, figure, base, about):
-    if made is None:
+def _sketch(folder, real_run, figure, base, about):
+    if real_run is None:
         assert text_faults(figure) == [], base.name
     with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
         # without the numbers of ticks, which are made when they are asked for
         written = "\n".join([about, *words(figure)])
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
-        if made is None:
+        if real_run is None:
             content = written.encode() if ending == "svg" else b""
         elif ending == "svg":
             content = style.content(figure, ending, about)
         else:
-            content = (made.root / target.relative_to(folder.root)).read_bytes()
+            content = (real_run.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)
 
 
@@ -171,6 +171,6 @@ def make_campaign(
         write_yaml(root / "config" / "robot.yaml", robot)
     if plates_only:
         shapes = values["intruders"].items()
-        values["intruders"] = {name: item for name, item in shapes if item["shape"] == "plate"}
+        values["intruders"] = {name: shape for name, shape in shapes if shape["shape"] == "plate"}
     enact(root, values, sizes, directions=directions, faults=faults)
     return Folder(root)

@@ -29,9 +29,9 @@ def alpha_table(medium, missing=MISSING):
     table = table.assign(n_runs=1, run_ids=names, lost_run_ids="", reason="")
     numbers = [name for name in table.columns if name.startswith("alpha_")]
     for (b, g), reason in missing.items():
-        here = (table["beta_deg"] == b) & np.isclose(table["gamma_deg"], g)
-        table.loc[here, numbers] = np.nan
-        table.loc[here, ["reason", "n_runs"]] = reason, 0
+        is_cell = (table["beta_deg"] == b) & np.isclose(table["gamma_deg"], g)
+        table.loc[is_cell, numbers] = np.nan
+        table.loc[is_cell, ["reason", "n_runs"]] = reason, 0
     return table
 
 

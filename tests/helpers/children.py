@@ -32,7 +32,7 @@ def run_commands(commands, cwd, script_folder, env=None):
     script = script_folder / "commands.py"
     script_folder.mkdir(exist_ok=True)
     script.write_text(_SCRIPT, encoding="utf-8")
-    done = subprocess.run(
+    completed = subprocess.run(
         [
             sys.executable,
             str(script),
@@ -46,8 +46,8 @@ def run_commands(commands, cwd, script_folder, env=None):
         stdin=subprocess.DEVNULL,
         timeout=LONGEST_S,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "Traceback" not in done.stdout
-    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert completed.returncode == 0, completed.stdout + completed.stderr
+    assert "Traceback" not in completed.stdout
+    answers = [json.loads(line) for line in completed.stdout.splitlines()]
     assert len(answers) == len(commands)
     return [SimpleNamespace(returncode=c, stdout=out, stderr=error) for c, out, error in answers]

@@ -101,10 +101,10 @@ class Chromium:
         deadline = time.monotonic() + _DEADLINE_S
         while b"\0" not in self._buffer:
             ready, _, _ = select.select([self._read], [], [], deadline - time.monotonic())
-            part = os.read(self._read, 1 << 20) if ready else b""
-            if not part:
+            chunk = os.read(self._read, 1 << 20) if ready else b""
+            if not chunk:
                 raise TimeoutError("the browser ended or did not answer")
-            self._buffer += part
+            self._buffer += chunk
         message, self._buffer = self._buffer.split(b"\0", 1)
         received: dict[str, Any] = json.loads(message)
         return received
@@ -161,10 +161,12 @@ class Chromium:
             f"(() => {{ const b = {chosen}.getBoundingClientRect(); "
             "return [b.x, b.y, b.width, b.height]; })()"
         )
-        at = {"x": box[0] + x_part * box[2], "y": box[1] + y_part * box[3]}
-        self.call("Input.dispatchMouseEvent", type="mouseMoved", **at)
+        position = {"x": box[0] + x_part * box[2], "y": box[1] + y_part * box[3]}
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", **position)
         for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at)
+            self.call(
+                "Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **position
+            )
 
     def press(self, key, times=1):
         """Press a key named in `KEYS`."""
@@ -186,16 +188,16 @@ class Chromium:
     def complaints(self):
         """Errors and warnings of the page since it was opened."""
         self.evaluate("0")  # what happened before this has been told by then
-        found = []
+        complaints = []
         for event in self.events:
-            method, told = event.get("method"), event.get("params", {})
+            method, params = event.get("method"), event.get("params", {})
             if method == "Runtime.exceptionThrown":
-                found.append(json.dumps(told["exceptionDetails"])[:500])
-            elif method == "Runtime.consoleAPICalled" and told["type"] in ("error", "warning"):
-                found.append(json.dumps(told["args"])[:500])
-            elif method == "Log.entryAdded" and told["entry"]["level"] in ("error", "warning"):
-                found.append(told["entry"]["text"])
-        return found
+                complaints.append(json.dumps(params["exceptionDetails"])[:500])
+            elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning"):
+                complaints.append(json.dumps(params["args"])[:500])
+            elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
+                complaints.append(params["entry"]["text"])
+        return complaints
 
     def requests(self):
         """Addresses that the page asked for since it was opened."""

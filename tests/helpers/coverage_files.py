@@ -6,7 +6,7 @@ from coverage_levels import medium_inside, peaks_inside, quarters_inside, stress
 from paper import enact, paper_values
 
 from rftfit.compare.legs import extreme, measured_peak
-from rftfit.model.scaling import fit_medium
+from rftfit.model.scaling import fit_terms
 from rftfit.reference import LEGS, MEDIA, load
 from rftfit.results import Results
 from rftfit.workflow import measure
@@ -36,24 +36,24 @@ def measured(campaign, slow_noise_N=0.0):
     return results
 
 
-def held_in_files(results, told, sizes, number):
+def held_in_files(results, stated_errors, sizes, number):
     """Intervals of a measured campaign by level, of which so much is stated."""
     (medium,) = results.media
-    config = results.config.model_copy(update={"errors": told})
+    config = results.config.model_copy(update={"errors": stated_errors})
     stated = Results(replace(results.campaign, config=config))
     for name in MEASURED:
         stated.hold(name.format(medium), results.table(name.format(medium)))
     verdicts, alpha, *_ = measure.checks(stated, medium)
     stated.hold(f"checks/{medium}.csv", verdicts)
-    found = quarters_inside(alpha)
+    intervals = quarters_inside(alpha)
     if "power" in sizes:
-        found |= stress_inside(alpha, sizes["power"])
-    found |= medium_inside(fit_medium(alpha, config, "lsq"))
+        intervals |= stress_inside(alpha, sizes["power"])
+    intervals |= medium_inside(fit_terms(alpha, config, "lsq"))
     leg = LEGS[number // len(MEDIA) % len(LEGS)]
     curves, _ = measure.legs(stated, medium)
     true = true_curve(medium, leg, config)
     z, x = (_true_error(medium, leg, c, true[c]) for c in "zx")
-    return found | peaks_inside(alpha, leg, config, curves, true, (z, x))
+    return intervals | peaks_inside(alpha, leg, config, curves, true, (z, x))
 
 
 def _true_error(medium, leg, component, predicted):

@@ -11,7 +11,7 @@ from ensembles import AREA_CM2, EXACT, RUN_TO_RUN, one_log
 from paper_grid import BETA, GAMMA, flat, grid
 from turning import sweep
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.measure.alpha import bed_spread, column
 from rftfit.model.draws import interval, measured_profile
@@ -19,7 +19,7 @@ from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.motion import THETA_DEG
 from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import fit_medium, generic, generic_interval, vertical_penetration
+from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
 from rftfit.reference import LEGS, alpha_grid
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
@@ -81,11 +81,11 @@ QUARTERS = ("weakest quarter", "second quarter", "third quarter", "strongest qua
 
 def quarters_inside(table):
     """Quarters of all cells of both components by the size of the true alpha."""
-    lo, truth, hi = (part.ravel() for part in alpha_cells(table))
-    parts = np.array_split(np.abs(truth).argsort(kind="stable"), 4)
+    lo, truth, hi = (values.ravel() for values in alpha_cells(table))
+    quarters = np.array_split(np.abs(truth).argsort(kind="stable"), 4)
     return {
-        f"alpha, {name}": within(lo[part], truth[part], hi[part])
-        for name, part in zip(QUARTERS, parts, strict=True)
+        f"alpha, {name}": within(lo[cells], truth[cells], hi[cells])
+        for name, cells in zip(QUARTERS, quarters, strict=True)
     }
 
 
@@ -114,11 +114,11 @@ def medium_inside(fit):
     lo, hi = interval(fit.draws, LEVEL)
     zeta = float(vertical_penetration(true))
     chi = alpha_grid(fit.medium)[0][3, -1] / zeta
-    own = (np.array([zeta]), *interval(fit.zeta_draws[:, None], LEVEL))
+    zeta_interval = (np.array([zeta]), *interval(fit.zeta_draws[:, None], LEVEL))
     ratio = (np.array([chi]), *interval((fit.alpha_z_draws / fit.zeta_draws)[:, None], LEVEL))
     return {
         f"M ({fit.method})": within(lo[fit.keep], true[fit.keep], hi[fit.keep]),
-        f"zeta ({fit.method})": within(own[1], own[0], own[2]),
+        f"zeta ({fit.method})": within(zeta_interval[1], zeta_interval[0], zeta_interval[2]),
         f"chi ({fit.method})": within(ratio[1], ratio[0], ratio[2]),
     }
 
@@ -127,20 +127,22 @@ def generic_inside(fits):
     """Coefficients of M0, of the fits of all media by one method."""
     true = generic(np.stack([true_fit(fit) for fit in fits]))
     lo, hi = generic_interval(fits, LEVEL)
-    there = true != 0
-    return {f"M0 ({fits[0].method})": within(lo[there], true[there], hi[there])}
+    is_nonzero = true != 0
+    return {f"M0 ({fits[0].method})": within(lo[is_nonzero], true[is_nonzero], hi[is_nonzero])}
 
 
 def true_curve(medium, leg, config):
     """Force on a leg by the true table."""
-    item = config.intruders[leg]
-    assert item.shape == "leg"
+    intruder = config.intruders[leg]
+    assert intruder.shape == "leg"
     rate = config.arm.leg_speed_rad_per_s
-    force = sweep(TableProfile.published(medium), leg_outline(item), None, item.hip_height_cm, rate)
+    force = sweep(
+        TableProfile.published(medium), leg_outline(intruder), None, intruder.hip_height_cm, rate
+    )
     return {"z": force.force_z_N, "x": force.force_x_N}
 
 
-def measured_leg(true, medium, leg, random, spread, sizes, odd, session, item, slow_noise_N):
+def measured_leg(true, medium, leg, random, spread, sizes, odd, session, intruder, slow_noise_N):
     """Curve of one leg run less its tare, as the leg stage makes it; one bed for the whole run.
 
     `sizes`: Of the disturbances, which go with the force as in logs; `odd`: their random
@@ -150,13 +152,15 @@ def measured_leg(true, medium, leg, random, spread, sizes, odd, session, item, s
     parts = [one_log(random, 2, count, sizes, odd, slow_noise_N) for _ in ("run", "tare")]
     readings = AREA_CM2 * (parts[0][0] - parts[1][0]).reshape(2, THETA_DEG.size, -1).mean(axis=2)
     se = AREA_CM2 * np.sqrt(parts[0][1] + parts[1][1])
-    up, factor = (float(one[0]) for one in beds(sizes, lambda _: odd))
+    up, factor = (float(values[0]) for values in beds(sizes, lambda _: odd))
     bed = TRUE_RATIO * (1 + random.normal(0, spread)) * factor
     if up + session:
-        hip_cm = item.hip_height_cm - up - session
-        turning = sweep(TableProfile.published(medium), leg_outline(item), None, hip_cm, LEG_RATE)
+        hip_cm = intruder.hip_height_cm - up - session
+        turning = sweep(
+            TableProfile.published(medium), leg_outline(intruder), None, hip_cm, LEG_RATE
+        )
         true = {"z": turning.force_z_N, "x": turning.force_x_N}
-    way = item.max_length_cm * np.radians(np.arange(count) / SAMPLES_PER_DEG)
+    way = intruder.max_length_cm * np.radians(np.arange(count) / SAMPLES_PER_DEG)
     uneven = unevenness(sizes, lambda _: odd, way).reshape(2, THETA_DEG.size, -1).mean(axis=2)
     force = bed * np.array([true["z"], true["x"]]) * uneven
     # 0.2 rad/s and a degree between the angles
@@ -170,7 +174,7 @@ def measured_leg(true, medium, leg, random, spread, sizes, odd, session, item, s
 
 def leg_inside(
     table,
-    own,
+    fit,
     config,
     random,
     run_to_run,
@@ -178,18 +182,18 @@ def leg_inside(
     sizes=NOTHING,
     odd=None,
     session=0.0,
-    told=EXACT,
+    stated_errors=EXACT,
     slow_noise_N=0.0,
 ):
     """Force on a leg against theta by the measured table, its peaks, and its peak error."""
-    item = config.intruders[leg]
-    assert item.shape == "leg"
-    true = true_curve(own.medium, leg, config)
-    spread = run_to_run / float(alpha_grid(own.medium)[0][3, -1])
+    intruder = config.intruders[leg]
+    assert intruder.shape == "leg"
+    true = true_curve(fit.medium, leg, config)
+    spread = run_to_run / float(alpha_grid(fit.medium)[0][3, -1])
     measured = measured_leg(
-        true, own.medium, leg, random, spread, sizes, odd or random, session, item, slow_noise_N
+        true, fit.medium, leg, random, spread, sizes, odd or random, session, intruder, slow_noise_N
     )
-    config = config.model_copy(update={"errors": told})
+    config = config.model_copy(update={"errors": stated_errors})
     too_low = 100 * (1 / TRUE_RATIO - 1)
     return peaks_inside(table, leg, config, measured, true, (too_low, too_low))
 
@@ -200,26 +204,28 @@ def peaks_inside(table, leg, config, measured, true, true_error_percent):
     `true`: Force by the true table. `true_error_percent`: Of its peaks, z and x.
     """
     medium = str(table["medium"].iloc[0])
-    item = config.intruders[leg]
-    assert item.shape == "leg"
-    curve, drawn = leg_prediction(measured_profile(table, config), item, config)
+    intruder = config.intruders[leg]
+    assert intruder.shape == "leg"
+    curve, drawn = leg_prediction(measured_profile(table, config), intruder, config)
     parts, peaks = [], []
     for c in "zx":
         lo, hi = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
         wide = hi - lo > 1e-6
         parts.append((lo[wide], true[c][wide], hi[wide]))
         peak = true[c][np.abs(true[c]).argmax()]
-        peaks.append(tuple(np.array([one]) for one in (drawn[c][1][0], peak, drawn[c][1][1])))
+        peaks.append(
+            tuple(np.array([force_N]) for force_N in (drawn[c][1][0], peak, drawn[c][1][1]))
+        )
     ours = curve.assign(medium=medium, leg=leg, profile="table")
-    named = {(medium, leg, "table", c): own for c, own in drawn.items()}
+    peak_intervals = {(medium, leg, "table", c): drawn_peak for c, drawn_peak in drawn.items()}
     spread = {medium: bed_spread(table)}
-    errors = leg_errors(measured, ours, spread, LEVEL, peaks=named).set_index("component")
+    errors = leg_errors(measured, ours, spread, LEVEL, peaks=peak_intervals).set_index("component")
     lo, hi = (
         errors.loc[["z", "x"], f"peak_error_{end}_percent"].to_numpy(float) for end in ("lo", "hi")
     )
     return {
-        "leg force": within(*(np.concatenate(one) for one in zip(*parts, strict=True))),
-        "leg peak": within(*(np.concatenate(one) for one in zip(*peaks, strict=True))),
+        "leg force": within(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))),
+        "leg peak": within(*(np.concatenate(arrays) for arrays in zip(*peaks, strict=True))),
         "peak error": within(lo, np.array(true_error_percent), hi),
     }
 
@@ -257,25 +263,25 @@ def robot_draws(table, config, count=DRAWS):
     return best, each_draw(best.spread, count)
 
 
-def robot_inside(table, own, config, conditions):
+def robot_inside(table, fit, config, conditions):
     """Speed of the paper's robot under some conditions, by the measured table."""
     profile, draws = robot_draws(table, config)
-    found = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
+    speed = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
     widths, _ = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
     assert not any(width.why for width in widths), widths
     half = np.array([width.half for width in widths])
-    truth = np.array([true_speed(own.medium, condition) for condition in conditions])
-    return {"robot speed": within(found - half, truth, found + half)}
+    truth = np.array([true_speed(fit.medium, condition) for condition in conditions])
+    return {"robot speed": within(speed - half, truth, speed + half)}
 
 
-def best_inside(table, own, config):
+def best_inside(table, fit, config):
     """Best curvature of its legs at 5 Hz."""
     profile, draws = robot_draws(table, config, BEST_DRAWS)
-    found = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
+    curvature = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
     width = best_width(paper_robot(), profile, draws, LEVEL, 1)
     assert not width.why, width
-    truth = np.array([true_best(own.medium)])
-    return {"best curvature": within(found - width.half, truth, found + width.half)}
+    truth = np.array([true_best(fit.medium)])
+    return {"best curvature": within(curvature - width.half, truth, curvature + width.half)}
 
 
 METHODS = ("lsq", "dft-index")
@@ -283,7 +289,7 @@ METHODS = ("lsq", "dft-index")
 
 def fits_by_method(tables, config, methods=METHODS):
     """Nine-term fits of all media; the paper's own selection of terms is left to its own tests."""
-    return {m: [fit_medium(table, config, m) for table in tables] for m in methods}
+    return {m: [fit_terms(table, config, m) for table in tables] for m in methods}
 
 
 def stated(**sizes):
@@ -303,13 +309,13 @@ STATED_AS = {
 
 def as_disturbed(sizes):
     """State every disturbance at its true size (`slow_noise` that of 1/f noise); the rest is left to the runs."""
-    known = {key: sizes[name] for name, key in STATED_AS.items() if name in sizes}
+    stated_sizes = {key: sizes[name] for name, key in STATED_AS.items() if name in sizes}
     shown = (
         {"surface_run_mm": None, "surface_session_mm": None}
         if {*sizes} - {*STATED_AS, "pink"}
         else {}
     )
-    return stated(**{**shown, **known})
+    return stated(**{**shown, **stated_sizes})
 
 
 SLOW_OF_PINK = 0.77
@@ -333,7 +339,7 @@ class Scenario:
 
     name: str
     run_to_run: float = 0.0
-    errors: Errors = EXACT
+    errors: ErrorSettings = EXACT
     repeats: int = 1
     repeated: tuple[float, ...] = (90.0, -90.0)
     sizes: Sizes = field(default_factory=dict)
@@ -364,20 +370,20 @@ def held(ensembles, scenario, config, seed, legs=True, methods=METHODS):
     for number, tables in enumerate(zip(*many, strict=True)):
         turn = number % len(tables)
         fits = fits_by_method(tables, config, methods)
-        found = alpha_inside(tables[turn])
-        found |= quarters_inside(tables[turn])
+        intervals = alpha_inside(tables[turn])
+        intervals |= quarters_inside(tables[turn])
         if "power" in scenario.sizes:
-            found |= stress_inside(tables[turn], scenario.sizes["power"])
+            intervals |= stress_inside(tables[turn], scenario.sizes["power"])
         for group in fits.values():
-            found |= medium_inside(group[turn])
-            found |= generic_inside(group) if len(group) > 1 else {}
+            intervals |= medium_inside(group[turn])
+            intervals |= generic_inside(group) if len(group) > 1 else {}
         if legs:
             leg = LEGS[number // len(tables) % len(LEGS)]
-            own = fits["lsq"][turn]
+            fit = fits["lsq"][turn]
             session = float(ensembles[turn].session[number])
-            found |= leg_inside(
+            intervals |= leg_inside(
                 tables[turn],
-                own,
+                fit,
                 config,
                 random,
                 scenario.run_to_run,
@@ -388,16 +394,16 @@ def held(ensembles, scenario, config, seed, legs=True, methods=METHODS):
                 scenario.errors,
                 scenario.slow_noise_N,
             )
-        yield found
+        yield intervals
 
 
 def cover(ensembles, scenario, config, seed, legs=True):
     """Share of intervals that contain the truth, by level, shape (campaigns,)."""
-    found: dict[str, list[float]] = {}
-    for one in held(ensembles, scenario, config, seed, legs):
-        for level, intervals in one.items():
-            found.setdefault(level, []).append(float(intervals.inside.mean()))
-    return {level: np.array(shares) for level, shares in found.items()}
+    shares_by_level: dict[str, list[float]] = {}
+    for intervals_by_level in held(ensembles, scenario, config, seed, legs):
+        for level, intervals in intervals_by_level.items():
+            shares_by_level.setdefault(level, []).append(float(intervals.inside.mean()))
+    return {level: np.array(shares) for level, shares in shares_by_level.items()}
 
 
 def cover_robot(ensemble, scenario, config, seed, bests=0):
@@ -406,17 +412,17 @@ def cover_robot(ensemble, scenario, config, seed, bests=0):
     Running it is slow: the best curvature, in the medium that has one, is looked for in the first
     `bests` campaigns only.
     """
-    found: dict[str, list[float]] = {"robot speed": []}
+    shares_by_level: dict[str, list[float]] = {"robot speed": []}
     tables = ensemble.tables(
         seed, scenario.run_to_run, scenario.errors, scenario.repeats, scenario.repeated
     )
     for number, table in enumerate(tables):
-        own = fit_medium(table, config, "lsq")
+        fit = fit_terms(table, config, "lsq")
         pair = [ROBOT_CONDITIONS[(number + k) % len(ROBOT_CONDITIONS)] for k in (0, 5)]
-        found["robot speed"].append(
-            float(robot_inside(table, own, config, pair)["robot speed"].inside.mean())
+        shares_by_level["robot speed"].append(
+            float(robot_inside(table, fit, config, pair)["robot speed"].inside.mean())
         )
-        if number < bests and own.medium == BEST_IN:
-            inside = best_inside(table, own, config)["best curvature"].inside
-            found.setdefault("best curvature", []).append(float(inside[0]))
-    return {level: np.array(shares) for level, shares in found.items()}
+        if number < bests and fit.medium == BEST_IN:
+            inside = best_inside(table, fit, config)["best curvature"].inside
+            shares_by_level.setdefault("best curvature", []).append(float(inside[0]))
+    return {level: np.array(shares) for level, shares in shares_by_level.items()}

@@ -22,20 +22,22 @@ def forces_held(medium, campaigns, seed, sizes, errors=EXACT, *, line=False):
     for depth in DEPTHS_CM:
         power = simulate(medium, campaigns, seed, sizes, at_cm=depth, repeats=1)
         tables = power.tables(seed, errors=errors)
-        lo, truth, hi = (np.stack(one) for one in zip(*map(alpha_cells, tables), strict=True))
-        there = np.isfinite(lo).all(axis=0)
+        lo, truth, hi = (np.stack(arrays) for arrays in zip(*map(alpha_cells, tables), strict=True))
+        is_finite = np.isfinite(lo).all(axis=0)
         if line:
             straight = simulate(medium, campaigns, seed, sizes, repeats=1).tables(
                 seed, errors=errors
             )
-            lo, _, hi = (np.stack(one) for one in zip(*map(alpha_cells, straight), strict=True))
-        lo, hi = lo[:, there], hi[:, there]
-        truth = truth[:, there] * power_law(np.array(depth), sizes["power"]) / depth
+            lo, _, hi = (
+                np.stack(arrays) for arrays in zip(*map(alpha_cells, straight), strict=True)
+            )
+        lo, hi = lo[:, is_finite], hi[:, is_finite]
+        truth = truth[:, is_finite] * power_law(np.array(depth), sizes["power"]) / depth
         inside, half = (lo <= truth) & (truth <= hi), (hi - lo) / 2
         scatter = ((lo + hi) / 2).std(axis=0)
         needed = float(student_quantile(LEVEL, GIVEN_DOF)) * scatter
         rows[depth] = {
-            "cells": int(there.sum()),
+            "cells": int(is_finite.sum()),
             "inside": inside.mean(),
             "worst": np.sort(inside.mean(axis=0))[inside.shape[1] // 20],
             "width": np.median(half.mean(axis=0)[needed > 0] / needed[needed > 0]),

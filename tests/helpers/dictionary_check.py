@@ -4,7 +4,7 @@ import json
 
 import pandas as pd
 
-from rftfit.outputs.dictionary import column_of, describe, outputs
+from rftfit.outputs.dictionary import column_of, describe_file, outputs
 
 UNITS = {
     "N2_per_cm6": "N^2/cm^6",
@@ -42,19 +42,21 @@ def files_below(results):
 def undescribed(output, names):
     """What is wrong between the columns of a file and those of the dictionary."""
     names = list(names)
-    found = {name: column_of(output, name) for name in names}
+    described_columns = {name: column_of(output, name) for name in names}
     problems = [
         f"{output.file}: {name} is not in the dictionary"
-        for name, one in found.items()
-        if one is None
+        for name, described in described_columns.items()
+        if described is None
     ]
     for column in output.columns:
-        there = [name for name, one in found.items() if one == column]
+        names_of_column = [
+            name for name, described in described_columns.items() if described == column
+        ]
         if not column.when and "<" not in column.name:
             problems += [
                 f"{output.file}: {name} is in the dictionary only"
                 for name in column.names
-                if name not in there
+                if name not in names_of_column
             ]
     return problems
 
@@ -98,7 +100,7 @@ def check_results(results):
     problems, met = [], set()
     seen: set[tuple[str, tuple[str, ...]]] = set()
     for name in files_below(results):
-        output = describe(name)
+        output = describe_file(name)
         if output is None:
             problems.append(f"{name} is not in the dictionary")
             continue
@@ -112,8 +114,10 @@ def check_results(results):
         if table is not None:
             problems += wrong_kind(output, table)
     problems += [
-        f"{one.file} is in the dictionary, but no such file was made"
-        for one in outputs()
-        if one.file.startswith("results/") and one.file not in met and not one.when
+        f"{described.file} is in the dictionary, but no such file was made"
+        for described in outputs()
+        if described.file.startswith("results/")
+        and described.file not in met
+        and not described.when
     ]
     return problems

@@ -15,17 +15,17 @@ def why_not():
     if not sys.platform.startswith("linux") or shutil.which("unshare") is None:
         return "disks of a test's own need Linux and unshare"
     trial = [*_OWN, "sh", "-c", "mount -t tmpfs -o size=64k tmpfs /mnt"]
-    done = subprocess.run(trial, capture_output=True, text=True, check=False)
+    completed = subprocess.run(trial, capture_output=True, text=True, check=False)
     return (
-        f"this system allows no disk of a test's own: {done.stderr.strip()}"
-        if done.returncode
+        f"this system allows no disk of a test's own: {completed.stderr.strip()}"
+        if completed.returncode
         else ""
     )
 
 
-def on_own_disks(words, **more):
+def on_own_disks(words, **options):
     """Run a program that may mount: what it mounts nobody else sees, and goes with it."""
-    return subprocess.run([*_OWN, *words], text=True, check=False, **more)
+    return subprocess.run([*_OWN, *words], text=True, check=False, **options)
 
 
 def mount(folder, size):

@@ -13,10 +13,10 @@ import numpy as np
 
 from rftfit.campaign.config import AnyPlate, Config, Leg
 from rftfit.campaign.problems import choose
-from rftfit.campaign.rows import number_of
+from rftfit.campaign.rows import parse_number
 from rftfit.errors import InputError
 from rftfit.lab.enact import Reenactment, prepare, run_logs
-from rftfit.lab.plan import ArmMotion, FloatArray, Run, Segment, half_extents, plate_of
+from rftfit.lab.plan import ArmMotion, FloatArray, PlannedRun, Segment, half_extents, plate_of
 from rftfit.lab.rig import (
     FORCE_HZ,
     Ideal,
@@ -27,7 +27,7 @@ from rftfit.lab.rig import (
     published_laws,
     random_numbers,
 )
-from rftfit.lab.truth import Forces, Law, alpha_of, sand_stress, submerged_depth
+from rftfit.lab.truth import Forces, Law, published_alpha, sand_stress, submerged_depth
 
 Sizes = Mapping[str, float]
 """Size by name of the disturbance; one that is not there has no effect."""
@@ -133,7 +133,7 @@ def sizes_of(asked: Sequence[str]) -> dict[str, float]:
 
 def _size(name: str, text: str) -> float:
     kind = DISTURBANCES[name]
-    size = number_of(text)
+    size = parse_number(text)
     if not kind.least <= size <= kind.most:
         allowed = f"a number from {kind.least:g} to {kind.most:g} {kind.unit}".strip()
         raise InputError(f"disturbance {name}: found {text!r}; allowed: {allowed} ({kind.what})")
@@ -235,8 +235,8 @@ def path_cm(motion: ArmMotion, intruder: AnyPlate | Leg) -> FloatArray:
 
 def delayed(force: FloatArray, samples: float) -> FloatArray:
     """Forces, shape (2, n), so many samples ago; before the first, that."""
-    at = np.arange(force.shape[1], dtype=float)
-    return np.array([np.interp(at - samples, at, row) for row in force])
+    place = np.arange(force.shape[1], dtype=float)
+    return np.array([np.interp(place - samples, place, row) for row in force])
 
 
 # --- Logs.
@@ -266,15 +266,15 @@ def bed_of(stroke: LabStroke, sizes: Sizes, spread: float = 0.0) -> Bed:
     return Bed((z, x), float(factor[0]), float(height[0]), sizes.get("power", 1.0), rod)
 
 
-def laws_in(bed: Bed, run: Run, config: Config) -> Laws:
+def laws_in(bed: Bed, run: PlannedRun, config: Config) -> Laws:
     """Laws of a run in a bed.
 
     Published curves of legs and natural sands are multiplied by what the bed makes of a straight
     push; a leg's also by what the surface makes of the square of its greatest depth.
     """
 
-    def alpha(pushed: Run, phase: str) -> tuple[float, float]:
-        alpha_z, alpha_x = alpha_of(pushed, phase)
+    def alpha(pushed: PlannedRun, phase: str) -> tuple[float, float]:
+        alpha_z, alpha_x = published_alpha(pushed, phase)
         return alpha_z + bed.off[0], alpha_x + bed.off[1]
 
     granular, rod = published_laws(run, config, alpha)
@@ -314,15 +314,15 @@ def below(law: Law, surface_cm: float) -> Law:
 
 def bent(depth_cm: FloatArray, power: float) -> FloatArray:
     """Factor of a force that is proportional to depth where stress goes as depth^power."""
-    felt = power_law(depth_cm, power)
-    return np.divide(felt, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
+    equivalent_cm = power_law(depth_cm, power)
+    return np.divide(equivalent_cm, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
 
 
-def push_alpha(run: Run) -> float:
+def push_alpha(run: PlannedRun) -> float:
     """alpha_z of a straight push, N/cm^3: Table S5; of a natural sand, first centimetre of Fig. S11."""
     if run.natural:
         return float(sand_stress(run.published, np.array([1.0]))[0])
-    return alpha_of(run, "approach")[0]
+    return published_alpha(run, "approach")[0]
 
 
 @dataclass(frozen=True)
@@ -391,7 +391,7 @@ def reenact_disturbed(
 
 
 def disturbed_logs(
-    run: Run, config: Config, seed: int, sizes: Sizes, spread: float = 0.0, **options: Any
+    run: PlannedRun, config: Config, seed: int, sizes: Sizes, spread: float = 0.0, **options: Any
 ) -> dict[str, bytes | None]:
     """Make the logs of a run with disturbances: `options` of `run_logs`."""
     lab = DisturbedLab(sizes, spread)

@@ -53,21 +53,21 @@ class Block:
 
 def pages():
     """Pages of the documentation and the README, from the project's folder."""
-    found = (path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
-    return ["README.md", *sorted(name for name in found if not name.startswith("docs/_"))]
+    paths = (path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
+    return ["README.md", *sorted(name for name in paths if not name.startswith("docs/_"))]
 
 
 def blocks_of(page, text=None):
     """Blocks of a page, in order; a fence that cannot be understood is an error."""
     lines = (ROOT / page).read_text(encoding="utf-8") if text is None else text
-    found: list[Block] = []
+    blocks: list[Block] = []
     marks: dict[str, str] = {}
     opened: tuple[int, str, str] | None = None
     body: list[str] = []
     for number, line in enumerate(lines.splitlines(), start=1):
         if opened is not None:
             if line.strip() == opened[1]:
-                found.append(Block(page, opened[0], opened[2], "\n".join(body) + "\n", marks))
+                blocks.append(Block(page, opened[0], opened[2], "\n".join(body) + "\n", marks))
                 opened, marks, body = None, {}, []
             else:
                 body.append(line)
@@ -82,7 +82,7 @@ def blocks_of(page, text=None):
         elif line.strip() and marks:
             raise AssertionError(f"{page}, line {number}: a mark without a block")
     assert opened is None, f"{page}: a block without end"
-    return found
+    return blocks
 
 
 def fate(block):
@@ -123,8 +123,8 @@ def check_values(block, base):
     if "body" in values:
         Robot.model_validate(values)
         return
-    rest = {name: part for name, part in base.items() if name != "robot"}
-    Config.model_validate(rest | values)
+    without_robot = {name: section for name, section in base.items() if name != "robot"}
+    Config.model_validate(without_robot | values)
 
 
 class Reader:
@@ -134,33 +134,33 @@ class Reader:
     """
 
     def __init__(self, folder, scripts=None, programs=None):
-        self.top = self.here = folder / "work"
-        self.here.mkdir()
+        self.top = self.folder = folder / "work"
+        self.folder.mkdir()
         self._state = folder / "here"
         scripts = scripts or Path(sys.executable).parent
-        (self.here / ".venv").mkdir()
-        (self.here / ".venv" / "bin").symlink_to(scripts, target_is_directory=True)
+        (self.folder / ".venv").mkdir()
+        (self.folder / ".venv" / "bin").symlink_to(scripts, target_is_directory=True)
         path = f"{scripts}{os.pathsep}{programs or os.environ['PATH']}"
         self._env = {**os.environ, "PATH": path, "MPLBACKEND": "Agg"}
-        self.said = self.printed = ""
+        self.transcript = self.printed = ""
 
     def follow(self, block):
         if "file" in block.marks:
-            target = self.here / block.marks["file"]
+            target = self.folder / block.marks["file"]
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text(block.text, encoding="utf-8")
             return
         if "from" in block.marks:
-            self.here = self.top
+            self.folder = self.top
         if block.language == "python":
             command = [sys.executable, "-c", block.text]
         else:
             text = re.sub(r"^\$ ", "", block.text, flags=re.MULTILINE)
             script = f"trap 'pwd > \"{self._state}\"' EXIT\n{text}"
             command = ["bash", "-euo", "pipefail", "-c", script]
-        done = subprocess.run(
+        completed = subprocess.run(
             command,
-            cwd=self.here,
+            cwd=self.folder,
             env=self._env,
             check=False,
             text=True,
@@ -168,10 +168,10 @@ class Reader:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
         )
-        self.printed = done.stdout
-        self.said += done.stdout
-        wanted = int(block.marks.get("fails", "0"))
-        assert done.returncode == wanted, f"{block.place}:\n{done.stdout}"
-        assert "Traceback" not in done.stdout, f"{block.place}:\n{done.stdout}"
+        self.printed = completed.stdout
+        self.transcript += completed.stdout
+        expected_code = int(block.marks.get("fails", "0"))
+        assert completed.returncode == expected_code, f"{block.place}:\n{completed.stdout}"
+        assert "Traceback" not in completed.stdout, f"{block.place}:\n{completed.stdout}"
         if block.language != "python":
-            self.here = Path(self._state.read_text(encoding="utf-8").strip())
+            self.folder = Path(self._state.read_text(encoding="utf-8").strip())

@@ -15,15 +15,15 @@ from disturbances import NOTHING, Sizes, beds, pink, power_law, session_cm, turn
 from paper_grid import PAPER
 from scipy.signal import lfilter
 
-from rftfit.campaign.config import Errors
-from rftfit.lab.plan import Run, Segment
+from rftfit.campaign.config import ErrorSettings
+from rftfit.lab.plan import PlannedRun, Segment
 from rftfit.lab.truth import rod_law
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
+from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.laws import by_law, power_fit
 from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
-from rftfit.measure.zero import find_zero
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 FloatArray = np.ndarray
@@ -127,7 +127,7 @@ def rod_stress(run, medium):
     """Force on rod and mount along a run over the area of the plate, filed as the run is, shape (2, n)."""
     gamma, back = np.radians(abs(run.gamma_deg)), -1 if run.gamma_deg < 0 else 1
     held = back * run.beta_deg if run.beta_deg != 90 else 90.0
-    rod = Run("", "rod", medium, medium, "plate", run.direction, held, abs(run.gamma_deg))
+    rod = PlannedRun("", "rod", medium, medium, "plate", run.direction, held, abs(run.gamma_deg))
     ahead = (-back * np.cos(gamma), -back * np.sin(gamma), held)
     stroke = Segment("stroke", (0.0, 0.0, held), ahead, 1.0, 1.0, 1.0)
     force_z, force_x = rod_law(rod)(stroke, run.travel, -run.depth, run.travel)
@@ -144,16 +144,24 @@ def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.
     alpha = np.repeat(run.alpha, campaigns)
     depth_sd = CLOCK_SD_S * abs(np.sin(np.radians(run.gamma_deg)))
     late_s = sizes.get("lag", 0.0)
-    up, factor = (np.tile(one, 2)[:, None] for one in beds(sizes, lambda _: odd, campaigns))
-    felt = run.depth - 100 * late_s * np.gradient(run.depth) + random.normal(0, depth_sd, (k, 1))
-    felt = power_law(felt + up + np.tile(session, 2)[:, None], sizes.get("power", 1.0))
+    up, factor = (np.tile(values, 2)[:, None] for values in beds(sizes, lambda _: odd, campaigns))
+    effective_depth = (
+        run.depth - 100 * late_s * np.gradient(run.depth) + random.normal(0, depth_sd, (k, 1))
+    )
+    effective_depth = power_law(
+        effective_depth + up + np.tile(session, 2)[:, None], sizes.get("power", 1.0)
+    )
     if run.level:
         travel = np.maximum(run.travel - late_s, 0)  # 1 cm/s
         period, phase = random.uniform(0.25, 0.5, (k, 1)), random.uniform(0, 2 * np.pi, (k, 1))
-        felt = felt * (1 - np.exp(-travel / 0.4))
-        felt = felt * (1 + 0.015 * np.sin(2 * np.pi * travel / period + phase))
-    felt = felt * factor * unevenness(sizes, lambda _: odd, run.travel, campaigns)
-    stress = alpha[:, None] * felt
+        effective_depth = effective_depth * (1 - np.exp(-travel / 0.4))
+        effective_depth = effective_depth * (
+            1 + 0.015 * np.sin(2 * np.pi * travel / period + phase)
+        )
+    effective_depth = (
+        effective_depth * factor * unevenness(sizes, lambda _: odd, run.travel, campaigns)
+    )
+    stress = alpha[:, None] * effective_depth
     if sizes.get("tare-bed"):
         rod = np.repeat(rod_stress(run, medium), campaigns, axis=0)
         stress = stress - sizes["tare-bed"] / 100 * rod
@@ -161,14 +169,16 @@ def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.
     turn = sizes.get("turn", 0.0) * (-1 if run.gamma_deg < 0 else 1)
     stress = np.concatenate(turned(stress[:campaigns], stress[campaigns:], turn))
     stress = stress + parts[0][0] - parts[1][0]
-    variance = np.stack([part[1] for part in parts])
-    dof = np.stack([np.full(k, part[2]) for part in parts])
+    variance = np.stack([log[1] for log in parts])
+    dof = np.stack([np.full(k, log[2]) for log in parts])
     if not run.level:
         slope = fit_slope(run.depth, stress, variance, dof, depth_sd, tare_stress=parts[1][0])
         if at_cm is None:
             return slope
         return by_law(
-            slope, {"power": [power_fit(run.depth, one, at_cm) for one in stress]}, "power"
+            slope,
+            {"power": [power_fit(run.depth, component, at_cm) for component in stress]},
+            "power",
         )
     steady = run.travel >= SKIP_CM
     startup = startup_bias(run.travel, stress, steady, SKIP_CM)
@@ -195,7 +205,7 @@ COLUMNS = {
 """What is kept of a slope, and its column in the table of fits."""
 
 
-EXACT = Errors(
+EXACT = ErrorSettings(
     surface_run_mm=0,
     surface_session_mm=0,
     angle_deg=0,
@@ -212,14 +222,14 @@ EXACT = Errors(
 class Ensemble:
     """What every run of many campaigns gave.
 
-    `found`: By name in `COLUMNS`, shape (runs, 2, campaigns), z and x. `levers`: Of the runs, 1/cm. `sizes`:
+    `quantities`: By name in `COLUMNS`, shape (runs, 2, campaigns), z and x. `levers`: Of the runs, 1/cm. `sizes`:
     Of the disturbances. `session`: shape (campaigns,); Error of the surface common to the runs of a campaign,
     cm. `at_cm`: Depth of alpha by a power of depth; None for that by the line.
     """
 
     medium: str
     runs: list[Plan]
-    found: dict[str, FloatArray]
+    quantities: dict[str, FloatArray]
     levers: list[float]
     sizes: Sizes
     session: FloatArray
@@ -233,14 +243,15 @@ class Ensemble:
         assert not self.sizes
         runs = plan(medium, REPEATS)
         ours, theirs = (
-            np.array([run.alpha for run in part])[:, :, None] for part in (self.runs, runs)
+            np.array([run.alpha for run in planned_runs])[:, :, None]
+            for planned_runs in (self.runs, runs)
         )
-        rolled = {name: np.roll(values, 1, axis=2) for name, values in self.found.items()}
+        rolled = {name: np.roll(values, 1, axis=2) for name, values in self.quantities.items()}
         for name in ("alpha", "free_slope"):
             rolled[name] = rolled[name] - ours + theirs
-        assert (self.found["curvature"] == 0).mean() > 0.9  # of noise
+        assert (self.quantities["curvature"] == 0).mean() > 0.9  # of noise
         rolled["nonlinear_ratio"] = rolled["nonlinear_ratio"] * ours / theirs
-        return replace(self, medium=medium, runs=runs, found=rolled)
+        return replace(self, medium=medium, runs=runs, quantities=rolled)
 
     def fits(self, seed, run_to_run=0.0, repeats=1, repeated=(90.0, -90.0)):
         """Table of fits of every campaign, as far as the slope stage makes it of samples.
@@ -249,9 +260,9 @@ class Ensemble:
         `repeats` times, all others once.
         """
         random = np.random.default_rng([seed, *self.medium.encode()])
-        beds_off = random.normal(0, run_to_run, self.found["alpha"].shape)
-        there = [run.number < (repeats if run.gamma_deg in repeated else 1) for run in self.runs]
-        kept = [run for run, keep in zip(self.runs, there, strict=True) if keep]
+        beds_off = random.normal(0, run_to_run, self.quantities["alpha"].shape)
+        is_kept = [run.number < (repeats if run.gamma_deg in repeated else 1) for run in self.runs]
+        kept = [run for run, keep in zip(self.runs, is_kept, strict=True) if keep]
         fixed = pd.DataFrame(
             {
                 "run_id": [run.run_id for run in kept],
@@ -262,7 +273,7 @@ class Ensemble:
                 "mirrored": [run.gamma_deg < 0 for run in kept],
                 "tare_run": [f"{run.run_id}_rod" for run in kept],
                 "lever_per_cm": [
-                    lever for lever, keep in zip(self.levers, there, strict=True) if keep
+                    lever for lever, keep in zip(self.levers, is_kept, strict=True) if keep
                 ],
                 "depth_from_cm": [run.depth.min() for run in kept],
                 "depth_to_cm": [run.depth.max() for run in kept],
@@ -274,23 +285,23 @@ class Ensemble:
             alpha_z_rod_N_per_cm3=[rod[0] for rod in rods],
             alpha_x_rod_N_per_cm3=[rod[1] for rod in rods],
         )
-        numbers = self.found | {"alpha": self.found["alpha"] + beds_off}
+        numbers = self.quantities | {"alpha": self.quantities["alpha"] + beds_off}
         deepest = fixed["depth_to_cm"].to_numpy()
         for j in range(beds_off.shape[2]):
-            own = {
-                COLUMNS[name].format(c): values[there, i, j]
+            columns = {
+                COLUMNS[name].format(c): values[is_kept, i, j]
                 for i, c in enumerate("zx")
                 for name, values in numbers.items()
             }
             bent = []
             for c in "zx":
                 p, ratio, alpha = (
-                    own[COLUMNS[name].format(c)]
+                    columns[COLUMNS[name].format(c)]
                     for name in ("nonlinear_p", "nonlinear_ratio", "alpha")
                 )
                 bent.append(curved(p, ratio, alpha, deepest, PRECISION_N / AREA_CM2))
-            offset = {"offset_cm": own["offset_z"], "offset_se_cm": own["offset_se_z"]}
-            yield fixed.assign(**own, **offset).assign(bent=np.any(bent, axis=0))
+            offset = {"offset_cm": columns["offset_z"], "offset_se_cm": columns["offset_se_z"]}
+            yield fixed.assign(**columns, **offset).assign(bent=np.any(bent, axis=0))
 
     def tables(self, seed, run_to_run=0.0, errors=EXACT, repeats=1, repeated=(90.0, -90.0)):
         """Alpha table of every campaign, as the slope stage makes it of `fits` with stated `errors`."""
@@ -317,9 +328,9 @@ def simulate(medium, campaigns, seed, sizes=NOTHING, slow_noise_N=0.0, at_cm=Non
         measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N, at_cm)
         for run in runs
     ]
-    found = {
+    quantities = {
         name: np.stack([getattr(slope, name).reshape(2, campaigns) for slope in slopes])
         for name in COLUMNS
     }
     levers = [slope.lever for slope in slopes]
-    return Ensemble(medium, runs, found, levers, sizes, session, at_cm)
+    return Ensemble(medium, runs, quantities, levers, sizes, session, at_cm)

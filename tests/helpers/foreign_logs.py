@@ -46,7 +46,7 @@ class Foreign:
 
 def _split(separator, places, width, decimal="."):
     def cells(line):
-        parts = [part.strip(' \t"') for part in line.split(separator)]
+        parts = [cell.strip(' \t"') for cell in line.split(separator)]
         if not width - 1 <= len(parts) <= width:
             raise ValueError(line)
         return [float(parts[place].replace(decimal, ".")) for place in places]
@@ -58,14 +58,14 @@ def _quoted(line):
     parts = next(csv.reader([line]))
     if len(parts) != 10:
         raise ValueError(line)
-    return [float(part) for part in parts[1:9]]
+    return [float(cell) for cell in parts[1:9]]
 
 
 def _blanks(line):
     parts = line.split()
     if len(parts) != 3:
         raise ValueError(line)
-    return [float(part) for part in parts]
+    return [float(cell) for cell in parts]
 
 
 def _numbers(rows, columns, seed=1):
@@ -123,7 +123,7 @@ def lvm(rows, *, segments=1, comment=True):
     )
     lines: list[str] = []
     for segment in range(segments):
-        part = (
+        segment_head = (
             f"Channels\t2\t\t\nSamples\t{rows}\t{rows}\t\nDate\t2026/01/02\t2026/01/02\t\n"
             f"Time\t03:04:{5 + 10 * segment:02d},25\t03:04:{5 + 10 * segment:02d},25\t\n"
             "Y_Unit_Label\tNewtons\tmm\t\nX_Dimension\tTime\tTime\t\n"
@@ -135,16 +135,16 @@ def lvm(rows, *, segments=1, comment=True):
             end = "\tstart" if comment and row == 0 else ""
             body.append(f"\t{values[0]:.6f}\t{values[1]:.6f}{end}\n".replace(".", ","))
         if segment == 0:
-            head += part
+            head += segment_head
         else:
-            body[0] = part + body[0]
+            body[0] = segment_head + body[0]
         lines += body
 
     def cells(line):
         parts = line.split("\t")
         if not 3 <= len(parts) <= 4:
             raise ValueError(line)
-        return [float(part.strip().replace(",", ".")) for part in parts[1:3]]
+        return [float(cell.strip().replace(",", ".")) for cell in parts[1:3]]
 
     return _foreign("lvm", head, lines, ["Force z", "z"], cells)
 
@@ -168,9 +168,9 @@ def delimited(rows):
         for row, values in enumerate(_numbers(rows, 2))
     ]
     text = TextFormat(delimiter="blank", comment="#")
-    found = _foreign("delimited", head, lines, ["time", "x", "z"], _blanks)
+    foreign = _foreign("delimited", head, lines, ["time", "x", "z"], _blanks)
     reader = DelimitedReader(text)
-    return Foreign(found.name, reader, found.header, found.lines, found.raw, found.cells)
+    return Foreign(foreign.name, reader, foreign.header, foreign.lines, foreign.raw, foreign.cells)
 
 
 def dated(rows):
@@ -184,9 +184,9 @@ def dated(rows):
     ]
 
     def cells(line):
-        parts = [part.strip(' \t"') for part in next(csv.reader([line]))]
-        whole, _, rest = parts[0].replace(",", ".").partition(".")
-        zone = rest.lstrip("0123456789")
+        parts = [cell.strip(' \t"') for cell in next(csv.reader([line]))]
+        whole, _, fraction_and_zone = parts[0].replace(",", ".").partition(".")
+        zone = fraction_and_zone.lstrip("0123456789")
         # a year of two digits, others of one, and more blanks are as clear
         whole = re.sub(r"(?<=\d)[T ] *(?=\d)", "T", whole)
         whole = re.sub(r"^\d\d(?=-)", "20\\g<0>", whole)
@@ -196,11 +196,14 @@ def dated(rows):
         time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
         if len(parts) != 2:
             raise ValueError(line)
-        return [int(time.timestamp()) + float(f"0.{rest.removesuffix(zone)}"), float(parts[1])]
+        return [
+            int(time.timestamp()) + float(f"0.{fraction_and_zone.removesuffix(zone)}"),
+            float(parts[1]),
+        ]
 
-    found = _foreign("delimited", head, lines, ["Time", "Fz"], cells)
+    foreign = _foreign("delimited", head, lines, ["Time", "Fz"], cells)
     reader = DelimitedReader(TextFormat())
-    return Foreign("dated", reader, found.header, found.lines, found.raw, found.cells)
+    return Foreign("dated", reader, foreign.header, foreign.lines, foreign.raw, foreign.cells)
 
 
 def rig(rows):

@@ -12,7 +12,7 @@ from binary_logs import make_binary
 from foreign_logs import TEXTS
 
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import preview
+from rftfit.logs.delimited import guess_text_settings
 from rftfit.logs.registry import claimants
 
 MEMORY = 64_000_000
@@ -127,9 +127,9 @@ def fuzz(name, seconds, seed, place, most=10**9):
     score = Score()
     makers[2].reader.load(_written(place, makers[2].content))  # libraries loaded: not counted
     for _ in _turns(seconds, most):
-        made = luck.choice(makers)
-        content = _input(luck, made)
-        _one(made, _written(place, content), content, score)
+        foreign = luck.choice(makers)
+        content = _input(luck, foreign)
+        _feed(foreign, _written(place, content), content, score)
     return score
 
 
@@ -140,15 +140,15 @@ def fuzz_binary(name, seconds, seed, folder, most=10**9):
     Python.
     """
     luck = random.Random(seed)
-    made, score = make_binary(name), Score()
-    for beside, content in made.beside.items():
+    binary, score = make_binary(name), Score()
+    for beside, content in binary.beside.items():
         (folder / beside).write_bytes(content)
-    place = folder / made.name
-    for content in made.contents:  # libraries loaded: not counted
-        made.reader.load(_written(place, content))
+    place = folder / binary.name
+    for content in binary.contents:  # libraries loaded: not counted
+        binary.reader.load(_written(place, content))
     for _ in _turns(seconds, most):
-        content = _binary_input(luck, made.contents)
-        judge_binary(made.reader, _written(place, content), score)
+        content = _binary_input(luck, binary.contents)
+        judge_binary(binary.reader, _written(place, content), score)
     return score
 
 
@@ -175,16 +175,16 @@ def judge_binary(reader, place, score):
         log = reader.load(place)
     except LogError as error:
         score.refused += 1
-        said = str(error)
+        message = str(error)
     else:
-        said = ""
+        message = ""
         score.read += 1
         score.rows += log.size
     took = time.process_time() - start
     grown = _peak() - before
     score.slowest_s, score.memory = max(score.slowest_s, took), max(score.memory, grown)
     size = place.stat().st_size
-    assert said.isprintable(), repr(said)
+    assert message.isprintable(), repr(message)
     assert took < SLOWEST_OF_LIBRARIES_S, f"{took:.1f} s for {size} bytes"
     assert grown < MEMORY_OF_LIBRARIES, f"{grown / 1e6:.0f} MB for {size} bytes"
 
@@ -210,8 +210,11 @@ def _binary_input(luck, contents):
     if sort == 0:
         return bytes(content[:16]) + luck.randbytes(luck.choice([0, 1, 10, 300, 5000]))
     if sort == 1:
-        other = luck.choice(contents)
-        return bytes(content[: luck.randrange(len(content))] + other[luck.randrange(len(other)) :])
+        second_content = luck.choice(contents)
+        return bytes(
+            content[: luck.randrange(len(content))]
+            + second_content[luck.randrange(len(second_content)) :]
+        )
     for _ in range(luck.choice([1, 1, 2, 5, 30])):
         _mutate(luck, content, _WORDS_OF_BINARIES)
     return bytes(content)
@@ -222,27 +225,27 @@ def _written(place, content):
     return place
 
 
-def _one(made, place, content, score):
+def _feed(foreign, place, content, score):
     measured = score.inputs % 20 == 0
     if measured:
         tracemalloc.start()
     start = time.process_time()
     score.inputs += 1
     try:
-        log = made.reader.load(place)
+        log = foreign.reader.load(place)
     except LogError:
         score.refused += 1
     else:
         score.read += 1
         score.rows += log.size
-        check_rows(made, log, content)
+        check_rows(foreign, log, content)
     took = time.process_time() - start
     if measured:
         score.memory = max(score.memory, tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         # what inspect does with any file must not fail either
         claimants(content[:65536])
-        preview(content[:65536])
+        guess_text_settings(content[:65536])
     score.slowest_s = max(score.slowest_s, took)
     assert took < SLOWEST_S, f"{took:.1f} s for {len(content)} bytes"
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"
@@ -254,12 +257,12 @@ _THOUSANDS = re.compile(rb'(?<![^\s"])[+-]?\d{1,3}(?:,\d{3})+\.\d*(?:[eE][+-]?\d
 """A number alone in quotes or between blanks, with separators of thousands and a decimal mark."""
 
 
-def check_rows(made, log, content):
+def check_rows(foreign, log, content):
     """Compare with the plainest reading of each line.
 
     Parameters
     ----------
-    made : Foreign
+    foreign : Foreign
     log : Log
     content : bytes
         Of the file.
@@ -272,52 +275,52 @@ def check_rows(made, log, content):
     lines = content.splitlines()
     assert log.rows <= len(lines)
     assert not any(np.isinf(values).any() for values in log.columns.values())
-    if not content.startswith(made.header):
+    if not content.startswith(foreign.header):
         return  # a damaged header may well say that other cells are meant
-    if any(column not in log.columns for column in made.raw):
+    if any(column not in log.columns for column in foreign.raw):
         return  # a column that holds hardly a number any more is left out, and damage to it allowed
     seen = set()
     for line in lines:
         plain = _MINUS.sub(b"-", line)
         plain = _THOUSANDS.sub(lambda number: number[0].replace(b",", b""), plain)
         try:
-            seen.add(tuple(made.cells(plain.decode("latin-1"))))
+            seen.add(tuple(foreign.cells(plain.decode("latin-1"))))
         except (ValueError, IndexError, StopIteration):
             continue
-    rows = np.stack([log.columns[column] for column in made.raw], axis=1)
+    rows = np.stack([log.columns[column] for column in foreign.raw], axis=1)
     for row in rows[~np.isnan(rows).any(axis=1)].tolist():  # NaN stands for a cell without a number
         assert tuple(row) in seen, row
 
 
-def _input(luck, made):
+def _input(luck, foreign):
     sort = luck.randrange(10)
     if sort == 0:
         return luck.randbytes(luck.choice([0, 1, 10, 300, 5000]))
     if sort == 1:
-        return made.header + luck.randbytes(luck.choice([1, 50, 2000]))
-    content = bytearray(made.content)
+        return foreign.header + luck.randbytes(luck.choice([1, 50, 2000]))
+    content = bytearray(foreign.content)
     for _ in range(luck.choice([1, 1, 2, 5, 30])):
         _mutate(luck, content)
     return bytes(content)
 
 
 def _mutate(luck, content, words=_WORDS):
-    at = luck.randrange(len(content) + 1)
-    to = min(len(content), at + luck.choice([1, 1, 4, 30, 400]))
+    start = luck.randrange(len(content) + 1)
+    end = min(len(content), start + luck.choice([1, 1, 4, 30, 400]))
     sort = luck.randrange(6)
     if sort == 0:
-        del content[at:to]
+        del content[start:end]
     elif sort == 1:
-        content[at:at] = luck.choice(words)
+        content[start:start] = luck.choice(words)
     elif sort == 2:
-        content[at : at + 1] = luck.randbytes(1)
+        content[start : start + 1] = luck.randbytes(1)
     elif sort == 3:
-        content[at:at] = content[at:to]
+        content[start:start] = content[start:end]
     elif sort == 4:
-        content[at:to] = luck.choice(words)
+        content[start:end] = luck.choice(words)
     elif sort == 5 and words is not _WORDS:
         # what stands at a place of fixed length stays where it is
-        word = luck.choice(words)[: len(content) - at]
-        content[at : at + len(word)] = word
+        word = luck.choice(words)[: len(content) - start]
+        content[start : start + len(word)] = word
     else:
-        del content[at:]
+        del content[start:]

@@ -20,9 +20,9 @@ def lay_out_home_rig(folder, monkeypatch, **changes):
     monkeypatch.chdir(folder)
     init_campaign(Path("home rig"))
     script = SCRIPT
-    for found, wanted in changes.get("script", {}).items():
-        assert found in script
-        script = script.replace(found, wanted)
+    for old, new in changes.get("script", {}).items():
+        assert old in script
+        script = script.replace(old, new)
     names: dict[str, object] = {}
     exec(script, names)  # noqa: S102
     for name, text in FILES.items():

@@ -43,20 +43,20 @@ def planned_jobs(config, targets=()):
     """
     states = read_states(config)[0]
     campaign = states.campaign
-    alike = (
+    plan_key = (
         campaign.media_with_runs,
         campaign.of_role("laboratory"),
         campaign.of_role("natural_sand"),
         campaign.robot_medium,
         campaign.config.clock.method,
-        tuple((path, one[1]) for path, one in states.figures.items()),
+        tuple((path, figure_state[1]) for path, figure_state in states.figures.items()),
         tuple(targets),
     )
-    if alike not in _PLANS:
-        _PLANS[alike] = _plan(config, targets)
-    for job in _PLANS[alike]:
+    if plan_key not in _PLANS:
+        _PLANS[plan_key] = _plan(config, targets)
+    for job in _PLANS[plan_key]:
         states.input_of(job.rule)({"": job.key})
-    return _PLANS[alike]
+    return _PLANS[plan_key]
 
 
 _PLANS: dict[tuple[object, ...], list[Job]] = {}
@@ -68,16 +68,18 @@ def _plan(config, targets):
     try:
         quiet = OutputSettings(quiet={Quietness.ALL})
         with SnakemakeApi(quiet) as api:
-            given = ConfigSettings(
+            settings = ConfigSettings(
                 config={"campaign": config.resolve().relative_to(root).as_posix()}
             )
-            made = api.workflow(ResourceSettings(cores=1), given, snakefile=SNAKEFILE, workdir=root)
-            made.dag(DAGSettings(targets=set(targets), forceall=True))
-            workflow: Any = made._workflow
+            api_workflow = api.workflow(
+                ResourceSettings(cores=1), settings, snakefile=SNAKEFILE, workdir=root
+            )
+            api_workflow.dag(DAGSettings(targets=set(targets), forceall=True))
+            workflow: Any = api_workflow._workflow
             workflow.dag_settings = DAGSettings(targets=set(targets), forceall=True)
             workflow._prepare_dag(forceall=True, ignore_incomplete=True, lock_warn_only=True)
             workflow._build_dag()
-            found = [job for level in workflow.dag.toposorted() for job in level]
+            jobs_of_dag = [job for level in workflow.dag.toposorted() for job in level]
     finally:
         os.chdir(before)
         os.environ.clear()
@@ -89,7 +91,7 @@ def _plan(config, targets):
             tuple(map(str, job.input)),
             tuple(map(str, job.output)),
         )
-        for job in found
+        for job in jobs_of_dag
         if job.rule.name != "all"
     ]
 
@@ -99,7 +101,7 @@ def run_rules(config, *rules, last="", drawn=None):
 
     `drawn`: names of the figures that are drawn, the others are files without content; default: all.
     """
-    jobs, done = planned_jobs(config), 0
+    jobs, done_count = planned_jobs(config), 0
     if last:
         jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
     root, states = root_of(config), read_states(config)[0]
@@ -112,8 +114,8 @@ def run_rules(config, *rules, last="", drawn=None):
                 _leave_blank(root, states, job)
             else:
                 do_job(states, job.reads, job.writes)
-            done += 1
-    return done
+            done_count += 1
+    return done_count
 
 
 def _name(job):

@@ -57,7 +57,7 @@ class Living:
             return []
         if kind == SNAKEMAKE:
             return [self.snakemake]
-        stages = sorted(self.stages, key=lambda one: one.pid)
+        stages = sorted(self.stages, key=lambda process: process.pid)
         if kind == STAGE:
             return stages[int(pick * len(stages)) :][:1]
         return [self.run, self.snakemake, *self.server, *stages]
@@ -94,7 +94,7 @@ def living(child):
         elif words[1:4] == ["-P", "-m", "rftfit"]:
             stages[process] = words[4].split("/")[2]
         elif any("multiprocessing" in word for word in words):
-            if process.ppid() in [one.pid for one in server]:
+            if process.ppid() in [server_process.pid for server_process in server]:
                 stages[process] = "a fork"
             else:
                 server.append(process)
@@ -119,20 +119,20 @@ def kill(child, kind, pick):
             except ProcessLookupError:
                 victims = []
         if victims:
-            named = [now.stages[v] for v in victims if v in now.stages] or now.stages.values()
-            return True, sorted(named)
+            stage_names = [now.stages[v] for v in victims if v in now.stages] or now.stages.values()
+            return True, sorted(stage_names)
         time.sleep(0.01)
     return False, []
 
 
 def working(root):
     """Processes whose current folder is the campaign's."""
-    found = []
+    processes = []
     for process in psutil.process_iter(["cwd", "status"]):
         dead = process.info["status"] == psutil.STATUS_ZOMBIE
         if process.info["cwd"] == str(root) and not dead:
-            found.append(process)
-    return found
+            processes.append(process)
+    return processes
 
 
 def seconds_until_quiet(root, limit_s):
@@ -152,11 +152,11 @@ def fresh(folder):
 
 def state(folder):
     """Inode, size and time of every file in results/: equal means that nobody wrote."""
-    found = {path.as_posix(): path.lstat() for path in (folder.root / "results").rglob("*")}
-    return {name: (one.st_ino, one.st_size, one.st_mtime_ns) for name, one in found.items()}
+    stats = {path.as_posix(): path.lstat() for path in (folder.root / "results").rglob("*")}
+    return {name: (stat.st_ino, stat.st_size, stat.st_mtime_ns) for name, stat in stats.items()}
 
 
-def look(folder, whole):
+def compare_results(folder, whole):
     """Compare what is there with the undisturbed run."""
     complete, partial, rests = 0, [], 0
     for name, digest in folder.digests().items():

@@ -33,10 +33,10 @@ def alpha_frame(medium, values):
         ends = {"_lo": -half, "_hi": half, "_lo_next": -2 * half, "_hi_next": 2 * half}
         for quantity, add in ({"": 0.0} | ends).items():
             columns[f"alpha_{component}{quantity}_N_per_cm3"] = flat + add
-        known = np.where(np.isnan(flat), np.nan, 1.0)
-        columns[f"alpha_{component}_se_N_per_cm3"] = SE * known
+        known_mask = np.where(np.isnan(flat), np.nan, 1.0)
+        columns[f"alpha_{component}_se_N_per_cm3"] = SE * known_mask
         for source in SOURCES:
-            columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known * (source == "noise")
+            columns[f"alpha_{component}_{source}_N_per_cm3"] = SE * known_mask * (source == "noise")
     empty = np.isnan(values[0].ravel())
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "n_depths": 0, "run_ids": "", "lost_run_ids": ""}
@@ -89,7 +89,7 @@ def results_of(tables, config):
     """Results that hold tables of alpha and nothing else, without a file."""
     names = [str(table["medium"].iloc[0]) for table in tables]
     runs: Any = tuple(SimpleNamespace(medium=name, kind="plate") for name in names)
-    here = Path("no campaign is here")
-    results = Results(Campaign(here, here, here, config, runs))
+    no_folder = Path("no campaign is here")
+    results = Results(Campaign(no_folder, no_folder, no_folder, config, runs))
     results._tables = {f"alpha/{n}.csv": t for n, t in zip(names, tables, strict=True)}
     return results

@@ -30,8 +30,10 @@ class Memory(Results):
                 return table.copy(deep=False)
             if tail and name.startswith(head) and name.endswith(tail):
                 medium = name.removeprefix(head).removesuffix(tail)
-                own = table[table["medium"] == medium]
-                return own.drop(columns="medium") if tail == ".parquet" else own
+                rows_of_medium = table[table["medium"] == medium]
+                return (
+                    rows_of_medium.drop(columns="medium") if tail == ".parquet" else rows_of_medium
+                )
         raise InputError(f"{name}: there is no such table")
 
 
@@ -41,8 +43,10 @@ def memory(tables, media=reference.MEDIA, runs=(), **settings):
         run(f"{medium}_{kind}", medium, kind) for medium in media for kind in ("plate", "leg")
     ]
     # results of the folder in which the tests run must not be found
-    here = Path("no campaign is here")
-    return Memory(Campaign(here, here, here, paper_config(**settings), tuple(every)), tables)
+    no_folder = Path("no campaign is here")
+    return Memory(
+        Campaign(no_folder, no_folder, no_folder, paper_config(**settings), tuple(every)), tables
+    )
 
 
 def run(run_id, medium, kind="plate", direction="intrusion"):

@@ -19,7 +19,7 @@ from paper import paper_values
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import prepare, run_logs
-from rftfit.lab.plan import Run
+from rftfit.lab.plan import PlannedRun
 from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import fixed, sheet_text
@@ -59,19 +59,19 @@ def enacted(
     values["fit"]["missing_tare"] = "refuse" if tare else "flag"
     config = Config.model_validate(values)
     runs = []
-    made = prepare(
+    reenactment = prepare(
         config, media=[medium], directions=directions, protocol=protocol, tare=tare, legs=False
     )
-    for run in made.runs:
+    for run in reenactment.runs:
         shared = replace(run, tare_shared=run.kind == "plate" and repeats > 1)
-        more = range(2, repeats + 1) if run.kind == "plate" else ()
+        repeat_numbers = range(2, repeats + 1) if run.kind == "plate" else ()
         runs += [
             shared,
             *(
                 replace(
                     shared, run_id=f"{run.run_id}_{number}", clock_s=run.clock_s + 40 * (number - 1)
                 )
-                for number in more
+                for number in repeat_numbers
             ),
         ]
     runs.sort(key=lambda run: run.clock_s)
@@ -100,25 +100,25 @@ def some(rows, share, luck, where="random"):
     return [rows[place] for place in sorted(luck.permutation(len(rows))[:count])]
 
 
-def plates(made):
+def plates(written):
     """Return the rows of plates."""
-    return [row for row in made.rows if row["kind"] == "plate"]
+    return [row for row in written.rows if row["kind"] == "plate"]
 
 
-def one_push(made):
+def one_push(written):
     """Return the first row of a level plate that is pushed straight down."""
     return next(
         row
-        for row in plates(made)
+        for row in plates(written)
         if (row["beta_deg"], row["gamma_deg"], row["direction"]) == ("0", "90", "intrusion")
     )
 
 
-def one_slanted(made, luck):
+def one_slanted(written, luck):
     """Return a row of a plate that is pushed along a slanted path."""
     rows = [
         row
-        for row in plates(made)
+        for row in plates(written)
         if row["direction"] == "intrusion" and 20 < float(row["gamma_deg"]) < 80
     ]
     return rows[int(luck.integers(len(rows)))]
@@ -127,119 +127,119 @@ def one_slanted(made, luck):
 # --- Readings of logs.
 
 
-def change(made, name, how):
-    """Change the columns of a log, in place or by those that `how` returns."""
-    text = made.logs[name].decode()
+def change(written, name, transform):
+    """Change the columns of a log, in place or by those that `transform` returns."""
+    text = written.logs[name].decode()
     start = text.index("\n", text.index("time_s")) + 1
     body = text[start:]
     decimals = [len(cell.partition(".")[2]) for cell in body[: body.index("\n")].split(",")]
     values = np.array(body.replace("\n", ",").split(",")[:-1], float)
     columns = values.reshape(-1, len(decimals)).T.copy()
-    other = how(columns)
-    columns = columns if other is None else other
-    made.logs[name] = (text[:start] + fixed(list(columns), decimals)).encode()
+    changed = transform(columns)
+    columns = columns if changed is None else changed
+    written.logs[name] = (text[:start] + fixed(list(columns), decimals)).encode()
 
 
-def of_logs(made, rows, how, log="force_log"):
+def of_logs(written, rows, transform, log="force_log"):
     """Change one log of each row; the run_ids."""
     for row in rows:
-        change(made, row[log], how)
+        change(written, row[log], transform)
     return [row["run_id"] for row in rows]
 
 
-def dead(made, luck, axis, share=1, where="random", noise_N=0.02):
+def dead(written, luck, axis, share=1, where="random", noise_N=0.02):
     """Let a channel read 1.2 N and noise."""
 
-    def how(log):
+    def transform(log):
         log[CHANNELS[axis]] = 1.2 + noise_N * luck.standard_normal(log.shape[1])
 
-    return of_logs(made, some(made.rows, share, luck, where), how)
+    return of_logs(written, some(written.rows, share, luck, where), transform)
 
 
-def gain(made, luck, axis, factor, share=1, where="random"):
+def gain(written, luck, axis, factor, share=1, where="random"):
     """Multiply a channel; a factor of -1 is a reversed wire."""
 
-    def how(log):
+    def transform(log):
         log[CHANNELS[axis]] *= factor
 
-    return of_logs(made, some(made.rows, share, luck, where), how)
+    return of_logs(written, some(written.rows, share, luck, where), transform)
 
 
-def turned(made, _, degrees):
+def turned(written, _, degrees):
     """Turn the mount by so much more than the configuration says."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
 
-    def how(log):
+    def transform(log):
         x, z = log[CHANNELS["x"]].copy(), log[CHANNELS["z"]].copy()
         log[CHANNELS["x"]], log[CHANNELS["z"]] = c * x - s * z, s * x + c * z
 
-    return of_logs(made, made.rows, how)
+    return of_logs(written, written.rows, transform)
 
 
-def exchanged_channels(made, _):
+def exchanged_channels(written, _):
     """Exchange the wires of x and z."""
 
-    def how(log):
+    def transform(log):
         log[[*CHANNELS.values()]] = log[[*CHANNELS.values()][::-1]]
 
-    return of_logs(made, made.rows, how)
+    return of_logs(written, written.rows, transform)
 
 
-def clipped(made, _, newtons):
+def clipped(written, _, newtons):
     """Cut both channels off."""
 
-    def how(log):
-        own = [*CHANNELS.values()]
-        log[own] = log[own].clip(-newtons, newtons)
+    def transform(log):
+        channel_rows = [*CHANNELS.values()]
+        log[channel_rows] = log[channel_rows].clip(-newtons, newtons)
 
-    return of_logs(made, made.rows, how)
+    return of_logs(written, written.rows, transform)
 
 
-def drift(made, _, axis, newtons_per_s):
+def drift(written, _, axis, newtons_per_s):
     """Let a channel drift in runs of plates."""
 
-    def how(log):
+    def transform(log):
         log[CHANNELS[axis]] += newtons_per_s * (log[0] - log[0, 0])
 
-    return of_logs(made, plates(made), how)
+    return of_logs(written, plates(written), transform)
 
 
-def late(made, luck, seconds, share=1, where="random"):
+def late(written, luck, seconds, share=1, where="random"):
     """Let the channels lag behind the sync line."""
     count = round(100 * seconds)
 
-    def how(log):
+    def transform(log):
         log[2:] = np.hstack([np.repeat(log[2:, :1], count, axis=1), log[2:, :-count]])
 
-    return of_logs(made, some(made.rows, share, luck, where), how)
+    return of_logs(written, some(written.rows, share, luck, where), transform)
 
 
-def surface(made, luck, mm, share=1, where="random"):
+def surface(written, luck, mm, share=1, where="random"):
     """Let the free surface be lower than the arm's z says, by so much."""
 
-    def how(log):
+    def transform(log):
         log[2] -= mm
 
-    return of_logs(made, some(made.rows, share, luck, where), how, "motion_log")
+    return of_logs(written, some(written.rows, share, luck, where), transform, "motion_log")
 
 
-def pounds(made, luck):
+def pounds(written, luck):
     """Write one run in lbf under a heading of newtons."""
 
-    def how(log):
+    def transform(log):
         log[2:] /= POUND_N
 
-    return of_logs(made, [one_slanted(made, luck)], how)
+    return of_logs(written, [one_slanted(written, luck)], transform)
 
 
-def one_off(made, luck, percent):
+def one_off(written, luck, percent):
     """Make the force on one of several repeats larger by so much; its zero stays."""
 
-    def how(log):
+    def transform(log):
         zero = log[2:, :100].mean(axis=1, keepdims=True)
         log[2:] = zero + (log[2:] - zero) * (1 + percent / 100)
 
-    return of_logs(made, [one_slanted(made, luck)], how)
+    return of_logs(written, [one_slanted(written, luck)], transform)
 
 
 # --- Files and the sheet.
@@ -247,11 +247,11 @@ def one_off(made, luck, percent):
 LOGS = ("force_log", "motion_log")
 
 
-def swapped(made, luck, count, where="random"):
+def swapped(written, luck, count, where="random"):
     """Exchange the logs of some plates with those of their rods."""
-    rods = {row["run_id"]: row for row in made.rows}
-    own = {row["tare_run"]: row for row in plates(made)}  # one of several repeats
-    rows = [*own.values()]
+    rods = {row["run_id"]: row for row in written.rows}
+    row_of_tare = {row["tare_run"]: row for row in plates(written)}  # one of several repeats
+    rows = [*row_of_tare.values()]
     chosen = some(rows, (count or len(rows)) / len(rows), luck, where)
     for row in chosen:
         rod = rods[row["tare_run"]]
@@ -260,30 +260,30 @@ def swapped(made, luck, count, where="random"):
     return [row["run_id"] for row in chosen]
 
 
-def another_run(made, luck, other=False, turn_deg=0):
+def another_run(written, luck, in_other_medium=False, turn_deg=0):
     """Make one run in another medium, or with the plate at another angle than sheet and arm say."""
-    row = one_slanted(made, luck)
-    own = row["medium"]
+    row = one_slanted(written, luck)
+    medium = row["medium"]
     beta = float(row["beta_deg"])
-    run = Run(
+    run = PlannedRun(
         row["run_id"],
         "plate",
-        own,
-        OTHER.get(own, "poppy_CP") if other else own,
+        medium,
+        OTHER.get(medium, "poppy_CP") if in_other_medium else medium,
         "plate",
         row["direction"],
         beta + (turn_deg if beta <= 0 else -turn_deg),
         float(row["gamma_deg"]),
         clock_s=50_000.0,
     )
-    logs = run_logs(run, Config.model_validate(made.config), int(luck.integers(1000)))
+    logs = run_logs(run, Config.model_validate(written.config), int(luck.integers(1000)))
     for name in LOGS:
-        made.logs[row[name]] = logs[getattr(run, name)] or b""
+        written.logs[row[name]] = logs[getattr(run, name)] or b""
 
-    def how(log):
+    def transform(log):
         log[3] += beta - (run.beta_deg or 0)
 
-    return of_logs(made, [row], how, "motion_log")
+    return of_logs(written, [row], transform, "motion_log")
 
 
 def _cut(log, number):
@@ -301,34 +301,34 @@ def _times(log, number):
     return log
 
 
-def copies(made, _, how=None, count=4):
+def copies(written, _, transform=None, count=4):
     """File copies of a straight push as its repeats, each changed by its number."""
-    first = one_push(made)
+    first = one_push(written)
     for number in range(1, count + 1):
         row = first | {"run_id": f"{first['run_id']}_copy{number}"}
         for name in LOGS:
             row[name] = f"{row['run_id']}_{name}.csv"
-            made.logs[row[name]] = made.logs[first[name]]
-            if how is not None:
-                change(made, row[name], partial(how, number=number))
-        made.rows.append(row)
-    for row in made.rows:
+            written.logs[row[name]] = written.logs[first[name]]
+            if transform is not None:
+                change(written, row[name], partial(transform, number=number))
+        written.rows.append(row)
+    for row in written.rows:
         if row["tare_run"] == first["tare_run"]:
             row["tare_shared"] = "yes"
-    return [first["run_id"], *(row["run_id"] for row in made.rows[-count:])]
+    return [first["run_id"], *(row["run_id"] for row in written.rows[-count:])]
 
 
 class Mistake(NamedTuple):
     """A mistake: makes it and returns the run_ids; checks or flags of which one has to name it."""
 
     make: Callable[[Written, Luck], list[str]]
-    told: tuple[str, ...]
+    named_by: tuple[str, ...]
 
 
 def _each():
-    found: dict[str, Any] = {}
+    mistakes: dict[str, Any] = {}
     for axis in "xz":
-        found |= {
+        mistakes |= {
             f"{axis} reversed": (partial(gain, axis=axis, factor=-1), "work"),
             f"{axis} constant": (partial(dead, axis=axis, noise_N=0), "channels"),
             f"{axis} dead": (partial(dead, axis=axis), "channels"),
@@ -336,20 +336,20 @@ def _each():
         }
         for share in (0.3, 0.6):
             for where in ("random", "stretch"):
-                part: dict[str, Any] = {"axis": axis, "share": share, "where": where}
+                settings: dict[str, Any] = {"axis": axis, "share": share, "where": where}
                 ending = f"{share:.0%} {where}"
-                found[f"{axis} dead, {ending}"] = (partial(dead, **part), "channels")
-                found[f"{axis} gain 0.3, {ending}"] = (
-                    partial(gain, factor=0.3, **part),
+                mistakes[f"{axis} dead, {ending}"] = (partial(dead, **settings), "channels")
+                mistakes[f"{axis} gain 0.3, {ending}"] = (
+                    partial(gain, factor=0.3, **settings),
                     "channels",
                 )
-    found["x and z exchanged"] = (exchanged_channels, "work")
-    found["clipped at 4 N"] = (partial(clipped, newtons=4), "channels")
+    mistakes["x and z exchanged"] = (exchanged_channels, "work")
+    mistakes["clipped at 4 N"] = (partial(clipped, newtons=4), "channels")
     for degrees in (-7, -4, -2, 2, 4, 7):
-        found[f"turned {degrees:+d} deg"] = (partial(turned, degrees=degrees), "symmetry")
-    found["tares exchanged"] = (partial(swapped, count=None), "rods")
+        mistakes[f"turned {degrees:+d} deg"] = (partial(turned, degrees=degrees), "symmetry")
+    mistakes["tares exchanged"] = (partial(swapped, count=None), "rods")
     for where in ("random", "stretch"):
-        found |= {
+        mistakes |= {
             f"10 tares exchanged, {where}": (partial(swapped, count=10, where=where), "rods"),
             f"surface 3 mm, half, {where}": (
                 partial(surface, mm=3, share=0.5, where=where),
@@ -360,7 +360,7 @@ def _each():
                 "surface",
             ),
         }
-    found |= {
+    mistakes |= {
         "x reversed, 44% stretch": (
             partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"),
             "channels",
@@ -369,14 +369,14 @@ def _each():
         "surface +3 mm": (partial(surface, mm=3), "surface"),
         "surface -3 mm": (partial(surface, mm=-3), "surface"),
         "copies": (copies, "same_logs"),
-        "copies, 5 rows cut": (partial(copies, how=_cut), "same_logs"),
-        "copies, last digit": (partial(copies, how=_last_digit), "same_logs"),
-        "copies, times 1.0001": (partial(copies, how=_times), "same_logs"),
-        "one run of another medium": (partial(another_run, other=True), "repeats"),
+        "copies, 5 rows cut": (partial(copies, transform=_cut), "same_logs"),
+        "copies, last digit": (partial(copies, transform=_last_digit), "same_logs"),
+        "copies, times 1.0001": (partial(copies, transform=_times), "same_logs"),
+        "one run of another medium": (partial(another_run, in_other_medium=True), "repeats"),
         "one run in lbf": (pounds, "repeats"),
         "one run mislabelled": (partial(another_run, turn_deg=30), "repeats"),
     }
-    return {name: Mistake(make, (told,)) for name, (make, told) in found.items()}
+    return {name: Mistake(make, (check,)) for name, (make, check) in mistakes.items()}
 
 
 MISTAKES = _each()
@@ -390,8 +390,8 @@ def copied(base):
 
 def with_mistake(base, name, seed):
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
-    made = copied(base)
-    return made, MISTAKES[name].make(made, np.random.default_rng(seed))
+    written = copied(base)
+    return written, MISTAKES[name].make(written, np.random.default_rng(seed))
 
 
 # --- What comes out.
@@ -403,7 +403,7 @@ class Judged(NamedTuple):
     checks: pd.DataFrame
     alpha: pd.DataFrame
     at_depth: pd.DataFrame
-    told: Flags
+    cell_flags: Flags
     causes: pd.DataFrame
 
     @property
@@ -416,11 +416,11 @@ class Judged(NamedTuple):
     def flags(self):
         """Codes of all flags on cells."""
         cells = self.alpha.to_dict("records")
-        return {flag.code for cell in cells for flag in self.told.of_cell(cell)}
+        return {flag.code for cell in cells for flag in self.cell_flags.of_cell(cell)}
 
     def without_flag(self, cells):
         """Those of some cells that have no flag."""
-        return cells[[not self.told.of_cell(cell) for cell in cells.to_dict("records")]]
+        return cells[[not self.cell_flags.of_cell(cell) for cell in cells.to_dict("records")]]
 
     def wrong(self, truth=table_s5):
         """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
@@ -441,8 +441,12 @@ class Judged(NamedTuple):
 
     def silently(self, than):
         """Of these, cells without a flag where no check fails that did not fail before."""
-        found = self.narrower(than)
-        return found.iloc[:0] if self.failed.keys() - than.failed else self.without_flag(found)
+        narrower_cells = self.narrower(than)
+        return (
+            narrower_cells.iloc[:0]
+            if self.failed.keys() - than.failed
+            else self.without_flag(narrower_cells)
+        )
 
     @staticmethod
     def _is_wrong(row, truth):
@@ -454,22 +458,24 @@ class Judged(NamedTuple):
         )
 
 
-def _narrower(after, before, more, least):
-    both = after.merge(before, on=["beta_deg", "gamma_deg", *more], suffixes=("", "_before"))
+def _narrower(after, before, further_keys, least):
+    both = after.merge(
+        before, on=["beta_deg", "gamma_deg", *further_keys], suffixes=("", "_before")
+    )
     width, old = (
         np.stack([both[column(c, "_hi") + end] - both[column(c, "_lo") + end] for c in "zx"])
         for end in ("", "_before")
     )
     left = np.nan_to_num(width / np.maximum(old, 1e-9), nan=1.0).min(axis=0)
-    found: pd.DataFrame = both.assign(share=left)[left < 1 - least]
-    return found
+    narrower: pd.DataFrame = both.assign(share=left)[left < 1 - least]
+    return narrower
 
 
-def judged(made):
+def judged(written):
     """Write a campaign into files, measure and check it."""
     with TemporaryDirectory() as folder:
         root = Path(folder) / "lab"
-        made.write(root)
+        written.write(root)
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media

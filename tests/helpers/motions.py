@@ -13,8 +13,7 @@ from rftfit.conventions import direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import path_in_lab_frame
-from rftfit.measure.pairs import clean
-from rftfit.measure.readings import without_holds, without_lone_positions
+from rftfit.measure.readings import clean, without_holds, without_lone_positions
 from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
 
 AIR_CM = 2.0
@@ -85,18 +84,18 @@ class Pushes:
 
     def corners(self):
         """Time, s, and way along the path, cm, of every corner: shape (n, 2)."""
-        rest = 1.0 if self.begins == "air" else 0.0
-        corners, time = [(0.0, 0.0)], rest
-        if rest:
+        rest_s = 1.0 if self.begins == "air" else 0.0
+        corners, time = [(0.0, 0.0)], rest_s
+        if rest_s:
             corners.append((time, 0.0))
         for length in self.lengths_cm:
-            for at in (length, (1 - self.back) * length):
-                time += abs(at - corners[-1][1]) / self.speed_cm_per_s
-                corners.append((time, at))
+            for way_cm in (length, (1 - self.back) * length):
+                time += abs(way_cm - corners[-1][1]) / self.speed_cm_per_s
+                corners.append((time, way_cm))
                 if self.dwell_s:
                     time += self.dwell_s
-                    corners.append((time, at))
-        return np.array([*corners, (time + rest, corners[-1][1])] if rest else corners)
+                    corners.append((time, way_cm))
+        return np.array([*corners, (time + rest_s, corners[-1][1])] if rest_s else corners)
 
     def motion(self):
         random = np.random.default_rng(self.seed)
@@ -105,8 +104,8 @@ class Pushes:
         way = np.interp(time, *corners.T)
         sd, step = self.noise_cm
         x, z = (
-            part * way + random.normal(0, sd, time.size)
-            for part in direction(math.radians(self.gamma_deg))
+            component * way + random.normal(0, sd, time.size)
+            for component in direction(math.radians(self.gamma_deg))
         )
         if step:
             x, z = (
@@ -121,7 +120,7 @@ class Pushes:
         random = np.random.default_rng([self.seed, self.lone])
         places: list[int] = []
         for place in random.permutation(columns["time"].size):
-            if len(places) < self.lone and all(abs(place - other) > 1 for other in places):
+            if len(places) < self.lone and all(abs(place - chosen) > 1 for chosen in places):
                 places.append(place)
         for place in places:
             off_cm = random.uniform(*LONE_CM) * random.choice([-1, 1])
@@ -137,11 +136,11 @@ class Pushes:
     def strokes(self, *, back=False):
         """Start and end, s, of each push that goes below the surface, or of each pull."""
         down = -math.sin(math.radians(self.gamma_deg))
-        found = []
-        for (begin, one), (end, other) in pairwise(self.corners()):
-            if one == other or (other < one) != back:
+        strokes = []
+        for (begin, from_cm), (end, to_cm) in pairwise(self.corners()):
+            if from_cm == to_cm or (to_cm < from_cm) != back:
                 continue
-            z = self.top_cm + down * one, self.top_cm + down * other
+            z = self.top_cm + down * from_cm, self.top_cm + down * to_cm
             if min(z) > -UNDERGROUND_CM:
                 continue
             ends = begin, end
@@ -149,12 +148,12 @@ class Pushes:
                 crossing = begin + (end - begin) * z[0] / (z[0] - z[1])
                 ends = (begin, crossing) if back else (crossing, end)
             if (ends[1] - ends[0]) * self.speed_cm_per_s >= SHORTEST_CM:
-                found.append(ends)
-        return found
+                strokes.append(ends)
+        return strokes
 
     def judge(self):
         """What becomes of each row that may be written of this log, and the reason."""
-        path, told = self.path_as_read(), []
+        path, outcomes = self.path_as_read(), []
         if isinstance(path, LogError):
             return [(REFUSED, f"{path}")]
         spans = path.spans(self.arm)
@@ -164,27 +163,27 @@ class Pushes:
             way = "extraction" if back else ""
             for stroke in (None, *range(1, len(true) + 2)):
                 run = row(self.gamma_deg, stroke, way, depth_cm)
-                told.append(self._judge(path, spans, run, true))
-        return told
+                outcomes.append(self._judge(path, spans, run, true))
+        return outcomes
 
     def _judge(self, path, spans, run, true):
-        wanted = "" if len(true) == 1 else "several-strokes"
+        expected_code = "" if len(true) == 1 else "several-strokes"
         if run.stroke is not None:
-            wanted = "" if run.stroke <= len(true) else "no-such-stroke"
+            expected_code = "" if run.stroke <= len(true) else "no-such-stroke"
         if not true:
-            wanted = "surface-not-reached"
+            expected_code = "surface-not-reached"
         try:
-            found = find_stroke(path, spans, run, self.arm)
+            stroke = find_stroke(path, spans, run, self.arm)
         except Refused as refusal:
             code = refusal.remark.code
-            if code == wanted:
+            if code == expected_code:
                 number = refusal.remark.values.get("count", refusal.remark.values.get("found"))
                 return (RIGHT if number in (None, len(true)) else WRONG), f"{refusal}"
             return REFUSED, f"{refusal}"
-        if wanted:
-            return WRONG, f"{found}, not {wanted}"
-        way = [np.interp(ends, *self.corners().T) for ends in (found, true[(run.stroke or 1) - 1])]
-        late = float(np.abs(np.subtract(found, true[(run.stroke or 1) - 1])).max())
+        if expected_code:
+            return WRONG, f"{stroke}, not {expected_code}"
+        way = [np.interp(ends, *self.corners().T) for ends in (stroke, true[(run.stroke or 1) - 1])]
+        late = float(np.abs(np.subtract(stroke, true[(run.stroke or 1) - 1])).max())
         off = float(np.abs(way[0] - way[1]).max())
         right = (
             off < self.allowed_cm and late < self.dwell_s + self.allowed_cm / self.speed_cm_per_s
@@ -220,8 +219,8 @@ def any_pushes(seed, noise_cm=None, lone=0):
         float(np.exp(random.uniform(np.log(0.05), np.log(2.0)))), back * lengths[0] * rate / 3
     )
     if gamma and begins == "air":
-        more = AIR_CM / math.sin(math.radians(gamma))
-        lengths = tuple(length + more for length in lengths)
+        air_way = AIR_CM / math.sin(math.radians(gamma))
+        lengths = tuple(length + air_way for length in lengths)
     sd = float(random.choice([0.0, 0.0002, 0.001, 0.005]))
     step = float(random.choice([0.0, 0.0001, 0.001, 0.01]))
     # an encoder whose step takes the arm a second says nothing of its speed

@@ -54,7 +54,7 @@ class Written:
     config: dict[str, Any]
     rows: list[Cells]
     logs: dict[str, bytes]
-    done: list[str] = field(default_factory=list)
+    mistakes: list[str] = field(default_factory=list)
 
     @classmethod
     def read(cls, root):
@@ -89,15 +89,15 @@ class Written:
 @cache
 def bases():
     """Small campaigns that are right: the paper's protocol with a leg and a sand, and two others."""
-    found = {}
+    campaigns = {}
     with TemporaryDirectory() as folder:
         Room(Path(folder)).add(*RUNS).write()
-        found["paper"] = Written.read(Path(folder))
+        campaigns["paper"] = Written.read(Path(folder))
     for protocol in ("one-file", "separate-zero"):
         with TemporaryDirectory() as folder:
             make(Path(folder), Case("one-push", protocol))
-            found[protocol] = Written.read(Path(folder))
-    found["table"] = Written(
+            campaigns[protocol] = Written.read(Path(folder))
+    campaigns["table"] = Written(
         {
             "title": "a table",
             "raw": "raw/paper",
@@ -118,7 +118,7 @@ def bases():
         [],
         {"stress.csv": _stress().encode()},
     )
-    return found
+    return campaigns
 
 
 def _stress():
@@ -129,34 +129,38 @@ def _stress():
     cells = [("sand", b, g) for b in (-60, 0, 30, 60) for g in (-90, -45, 45, 90)] + [
         ("dune", 0, 90)
     ]
-    for at, (medium, beta, gamma) in enumerate(cells):
-        there = [0.5 * step for step in range(1, 17)]
-        depths = there + there[::-1] if at == 2 else there[:: 1 if gamma > 0 else -1]
-        end = ",yes,a stone" if at == 5 else ",,"
+    for number, (medium, beta, gamma) in enumerate(cells):
+        depths_down = [0.5 * step for step in range(1, 17)]
+        depths = (
+            depths_down + depths_down[::-1]
+            if number == 2
+            else depths_down[:: 1 if gamma > 0 else -1]
+        )
+        end = ",yes,a stone" if number == 5 else ",,"
         alpha = table_s5("poppy_LP", beta, gamma)
         for place, depth in enumerate(depths):
             noise = 0.004 * ((7 * place) % 5 - 2)
             stress = ",".join(f"{a * depth + noise:.4f}" for a in alpha)
-            lines.append(f"{medium},{beta},{gamma},{depth},{stress},r{at}{end}")
+            lines.append(f"{medium},{beta},{gamma},{depth},{stress},r{number}{end}")
     return "\n".join(lines) + "\n"
 
 
 def mutated(luck, base=None):
     """Make one to three mistakes in one of the campaigns."""
-    made = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
+    written = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
     for _ in range(luck.choice([1, 1, 2, 3])):
-        kinds = [_of_log, _of_log, _of_log, _of_cell if made.rows else _of_log, _of_setting]
-        made.done.append(luck.choice(kinds)(luck, made))
-    return made
+        kinds = [_of_log, _of_log, _of_log, _of_cell if written.rows else _of_log, _of_setting]
+        written.mistakes.append(luck.choice(kinds)(luck, written))
+    return written
 
 
-def _of_cell(luck, made):
-    row = luck.choice(made.rows)
+def _of_cell(luck, written):
+    row = luck.choice(written.rows)
     column = luck.choice(list(row))
-    others = [other[column] for other in made.rows]
+    cells_of_column = [sheet_row[column] for sheet_row in written.rows]
     row[column] = luck.choice(
         [
-            *others,
+            *cells_of_column,
             "",
             "0",
             "45",
@@ -170,18 +174,20 @@ def _of_cell(luck, made):
             "rod",
             "horizontal",
             "extraction",
-            luck.choice(list(made.logs)),
+            luck.choice(list(written.logs)),
         ]
     )
     return f"{row['run_id']}, {column}: {row[column]!r}"
 
 
-def _of_setting(luck, made):
-    section: Any = made.config
+def _of_setting(luck, written):
+    section: Any = written.config
     path = []
     while True:
         keys = range(len(section)) if isinstance(section, list) else sorted(section)
-        key = luck.choice([one for one in keys if one not in ("title", "raw", "run_sheet")])
+        key = luck.choice(
+            [candidate for candidate in keys if candidate not in ("title", "raw", "run_sheet")]
+        )
         path.append(str(key))
         if not isinstance(section[key], dict | list) or not section[key]:
             break
@@ -219,20 +225,20 @@ def _of_setting(luck, made):
     return f"{'.'.join(path)}: {section[key]!r}"
 
 
-def _of_log(luck, made):
-    name = luck.choice([name for name in made.logs if not name.endswith(REENACTED)])
-    how = luck.choice(DAMAGES)
-    text = made.logs[name].decode()
+def _of_log(luck, written):
+    name = luck.choice([name for name in written.logs if not name.endswith(REENACTED)])
+    damage = luck.choice(DAMAGES)
+    text = written.logs[name].decode()
     lines = text.splitlines()
     top = next((i + 1 for i, line in enumerate(lines) if line.startswith(("time", "medium"))), 0)
     if len(lines) - top < 10:
         return f"{name}: spoiled already"
-    if how is _another:
-        made.logs[name] = made.logs[luck.choice(list(made.logs))]
+    if damage is _another:
+        written.logs[name] = written.logs[luck.choice(list(written.logs))]
     else:
-        body = how(luck, [line.split(",") for line in lines[top:]])
-        head = [] if how is _nothing else lines[:top]
-        if how is _unit:
+        body = damage(luck, [line.split(",") for line in lines[top:]])
+        head = [] if damage is _nothing else lines[:top]
+        if damage is _unit:
             old, new = luck.choice(
                 [
                     ("_N", "_lbf"),
@@ -243,8 +249,8 @@ def _of_log(luck, made):
                 ]
             )
             head = [line.replace(old, new) for line in head]
-        made.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
-    return f"{name}: {how.__name__.strip('_')}"
+        written.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
+    return f"{name}: {damage.__name__.strip('_')}"
 
 
 Table = list[list[str]]
@@ -259,19 +265,19 @@ def _late(luck, rows):
 
 
 def _hole(luck, rows):
-    at = luck.randrange(len(rows))
-    return rows[:at] + rows[at + luck.choice([1, 30, 300]) :]
+    index = luck.randrange(len(rows))
+    return rows[:index] + rows[index + luck.choice([1, 30, 300]) :]
 
 
 def _twice(luck, rows):
-    at = luck.randrange(len(rows))
-    return rows[:at] + [row for row in rows[at:] for _ in range(2)]
+    index = luck.randrange(len(rows))
+    return rows[:index] + [row for row in rows[index:] for _ in range(2)]
 
 
 def _swapped(luck, rows):
-    one, other = luck.sample(range(len(rows[0])), 2)
+    first, second = luck.sample(range(len(rows[0])), 2)
     for row in rows:
-        row[one], row[other] = row[other], row[one]
+        row[first], row[second] = row[second], row[first]
     return rows
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from paper import enact, paper_values
 
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 
 GRIDS = {
@@ -49,9 +49,9 @@ class Case:
     dialect: str = "rig"
 
     def __str__(self):
-        more = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
-        more += "" if self.dialect == "rig" else f", {self.dialect}"
-        return f"{self.grid}, {self.protocol}{more}"
+        suffix = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
+        suffix += "" if self.dialect == "rig" else f", {self.dialect}"
+        return f"{self.grid}, {self.protocol}{suffix}"
 
 
 CASES = [
@@ -87,16 +87,20 @@ def make(folder, case):
         values |= {log: {"text": {"delimiter": ","}} for log in ("force_log", "motion_log")}
     else:
         values["dialect"] = case.dialect
-    cells = directions_of(GRIDS[case.grid], 2013)
+    cells = parse_directions(GRIDS[case.grid], 2013)
     enact(folder, values, protocol=case.protocol, directions=cells, tare=case.tare, legs=case.legs)
 
 
 def judge(folder, case, held):
     """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
-    wanted = set(directions_of(GRIDS[case.grid], 2013))
+    planned_directions = set(parse_directions(GRIDS[case.grid], 2013))
     table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
-    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
-    wrong = [] if found == wanted else [f"{len(wanted - found)} directions without a row"]
+    measured_directions = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    wrong = (
+        []
+        if measured_directions == planned_directions
+        else [f"{len(planned_directions - measured_directions)} directions without a row"]
+    )
     if not (folder / "results" / "report.html").is_file():
         wrong.append("no page")
     inside, off = [], []

@@ -26,12 +26,12 @@ from rftfit.compare.published import (
     MEASURED,
     TEXT,
     Tolerance,
-    compare,
+    compare_numbers,
     stated,
 )
 from rftfit.compare.robot import optima
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import about, flag_table, remark
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import leg_outline
@@ -44,7 +44,7 @@ from rftfit.model.profiles import (
 )
 from rftfit.model.reference_kernel import pose_forces
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.results import Results
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
@@ -102,14 +102,14 @@ def bare_campaign(folder, names, *, robot=False, **changes):
 
 def write(results, name, table):
     """Write a table; columns that the test does not care about get something of their kind."""
-    described = describe(f"results/{name}")
+    described = describe_file(f"results/{name}")
     assert described is not None
     fillers: dict[str, Any] = {"text": "", "yes or no": True}
-    always = [one for one in described.columns if not one.when and "<" not in one.name]
+    always = [column for column in described.columns if not column.when and "<" not in column.name]
     lacking: dict[str, Any] = {
-        key: fillers.get(one.kind, np.nan)
-        for one in always
-        for key in one.names
+        key: fillers.get(column.kind, np.nan)
+        for column in always
+        for key in column.names
         if key not in table
     }
     write_csv(table.assign(**lacking), results.root / "results" / name)
@@ -124,9 +124,9 @@ def page_results(folder, *, nasty=False, robot=False):
 
 @cache
 def _page_results(nasty, robot):
-    made = TemporaryDirectory()
-    atexit.register(made.cleanup)
-    folder = Path(made.name)
+    temporary = TemporaryDirectory()
+    atexit.register(temporary.cleanup)
+    folder = Path(temporary.name)
     changes: dict[str, Any] = {}
     if nasty:
         media = dict(paper_config().media)
@@ -148,43 +148,51 @@ def _page_results(nasty, robot):
 def paper_tables():
     """Results of the paper's media and one sand, by name."""
     config = paper_config()
-    found = {f"alpha/{m}": alpha_table(m, MISSING if m == HOLED else {}) for m in reference.MEDIA}
-    fits = {m: _fit(found[f"alpha/{m}"]) for m in reference.MEDIA}
+    tables = {f"alpha/{m}": alpha_table(m, MISSING if m == HOLED else {}) for m in reference.MEDIA}
+    fits = {m: _fit(tables[f"alpha/{m}"]) for m in reference.MEDIA}
     m0 = generic(np.stack(list(fits.values())))
-    zeta = {m: float(vertical_penetration(own)) for m, own in fits.items()}
+    zeta = {m: float(vertical_penetration(coefficients)) for m, coefficients in fits.items()}
     measured = {m: float(reference.alpha_grid(m)[0][3, -1]) for m in fits}
     chi = {m: measured[m] / zeta[m] for m in fits}
     sand = scale_new_medium(SAND_ALPHA, 0.0, np.array(list(chi.values())))
     profiles: dict[str, dict[str, Profile]] = {"yuma": {"generic": scaled_generic(sand.zeta, m0)}}
-    for m, own in fits.items():
-        table = TableProfile.from_table(found[f"alpha/{m}"])
+    for m, coefficients in fits.items():
+        table = TableProfile.from_table(tables[f"alpha/{m}"])
         profiles[m] = {
             "table": table,
-            "fourier": FourierProfile(own),
+            "fourier": FourierProfile(coefficients),
             "generic": scaled_generic(zeta[m], m0),
             "depth_only": DepthOnlyProfile.of(table),
         }
     predicted = pd.concat(
-        [curves(config, name, each, m) for m, own in profiles.items() for name, each in own.items()]
+        [
+            curves(config, name, profile, m)
+            for m, profile_by_name in profiles.items()
+            for name, profile in profile_by_name.items()
+        ]
     )
     legs = predicted[predicted["profile"] == "table"].drop(columns=["profile", "reason"])
     legs = legs.assign(
         force_z_N=0.9 * legs["force_z_N"], force_x_N=0.8 * legs["force_x_N"], run_id=legs["leg"]
     )
-    found |= {f"legs/{m}": legs[legs["medium"] == m] for m in profiles}
+    tables |= {f"legs/{m}": legs[legs["medium"] == m] for m in profiles}
     rows = [_penetration("lsq", m, measured[m], zeta[m], chi[m]) for m in fits]
     rows.append(_penetration("scaling routine (lsq)", "yuma", SAND_ALPHA, sand.zeta, sand.chi))
     flags = [remark("zero-drifted", newtons=0.3), remark("gap", seconds=1.51)]
-    return found | {
+    return tables | {
         "alpha/yuma": _one_test("yuma"),
         "runs/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"]}),
         "flags/poppy_LP": flag_table(
             "poppy_LP",
             "ingest",
-            [flag for i, one in enumerate(flags, 1) for flag in about(f"p{i}", [one])],
+            [
+                flag
+                for i, run_flag in enumerate(flags, 1)
+                for flag in attach_run(f"p{i}", [run_flag])
+            ],
         ),
         "coefficients": pd.concat(
-            [_coefficients(m, own) for m, own in {**fits, "generic": m0}.items()]
+            [_coefficients(m, coefficients) for m, coefficients in {**fits, "generic": m0}.items()]
         ),
         "penetration": pd.DataFrame(rows),
         "predicted": predicted,
@@ -238,7 +246,9 @@ def sand_results(folder):
 def empty_grid_results(folder):
     """One laboratory medium of which no run gave an alpha: a grid of reasons, no coefficient."""
     intruders = paper_config().intruders
-    plates = {name: item for name, item in intruders.items() if not isinstance(item, Leg)}
+    plates = {
+        name: intruder for name, intruder in intruders.items() if not isinstance(intruder, Leg)
+    }
     results = bare_campaign(folder, ("poppy_LP",), intruders=plates)
     angles = [(b, g) for b in reference.BETA_DEG for g in reference.GAMMA_DEG]
     table = alpha_table("poppy_LP", dict.fromkeys(angles, "no tare"))
@@ -253,11 +263,11 @@ def empty_grid_results(folder):
 def curves(config, name, profile, medium):
     """Forces that a profile predicts for every leg of the config."""
     parts = []
-    for leg, item in config.intruders.items():
-        if not isinstance(item, Leg):
+    for leg, intruder in config.intruders.items():
+        if not isinstance(intruder, Leg):
             continue
-        outline = leg_outline(item)
-        poses = rotation_poses(np.radians(THETA_DEG), item.hip_height_cm)
+        outline = leg_outline(intruder)
+        poses = rotation_poses(np.radians(THETA_DEG), intruder.hip_height_cm)
         forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
         frame = pd.DataFrame(
             {"medium": medium, "leg": leg, "profile": name, "theta_deg": THETA_DEG}
@@ -276,9 +286,9 @@ def write_robot(results):
     simulated, sweeps = [], []
     for name, factor in (("table", 1.1), ("depth_only", 2.0)):
         speed = factor * measured["speed_cm_per_s"]
-        own = measured[["curvature_times_R", "frequency_Hz"]].assign(profile=name, reason="")
+        conditions = measured[["curvature_times_R", "frequency_Hz"]].assign(profile=name, reason="")
         ends = {f"speed{end}_cm_per_s": speed for end in ("", "_lo", "_hi")}
-        simulated.append(own.assign(**ends))
+        simulated.append(conditions.assign(**ends))
         runs = [(round(k, 2), f) for k in np.arange(-1, 1.01, 0.2) for f in (1.0, 5.0)]
         sweep = pd.DataFrame(runs, columns=["curvature_times_R", "frequency_Hz"])
         shape = 15 - 4 * (sweep["curvature_times_R"] - 0.5) ** 2
@@ -327,11 +337,11 @@ def _fit(table):
 
 def _one_test(medium):
     table = alpha_table("poppy_LP", {}).assign(medium=medium, reason="no run", n_runs=0)
-    other = ~((table["beta_deg"] == 0) & (table["gamma_deg"] == 90))
+    is_unmeasured = ~((table["beta_deg"] == 0) & (table["gamma_deg"] == 90))
     numbers = [name for name in table.columns if name.startswith("alpha_")]
-    table.loc[other, numbers] = np.nan
-    table.loc[~other, column("z")] = SAND_ALPHA
-    table.loc[~other, "reason"] = ""
+    table.loc[is_unmeasured, numbers] = np.nan
+    table.loc[~is_unmeasured, column("z")] = SAND_ALPHA
+    table.loc[~is_unmeasured, "reason"] = ""
     return table
 
 
@@ -360,9 +370,9 @@ def _coefficients(medium, values):
 
 def _reproduction(why):
     items = [
-        compare("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
+        compare_numbers("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
         stated("zeta", "Table S2", 0.248, 0.2564, INCONSISTENT, TEXT, why),
-        compare("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
+        compare_numbers("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
                 BY_CONSTRUCTION, (0.0507, 0.0509)),
     ]  # fmt: skip
     return pd.DataFrame(items)

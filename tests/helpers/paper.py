@@ -14,7 +14,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 def paper_values(*without):
     """Values of the demonstration's config, to be changed, without some sections."""
     values = yaml.safe_load((PROJECT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    return {name: part for name, part in values.items() if name not in without}
+    return {name: section for name, section in values.items() if name not in without}
 
 
 def paper_config(**changes):
@@ -29,7 +29,7 @@ def write_yaml(path, values):
     path.write_text(text, encoding="utf-8")
 
 
-def enact(root, values, sizes=NOTHING, **how):
+def enact(root, values, sizes=NOTHING, **options):
     """Write a config, and the logs and run sheet that the re-enacted lab makes of it; the config's path.
 
     `sizes`: Of disturbances.
@@ -38,7 +38,7 @@ def enact(root, values, sizes=NOTHING, **how):
     write_yaml(path, values)
     config = Config.model_validate(values)
     if sizes:
-        reenact_disturbed(config, raw, raw / "runs.csv", sizes, **how)
+        reenact_disturbed(config, raw, raw / "runs.csv", sizes, **options)
     else:
-        reenact(config, raw, raw / "runs.csv", **how)
+        reenact(config, raw, raw / "runs.csv", **options)
     return path

@@ -28,13 +28,13 @@ def grid(table, name):
 
 def flat(alpha):
     """alpha_z and alpha_x of shape (..., 7, 13) as cells, shape (..., 91)."""
-    z, x = (np.asarray(part).reshape(*np.shape(part)[:-2], 91) for part in alpha)
+    z, x = (np.asarray(component).reshape(*np.shape(component)[:-2], 91) for component in alpha)
     return z, x
 
 
 def by_hand(beta, gamma, alpha_z, alpha_x):
     """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
-    found = []
+    coefficients = []
     for alpha, terms in ((alpha_z, _lift), (alpha_x, _drag)):
         rows: dict[tuple[float, float], tuple[list[float], list[float]]] = {}
         for b, g, value in zip(beta, gamma, alpha, strict=True):
@@ -45,8 +45,8 @@ def by_hand(beta, gamma, alpha_z, alpha_x):
                 ].append(value)
         design, values = zip(*rows.values(), strict=True)
         means = [np.mean(cells) for cells in values]
-        found.append(np.linalg.lstsq(np.array(design), np.array(means), rcond=None)[0])
-    return np.concatenate(found)
+        coefficients.append(np.linalg.lstsq(np.array(design), np.array(means), rcond=None)[0])
+    return np.concatenate(coefficients)
 
 
 def _lift(b, g):

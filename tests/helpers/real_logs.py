@@ -49,9 +49,9 @@ class RealLog:
     def __str__(self):
         z = self.motion.get("z", {})
         gain = self.section.get("columns", {}).get("F3", {})
-        more = ", gain" if isinstance(gain, dict) and "factor" in gain else ""
-        how = "".join(f", z {key} {z[key]}" for key in ("factor", "rate") if key in z)
-        return self.file.replace("/", " ") + how + more
+        gain_text = ", gain" if isinstance(gain, dict) and "factor" in gain else ""
+        motion_text = "".join(f", z {key} {z[key]}" for key in ("factor", "rate") if key in z)
+        return self.file.replace("/", " ") + motion_text + gain_text
 
 
 REAL_LOGS = [
@@ -172,8 +172,8 @@ def campaign_around(log, root):
         shutil.copyfile(LOGS / name, root / "raw" / Path(name).name)
     name, zero_log = Path(log.file).name, Path(log.zero_log).name if log.zero_log else ""
     folder = Folder(root)
-    said = folder.rftfit("inspect", f"raw/{name}")
-    _, _, proposed = said.stdout.partition("for config.yaml")
+    inspected = folder.rftfit("inspect", f"raw/{name}")
+    _, _, proposed = inspected.stdout.partition("for config.yaml")
     block: dict[str, Any] = yaml.safe_load(textwrap.dedent(proposed.partition("\n")[2])) or {}
     force = {"columns": {}, **block.get("force_log", {})}
     force |= log.section
@@ -237,16 +237,16 @@ def judge(log, folder, *, page):
     wrong = []
     ledger = folder.table("ledger.csv")
     lost = ledger["fate"] == "lost"
-    if (found := int(ledger.loc[~lost, "rows"].sum())) != log.rows:
-        wrong.append(f"{found} rows in the ledger, {log.rows} in the file")
-    if (found := int(ledger.loc[lost, "rows"].sum())) != log.lost:
-        wrong.append(f"{found} lost samples in the ledger, not {log.lost}")
+    if (count := int(ledger.loc[~lost, "rows"].sum())) != log.rows:
+        wrong.append(f"{count} rows in the ledger, {log.rows} in the file")
+    if (count := int(ledger.loc[lost, "rows"].sum())) != log.lost:
+        wrong.append(f"{count} lost samples in the ledger, not {log.lost}")
     fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
     checks = folder.table(f"checks/{MEDIUM}.csv")["sentence"].dropna()
     flags = folder.table(f"flags/{MEDIUM}.csv")["words"]
-    said = "; ".join([str(fit["reason"]), *flags, *map(str, checks)])
-    if log.words not in said:
-        wrong.append(f"{log.words!r} is not in {said!r}")
+    sentences = "; ".join([str(fit["reason"]), *flags, *map(str, checks)])
+    if log.words not in sentences:
+        wrong.append(f"{log.words!r} is not in {sentences!r}")
     html = folder.root / "results" / "report.html"
     if page:
         text = " ".join(html.read_text(encoding="utf-8").split())

@@ -12,7 +12,7 @@ from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
 from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
 from rftfit.logs.registry import source_reader
-from rftfit.measure.pairs import columns_asked, mapped
+from rftfit.measure.log_columns import columns_asked, map_columns
 
 REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
 UNITS = {
@@ -44,9 +44,11 @@ media:
 
 def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
     """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
-    found = recognised(recording(path))
-    surveys, _ = survey_file(found.reader, recording(path))
-    lines = config_block(together(surveys), found.reader.name, found.text, found.options)
+    log_format = recognised(recording(path))
+    surveys, _ = survey_file(log_format.reader, recording(path))
+    lines = config_block(
+        together(surveys), log_format.reader.name, log_format.text, log_format.options
+    )
     return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 
@@ -62,7 +64,7 @@ def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
         if key in proposed:
             source: Any = model.model_validate(proposed[key])
             reader = source_reader(source, "rig", key).only(columns_asked(source))
-            log = logs[key] = mapped(reader.load(recording(path)), source, UNITS, key)
+            log = logs[key] = map_columns(reader.load(recording(path)), source, UNITS, key)
             # a time that stays unnamed, since it is too coarse, has none
             names = {name for name in UNITS.keys() & log.columns.keys() if log.units[name]}
             assert {name: log.units[name] for name in names} == {

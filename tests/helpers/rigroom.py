@@ -13,13 +13,14 @@ import yaml
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.lab.enact import run_logs
-from rftfit.lab.plan import Run, plan_runs
+from rftfit.lab.plan import PlannedRun, plan_runs
 from rftfit.lab.write import sheet_text
 from rftfit.measure.alpha import alpha_table, with_flagged
-from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
-from rftfit.measure.ledger import check, join
+from rftfit.measure.ledger import check_ledger, join
+from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.tare import tare_medium
 
 CONFIG = Path(__file__).parents[2] / "config" / "config.yaml"
@@ -53,15 +54,15 @@ class Room:
 
     folder: Path
     logs: dict[str, bytes | None] = field(default_factory=dict)
-    runs: list[Run] = field(default_factory=list)
+    runs: list[PlannedRun] = field(default_factory=list)
     cells: dict[str, dict[str, str]] = field(default_factory=dict)
     config: str = CONFIG_TEXT
 
     def add(self, *names, **faults):
         """Add runs with their tares; `faults` by run_id."""
-        wanted = dict.fromkeys(names)
-        wanted |= dict.fromkeys(planned()[name].tare_run for name in names)
-        for name in wanted:
+        run_ids = dict.fromkeys(names)
+        run_ids |= dict.fromkeys(planned()[name].tare_run for name in names)
+        for name in run_ids:
             if not name or name in {run.run_id for run in self.runs}:
                 continue
             run = planned()[name]
@@ -69,10 +70,10 @@ class Room:
             self.logs |= run_logs(run, paper(), SEED, faults.get(name, ()))
         return self
 
-    def change(self, log, how):
+    def change(self, log, transform):
         content = self.logs[log]
         assert content is not None
-        self.logs[log] = how(content.decode()).encode()
+        self.logs[log] = transform(content.decode()).encode()
 
     def set(self, run, **cells):
         """Change cells of one row of the sheet, named by the plan's run_id."""
@@ -86,8 +87,8 @@ class Room:
         """Write config, sheet and logs; the path of the config."""
         path = self.folder / "config" / "config.yaml"
         raw = self.folder / "raw" / "paper"
-        for part in (path.parent, raw):
-            part.mkdir(parents=True, exist_ok=True)
+        for folder in (path.parent, raw):
+            folder.mkdir(parents=True, exist_ok=True)
         path.write_text(self.config, encoding="utf-8")
         for name, content in self.logs.items():
             target = raw / name
@@ -115,7 +116,7 @@ class Room:
         return {name: data_lines(content) for name, content in self.logs.items()}
 
 
-def one(table, run_id):
+def row_of_run(table, run_id):
     """Return the only row of a run."""
     rows = table[table["run_id"] == run_id]
     assert len(rows) == 1
@@ -137,21 +138,21 @@ class Results:
     flags: Flags
 
     def fit(self, run_id):
-        return one(self.fits, run_id)
+        return row_of_run(self.fits, run_id)
 
     def run(self, run_id):
-        return one(self.runs, run_id)
+        return row_of_run(self.runs, run_id)
 
     def codes(self, run_id):
         """Codes of the flags of a run."""
         return [flag.code for flag in self.flags.of_run(run_id)]
 
     def cell(self, beta_deg, gamma_deg):
-        here = (self.alpha["beta_deg"] == beta_deg) & (
+        is_cell = (self.alpha["beta_deg"] == beta_deg) & (
             (self.alpha["gamma_deg"] - gamma_deg).abs() < 0.1
         )
-        assert here.sum() == 1
-        return self.alpha[here].iloc[0]
+        assert is_cell.sum() == 1
+        return self.alpha[is_cell].iloc[0]
 
     def fates(self, file):
         rows = self.book[self.book["file"] == file]
@@ -161,7 +162,7 @@ class Results:
 
     def check_ledger(self, counted, one_file=()):
         """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""
-        check(self.book, self.runs, list(one_file))
+        check_ledger(self.book, self.runs, list(one_file))
         assert self.book.groupby("file")["rows"].sum().to_dict() == counted
         dropped = self.book[self.book["fate"] == "dropped"]
         assert (dropped["reason"] != "").all()
@@ -177,8 +178,8 @@ def chain(campaign, medium):
     fit = campaign.config.fit
     alpha = alpha_table(fits, medium, fit.confidence, len(fit.horizontal_depths_cm))
     books = (book1, book2, book3, book4)
-    book = join([part.table() for part in books])
-    flags = Flags(*(flag_table(medium, "", part.flags) for part in books))
+    book = join([ledger.table() for ledger in books])
+    flags = Flags(*(flag_table(medium, "", ledger.flags) for ledger in books))
     alpha = with_flagged(alpha, flags)
     return Results(traces, runs, tared, tares, fits, alpha, curves, book, flags)
 

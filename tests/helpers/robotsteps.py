@@ -37,15 +37,15 @@ def forces(profile, parts, state, turn, rate):
 
 def net(profile, parts, state, turn, rate):
     """Force z, x and moment about the centre of mass."""
-    each = [part.reshape(-1, 4) for part in forces(profile, parts, state, turn, rate)]
-    return reference_kernel.net(np.concatenate(each), state[0], state[1])
+    force_rows = [elements.reshape(-1, 4) for elements in forces(profile, parts, state, turn, rate)]
+    return reference_kernel.net(np.concatenate(force_rows), state[0], state[1])
 
 
 def plain_steps(profile, parts, state, turn, rate, step_s, steps, rk4=False):
     """States before the first step and after each, shape (steps + 1, 6)."""
 
-    def slope(now, at):
-        force_z, force_x, moment = net(profile, parts, now, at, rate)
+    def slope(now, turn_now):
+        force_z, force_x, moment = net(profile, parts, now, turn_now, rate)
         per_newton, per_newton_cm, gravity = parts.inertia
         return np.array(
             [*now[3:], force_x * per_newton, force_z * per_newton - gravity, moment * per_newton_cm]
@@ -53,12 +53,12 @@ def plain_steps(profile, parts, state, turn, rate, step_s, steps, rk4=False):
 
     path = [np.asarray(state)]
     for k in range(steps):
-        now, at = path[-1], turn + rate * step_s * k
-        first = slope(now, at)
+        now, turn_now = path[-1], turn + rate * step_s * k
+        first = slope(now, turn_now)
         if rk4:
-            second = slope(now + step_s / 2 * first, at + rate * step_s / 2)
-            third = slope(now + step_s / 2 * second, at + rate * step_s / 2)
-            fourth = slope(now + step_s * third, at + rate * step_s)
+            second = slope(now + step_s / 2 * first, turn_now + rate * step_s / 2)
+            third = slope(now + step_s / 2 * second, turn_now + rate * step_s / 2)
+            fourth = slope(now + step_s * third, turn_now + rate * step_s)
             path.append(now + step_s / 6 * (first + 2 * second + 2 * third + fourth))
         else:
             velocity = now[3:] + step_s * first[3:]

@@ -11,9 +11,9 @@ ALL = False
 """Whether every seed is asked for: `--all-seeds`, which `tests/conftest.py` reads."""
 
 
-def seeds(every, few):
-    """`every` where all seeds are asked for, else `few`."""
-    return every if ALL else few
+def seeds(every, reduced):
+    """`every` where all seeds are asked for, else `reduced`."""
+    return every if ALL else reduced
 
 
 def example_count(every):

@@ -48,13 +48,13 @@ def _faults(figure):
     names = [" ".join(text.get_text().split()) for text in texts]
     # what is written above a figure is saved with it (`rftfit.figures.style.mark`)
     above = [text in figure.texts and text.get_position()[1] > 1 for text in texts]
-    found = [f"{names[i]!r} leaves the figure" for i in np.flatnonzero(outside) if not above[i]]
+    faults = [f"{names[i]!r} leaves the figure" for i in np.flatnonzero(outside) if not above[i]]
     free = _LEADING * np.minimum(boxes[:, 3] - boxes[:, 1], boxes[:, 2] - boxes[:, 0])[:, None]
     free = np.maximum(free, pixels)
     low, high = boxes[:, :2] + free, boxes[:, 2:] - free
     over = ((low[:, None] < high[None]) & (low[None] < high[:, None])).all(axis=2)
     pairs = np.argwhere(np.triu(over, 1))
-    return found + [f"{names[i]!r} lies over {names[j]!r}" for i, j in pairs]
+    return faults + [f"{names[i]!r} lies over {names[j]!r}" for i, j in pairs]
 
 
 def _drawn(figure):
@@ -73,7 +73,10 @@ def _drawn(figure):
                 ]
             else:
                 ticks |= {axis.label, axis.get_offset_text()}
-    for text in [*(one for one in figure.findobj(Text) if one not in ticks), *shown]:
+    for text in [
+        *(candidate for candidate in figure.findobj(Text) if candidate not in ticks),
+        *shown,
+    ]:
         if isinstance(text, Text) and text.get_visible() and text.get_text().strip():
             yield text
 
@@ -83,15 +86,15 @@ def main(campaigns):
     count = 0
     for folder in campaigns:
         results = rftfit.open(folder)
-        for one in figures():
-            for medium in one.media(results.campaign):
-                if one.on_demand:
+        for figure in figures():
+            for medium in figure.media(results.campaign):
+                if figure.on_demand:
                     continue
-                made = one.draw(results, *filter(None, [medium]))
-                for page in made if isinstance(made, list) else [made]:
+                drawn = figure.draw(results, *filter(None, [medium]))
+                for page in drawn if isinstance(drawn, list) else [drawn]:
                     for fault in text_faults(page):
                         count += 1
-                        print(f"{folder}: {one.file(medium)}: {fault}")
+                        print(f"{folder}: {figure.file(medium)}: {fault}")
     print(f"{count} faults")
     return int(count > 0)
 

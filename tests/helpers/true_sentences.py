@@ -17,8 +17,8 @@ from rftfit.results import open_results
 
 def texts(results):
     """Prose of the page, its Methods, and captions of all figures, by name."""
-    made = results.has("report.html")
-    whole = results.path("report.html").read_text(encoding="utf-8") if made else page(results)
+    has_page = results.has("report.html")
+    whole = results.path("report.html").read_text(encoding="utf-8") if has_page else page(results)
     body = whole.partition("<main>")[2].partition('<script type="application/json"')[0]
     body, _, methods = body.partition('<section id="methods"')
     # tables and controls are no sentences; the calculator tells of what the user will type
@@ -30,12 +30,12 @@ def texts(results):
         flags=re.DOTALL,
     )
     parts = {"page": body, "methods": methods.partition("<ol>")[0]}
-    found = {name: html.unescape(re.sub(r"<[^>]+>", "", text)) for name, text in parts.items()}
-    return found | {
-        one.file(medium): one.caption_of(results, medium)
-        for one in figures()
-        if not one.on_demand
-        for medium in one.media(results.campaign)
+    prose = {name: html.unescape(re.sub(r"<[^>]+>", "", text)) for name, text in parts.items()}
+    return prose | {
+        figure.file(medium): figure.caption_of(results, medium)
+        for figure in figures()
+        if not figure.on_demand
+        for medium in figure.media(results.campaign)
     }
 
 
@@ -65,7 +65,7 @@ class Records:
             results.joined("alpha/{medium}.csv")["alpha_z_lo_N_per_cm3"],
             results.table("predicted.csv")["force_z_lo_N"],
         ]
-        self.intervals = any(one.notna().any() for one in ends)
+        self.intervals = any(column.notna().any() for column in ends)
         speed = self.of_robot("speed")
         simulated = speed[speed["speed_cm_per_s"].notna()]["profile"] if len(speed) else ()
         self.profiles = {*predicted_by(results), *simulated}
@@ -73,9 +73,13 @@ class Records:
         errors = errors[errors["peak_error_percent"].notna()]
         self.errors = set(errors["profile"])
         self.of_alpha = not errors["peak_errors"].str.contains("hip|arc").any()
-        known = self.of_robot("errors")
-        self.calibrated = len(known) > 0 and bool((known["calibrated"] == "yes").any())
-        self.measured_robot = len(known) > 0 and bool(known["measured_cm_per_s"].notna().any())
+        robot_errors = self.of_robot("errors")
+        self.calibrated = len(robot_errors) > 0 and bool(
+            (robot_errors["calibrated"] == "yes").any()
+        )
+        self.measured_robot = len(robot_errors) > 0 and bool(
+            robot_errors["measured_cm_per_s"].notna().any()
+        )
         self.tipped = len(speed) > 0 and bool((speed["outcome"] == "tipped").any())
         self.trials = len(self.of_robot("tracks")) > 0
         self.strides = self.recorded and len(self.of_robot("strides")) > 0
@@ -144,17 +148,17 @@ METHODS: dict[str, Callable[[Records], object]] = {
 
 def untrue(results):
     """Sentences on what a campaign does not have, and what its Methods lack."""
-    there, written = Records(results), texts(results)
-    found = [
-        f"{name}: {' '.join(text[max(0, one.start() - 60) : one.end() + 40].split())!r}"
+    records, written = Records(results), texts(results)
+    faults = [
+        f"{name}: {' '.join(text[max(0, match.start() - 60) : match.end() + 40].split())!r}"
         for name, text in written.items()
         for words, condition in SENTENCES.items()
-        if (one := re.search(words, text)) and not condition(there, name)
+        if (match := re.search(words, text)) and not condition(records, name)
     ]
-    return found + [
+    return faults + [
         f"methods: no word of {words!r}"
         for words, condition in METHODS.items()
-        if condition(there) and not re.search(words, written["methods"])
+        if condition(records) and not re.search(words, written["methods"])
     ]
 
 

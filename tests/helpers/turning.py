@@ -12,11 +12,11 @@ def turned(theta=None, hip_height_cm=HIP_HEIGHT_CM, rate_rad_per_s=RATE_RAD_PER_
     return rotation_poses(theta, hip_height_cm, rate_rad_per_s)
 
 
-def sweep(profile, leg, *path, **how):
+def sweep(profile, leg, *path, **options):
     """Force and moment about the axle on a leg `turned` so, one for each theta."""
-    return forces_on(profile, leg, turned(*path, **how))
+    return forces_on(profile, leg, turned(*path, **options))
 
 
-def sweep_draws(profile, leg, *path, **how):
+def sweep_draws(profile, leg, *path, **options):
     """`sweep` for a stack of draws of a profile: arrays of shape (draws, theta)."""
-    return force_draws(profile, leg, turned(*path, **how))
+    return force_draws(profile, leg, turned(*path, **options))

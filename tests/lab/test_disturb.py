@@ -94,20 +94,20 @@ CHANGED = {
 
 @pytest.mark.parametrize("name", DISTURBANCES)
 def test_what_is_changed(config, runs, name):
-    one = DISTURBANCES[name]
-    found = set()
+    disturbance = DISTURBANCES[name]
+    changed_runs = set()
     for run in (runs[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
         plain = run_logs(run, config, SEED)
-        disturbed = disturbed_logs(run, config, SEED, {name: one.size})
-        assert disturbed == disturbed_logs(run, config, SEED, {name: one.size})
-        assert disturbed_logs(run, config, SEED, {name: one.nothing}) == plain
+        disturbed = disturbed_logs(run, config, SEED, {name: disturbance.size})
+        assert disturbed == disturbed_logs(run, config, SEED, {name: disturbance.size})
+        assert disturbed_logs(run, config, SEED, {name: disturbance.nothing}) == plain
         assert disturbed[run.motion_log] == plain[run.motion_log]
-        before, after = read(plain[run.force_log]), read(disturbed[run.force_log])
+        log_before, log_after = read(plain[run.force_log]), read(disturbed[run.force_log])
         for column in ("time_s", "arm_moving"):
-            np.testing.assert_array_equal(after[column], before[column])
+            np.testing.assert_array_equal(log_after[column], log_before[column])
         if disturbed[run.force_log] != plain[run.force_log]:
-            found.add(run.run_id)
-    assert found == CHANGED[name]
+            changed_runs.add(run.run_id)
+    assert changed_runs == CHANGED[name]
 
 
 @pytest.mark.parametrize("name", ["surface", "surface-session"])
@@ -116,22 +116,22 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
     drawn = []
     for medium in ("poppy_CP", "glass0.3mm_CP", "glass3mm_CP"):
         run = runs[f"{medium}_bp00_g90_in"]
-        below, clean = depth(run, config), granular(run, config)
-        alpha = clean[0][below > 5][0] / below[below > 5][0] / area
-        inside = (below > 1) & (below < 7)
+        depth_cm, clean = depth(run, config), granular(run, config)
+        alpha = clean[0][depth_cm > 5][0] / depth_cm[depth_cm > 5][0] / area
+        inside = (depth_cm > 1) & (depth_cm < 7)
         moved = change(run, config, {name: 2.0})[0] / area / alpha
-        up = float(np.median(moved[inside]))  # cm
+        raised_cm = float(np.median(moved[inside]))  # cm
         # rod and mount feel it too, a little
-        assert moved[inside] == pytest.approx(up, abs=0.03)
+        assert moved[inside] == pytest.approx(raised_cm, abs=0.03)
         # the plate touches it higher by as much
-        on = [
+        onsets = [
             np.argmax(log[0] - log[0][:150].mean() > 1.0)
             for log in (force(run, config), force(run, config, {name: 2.0}))
         ]
-        assert below[on[0]] - below[on[1]] == pytest.approx(up, abs=0.035)
-        assert bed(run, config, {name: 2.0}).surface_cm == pytest.approx(up, abs=0.02)
-        assert bed(run, config, {name: 4.0}).surface_cm == pytest.approx(2 * up, abs=0.04)
-        drawn.append(up)
+        assert depth_cm[onsets[0]] - depth_cm[onsets[1]] == pytest.approx(raised_cm, abs=0.035)
+        assert bed(run, config, {name: 2.0}).surface_cm == pytest.approx(raised_cm, abs=0.02)
+        assert bed(run, config, {name: 4.0}).surface_cm == pytest.approx(2 * raised_cm, abs=0.04)
+        drawn.append(raised_cm)
     assert (np.ptp(drawn) < 0.02) == (name == "surface-session")
     # 933 runs, or 2000 campaigns
     beds = [bed(run, config, {name: 2.0}).surface_cm for run in runs.values()]
@@ -143,11 +143,11 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
 def test_surface_and_legs(config, runs):
     # forces go with the square of the depth of the tip: 2 mm of 56 mm
     run = runs[LEG]
-    up = bed(run, config, {"surface": 2.0}).surface_cm
+    raised_cm = bed(run, config, {"surface": 2.0}).surface_cm
     clean = granular(run, config)
     strong = np.abs(clean) > 2
     ratio = change(run, config, {"surface": 2.0})[strong] / clean[strong]
-    assert np.median(ratio) == pytest.approx((1 + up / 5.62) ** 2 - 1, rel=0.02)
+    assert np.median(ratio) == pytest.approx((1 + raised_cm / 5.62) ** 2 - 1, rel=0.02)
 
 
 @pytest.mark.parametrize("lag", [0.03, 0.07])
@@ -156,8 +156,11 @@ def test_lag_is_so_many_samples(config, runs, lag):
         run = runs[name]
         moved = change(run, config, {"lag": lag})[0, 20:]
         true = ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s)
-        whole = true.granular[0] + true.rod[0] + true.steady[0]
-        misfit = [np.std(moved - whole[20 - k : whole.size - k] + whole[20:]) for k in range(15)]
+        undisturbed = true.granular[0] + true.rod[0] + true.steady[0]
+        misfit = [
+            np.std(moved - undisturbed[20 - k : undisturbed.size - k] + undisturbed[20:])
+            for k in range(15)
+        ]
         assert np.argmin(misfit) == round(100 * lag)
         assert min(misfit) < 0.004  # of rounding to 1/160 N, twice
 
@@ -167,40 +170,42 @@ def test_lag_is_so_many_samples(config, runs, lag):
 )
 def test_turn_is_that_of_a_mount_turned_more(config, runs, run_id, held):
     run = runs[run_id]
-    more = config.transducer.model_copy(update={"turn_deg": 7.0})
-    meant = force(run, config.model_copy(update={"transducer": more}))
+    transducer = config.transducer.model_copy(update={"turn_deg": 7.0})
+    expected = force(run, config.model_copy(update={"transducer": transducer}))
     turned = force(run, config, {"turn": 3.0})
-    np.testing.assert_allclose(turned, meant, atol=0.01)
+    np.testing.assert_allclose(turned, expected, atol=0.01)
     # a push straight up on the sensor leans toward -x
     if not held:
         deep = np.abs(granular(run, config)[0]).argmax()
         plain = force(run, config)
-        rest = np.linspace(0, 1, plain.shape[1]) < 0.02 if run_id == PUSH else slice(-150, None)
-        before, after = (log[:2, deep] - log[:2, rest].mean(axis=1) for log in (plain, turned))
-        angle = np.degrees(np.arctan2(*before[::-1]) - np.arctan2(*after[::-1]))
+        at_rest = np.linspace(0, 1, plain.shape[1]) < 0.02 if run_id == PUSH else slice(-150, None)
+        force_before, force_after = (
+            log[:2, deep] - log[:2, at_rest].mean(axis=1) for log in (plain, turned)
+        )
+        angle = np.degrees(np.arctan2(*force_before[::-1]) - np.arctan2(*force_after[::-1]))
         assert angle == pytest.approx(3, abs=0.3)
-        assert np.hypot(*after) == pytest.approx(np.hypot(*before), rel=0.01)
+        assert np.hypot(*force_after) == pytest.approx(np.hypot(*force_before), rel=0.01)
 
 
 def stress_curve(runs, config, sizes):
     """Depth and force of a push less that of its rod, both from the logs."""
     plate, rod = (force(runs[name], config, sizes)[0] for name in (PUSH, ROD))
-    below, of_rod = depth(runs[PUSH], config), depth(runs[ROD], config)
-    here = (below > 1) & (below < 8)
-    down = np.arange(of_rod.size) <= of_rod.argmax()
-    tare = np.interp(below, of_rod[down], (rod - rod[:150].mean())[down])
-    return below[here], (plate - plate[:150].mean() - tare)[here]
+    depth_cm, rod_depth_cm = depth(runs[PUSH], config), depth(runs[ROD], config)
+    in_window = (depth_cm > 1) & (depth_cm < 8)
+    going_down = np.arange(rod_depth_cm.size) <= rod_depth_cm.argmax()
+    tare = np.interp(depth_cm, rod_depth_cm[going_down], (rod - rod[:150].mean())[going_down])
+    return depth_cm[in_window], (plate - plate[:150].mean() - tare)[in_window]
 
 
 @pytest.mark.parametrize("power", [1.0, 0.8, 1.2, 1.3])
 def test_power_is_found_by_a_fit(config, runs, power):
-    below, load = stress_curve(runs, config, {"power": power})
-    slope, _ = np.polyfit(np.log(below), np.log(load), 1)
+    depth_cm, load = stress_curve(runs, config, {"power": power})
+    slope, _ = np.polyfit(np.log(depth_cm), np.log(load), 1)
     assert slope == pytest.approx(power, abs=0.012)
     # the same as in the table at 5 cm
     _, plain = stress_curve(runs, config, NONE)
-    near = np.abs(below - 5) < 0.05
-    assert load[near].mean() == pytest.approx(plain[near].mean(), rel=0.003)
+    near_5_cm = np.abs(depth_cm - 5) < 0.05
+    assert load[near_5_cm].mean() == pytest.approx(plain[near_5_cm].mean(), rel=0.003)
 
 
 def test_pink_noise_falls_as_one_over_f(config, runs):
@@ -213,9 +218,9 @@ def test_pink_noise_falls_as_one_over_f(config, runs):
         tapered = (noise - noise.mean(axis=1, keepdims=True)) * np.hanning(noise.shape[1])
         power.append((np.abs(np.fft.rfft(tapered, 4096, axis=1)) ** 2).mean(axis=0))
     frequency = np.fft.rfftfreq(4096, 0.01)
-    here = (frequency > 0.15) & (frequency < 20)
-    octave = np.floor(np.log2(frequency[here]))
-    mean = [np.log2(np.mean(power, axis=0)[here][octave == k].mean()) for k in np.unique(octave)]
+    in_band = (frequency > 0.15) & (frequency < 20)
+    octave = np.floor(np.log2(frequency[in_band]))
+    mean = [np.log2(np.mean(power, axis=0)[in_band][octave == k].mean()) for k in np.unique(octave)]
     assert np.polyfit(np.unique(octave), mean, 1)[0] == pytest.approx(-1, abs=0.12)
 
 
@@ -257,7 +262,7 @@ def test_many_campaigns_at_once(name, common):
 @pytest.mark.parametrize(("name", "apart_cm"), [("patches", 2.0), ("deep-noise", 0.1)])
 def test_unevenness_of_the_logs(config, runs, name, apart_cm):
     """Relative to the force, by as much at every depth, over a length; patches common to z and x."""
-    many = [
+    pushes = [
         run
         for run in runs.values()
         if run.kind == "plate"
@@ -265,36 +270,36 @@ def test_unevenness_of_the_logs(config, runs, name, apart_cm):
         and (run.gamma_deg or 0) > 40
         and run.direction == "intrusion"
     ]
-    shallow, deep, same = [], [], []
-    near: list[tuple[float, float]] = []
-    far: list[tuple[float, float]] = []
-    for run in many:
-        clean, at = granular(run, config), depth(run, config)
+    shallow, deep, correlations = [], [], []
+    near_pairs: list[tuple[float, float]] = []
+    far_pairs: list[tuple[float, float]] = []
+    for run in pushes:
+        clean, depth_cm = granular(run, config), depth(run, config)
         moved = change(run, config, {name: 10.0})
-        inside = (at > 3) & (np.gradient(at) > 0.003)
+        inside = (depth_cm > 3) & (np.gradient(depth_cm) > 0.003)
         ratio = moved[0] / np.where(clean[0] == 0, np.nan, clean[0])
-        shallow.append(ratio[inside & (at < 4.5)])
-        deep.append(ratio[inside & (at > 5.5)])
+        shallow.append(ratio[inside & (depth_cm < 4.5)])
+        deep.append(ratio[inside & (depth_cm > 5.5)])
         if np.abs(clean[1]).max() > 8:
-            other = moved[1][inside] / clean[1][inside]
-            same.append(np.corrcoef(ratio[inside], other)[0, 1])
-        one = ratio[inside]
-        for pairs, share in ((near, 0.1), (far, 2.2)):
+            ratio_x = moved[1][inside] / clean[1][inside]
+            correlations.append(np.corrcoef(ratio[inside], ratio_x)[0, 1])
+        ratio_z = ratio[inside]
+        for pairs, share in ((near_pairs, 0.1), (far_pairs, 2.2)):
             k = max(
                 1,
                 round(
                     100 * share * apart_cm / np.hypot(1, 1 / np.tan(np.radians(run.gamma_deg or 0)))
                 ),
             )
-            pairs += list(itertools.islice(zip(one[:-k], one[k:], strict=True), 10_000))
+            pairs += list(itertools.islice(zip(ratio_z[:-k], ratio_z[k:], strict=True), 10_000))
     assert np.std(np.concatenate(shallow)) == pytest.approx(0.10, rel=0.2)
     assert np.std(np.concatenate(deep)) == pytest.approx(0.10, rel=0.2)
-    assert len(same) >= 3
-    assert (min(same) > 0.95) if name == "patches" else (max(np.abs(same)) < 0.4)
-    assert np.corrcoef(np.transpose(near))[0, 1] > 0.8
-    assert abs(np.corrcoef(np.transpose(far))[0, 1]) < 0.4
-    half = change(many[0], config, {name: 5.0})
-    np.testing.assert_allclose(2 * half, change(many[0], config, {name: 10.0}), atol=0.025)
+    assert len(correlations) >= 3
+    assert (min(correlations) > 0.95) if name == "patches" else (max(np.abs(correlations)) < 0.4)
+    assert np.corrcoef(np.transpose(near_pairs))[0, 1] > 0.8
+    assert abs(np.corrcoef(np.transpose(far_pairs))[0, 1]) < 0.4
+    half = change(pushes[0], config, {name: 5.0})
+    np.testing.assert_allclose(2 * half, change(pushes[0], config, {name: 10.0}), atol=0.025)
 
 
 def test_length_of_the_way(config, runs):
@@ -323,22 +328,24 @@ def test_proportional_spread(config, runs):
 
 def test_tare_of_another_bed(config, runs):
     run = runs[ROD]
-    felt = np.array(ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).rod)
-    assert np.abs(felt[0]).max() > 0.4
-    np.testing.assert_allclose(change(run, config, {"tare-bed": 50.0}), 0.5 * felt, atol=0.02)
+    force_on_rod = np.array(ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).rod)
+    assert np.abs(force_on_rod[0]).max() > 0.4
+    np.testing.assert_allclose(
+        change(run, config, {"tare-bed": 50.0}), 0.5 * force_on_rod, atol=0.02
+    )
 
 
 def test_draws_know_nothing_of_each_other(config, runs):
     run = runs[SLANTED]
     real = sizes_of([REAL_LAB])
-    both = change(run, config, {"pink": 0.5, "patches": 5.0})
-    alone = change(run, config, {"pink": 0.5}) + change(run, config, {"patches": 5.0})
-    np.testing.assert_allclose(both, alone, atol=0.025)
+    change_of_both = change(run, config, {"pink": 0.5, "patches": 5.0})
+    sum_of_changes = change(run, config, {"pink": 0.5}) + change(run, config, {"patches": 5.0})
+    np.testing.assert_allclose(change_of_both, sum_of_changes, atol=0.025)
     assert bed(run, config, real, 0.005).off == bed(run, config, NONE, 0.005).off
     assert bed(run, config, real).factor == bed(run, config, {"spread-percent": 5.0}).factor
-    many = [bed(each, config, real, 0.005) for each in runs.values()]
+    beds_of_runs = [bed(run, config, real, 0.005) for run in runs.values()]
     correlation = np.corrcoef(
-        [[drawn.surface_cm, drawn.factor, *drawn.off] for drawn in many], rowvar=False
+        [[drawn.surface_cm, drawn.factor, *drawn.off] for drawn in beds_of_runs], rowvar=False
     )
     assert np.abs(correlation - np.eye(4)).max() < 0.12
     # several strokes in one log have a bed each
@@ -347,7 +354,7 @@ def test_draws_know_nothing_of_each_other(config, runs):
 
 
 def test_same_seed_same_bytes(config, tmp_path):
-    few = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
+    directions = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
     written = []
     for number, (media, asked) in enumerate(
         [
@@ -358,7 +365,7 @@ def test_same_seed_same_bytes(config, tmp_path):
     ):
         raw = tmp_path / str(number)
         sheet, sizes = raw / "runs.csv", sizes_of(asked)
-        reenact_disturbed(config, raw, sheet, sizes, media=media, directions=few, seed=3)
+        reenact_disturbed(config, raw, sheet, sizes, media=media, directions=directions, seed=3)
         written.append(
             {
                 path.relative_to(raw).as_posix(): path.read_bytes()
@@ -369,12 +376,12 @@ def test_same_seed_same_bytes(config, tmp_path):
     assert written[1].items() <= written[0].items()
     assert all(written[2][name] != content for name, content in written[1].items())
     sheet = pd.read_csv(tmp_path / "1" / "runs.csv", dtype=str)
-    (said,) = set(sheet["note"].str.partition("; disturbed: ")[2])
-    assert said == (
+    (note,) = set(sheet["note"].str.partition("; disturbed: ")[2])
+    assert note == (
         "surface=1 mm, surface-session=1 mm, lag=0.05 s, spread-percent=5 %, pink=0.05 N, patches=3 %, "
         "deep-noise=2 %, power=1.1, tare-bed=10 %, turn=2 deg"
     )
-    assert f", disturbed: {said}." in (tmp_path / "1" / MARKER).read_text(encoding="utf-8")
+    assert f", disturbed: {note}." in (tmp_path / "1" / MARKER).read_text(encoding="utf-8")
     for name in ("runs.csv", MARKER):
         assert "disturbed" not in (tmp_path / "2" / name).read_text(encoding="utf-8")
 
@@ -383,9 +390,11 @@ def test_sizes():
     assert sizes_of([]) == {}
     assert sizes_of(["surface"]) == {"surface": 1.0}
     assert sizes_of(["turn=-2", "surface=0.5"]) == {"surface": 0.5, "turn": -2.0}
-    every = {name: one.size for name, one in DISTURBANCES.items()}
-    assert sizes_of([REAL_LAB]) == every
-    assert sizes_of(["lag=0", REAL_LAB]) == sizes_of([REAL_LAB, "lag=0"]) == every | {"lag": 0.0}
+    all_sizes = {name: disturbance.size for name, disturbance in DISTURBANCES.items()}
+    assert sizes_of([REAL_LAB]) == all_sizes
+    assert (
+        sizes_of(["lag=0", REAL_LAB]) == sizes_of([REAL_LAB, "lag=0"]) == all_sizes | {"lag": 0.0}
+    )
     assert described({"surface": 0.5, "power": 1.2}) == "surface=0.5 mm, power=1.2"
 
 

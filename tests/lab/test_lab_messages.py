@@ -20,7 +20,9 @@ def test_a_tare_of_another_medium_needs_one(config):
 
 
 def test_a_config_without_a_plate(config):
-    legs = {name: one for name, one in config.intruders.items() if one.shape == "leg"}
+    legs = {
+        name: intruder for name, intruder in config.intruders.items() if intruder.shape == "leg"
+    }
     with pytest.raises(InputError, match="intruders has no entry of shape plate"):
         plate_of(legs)
 

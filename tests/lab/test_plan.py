@@ -13,7 +13,7 @@ from rftfit import reference
 from rftfit.campaign.columns import LABELS, OF_SOURCES
 from rftfit.campaign.config import Container
 from rftfit.errors import InputError
-from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, window
+from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, submerged_depths
 from rftfit.lab.write import SHEET_COLUMNS, sheet_text
 
 
@@ -69,9 +69,9 @@ def test_tares(runs):
 
 
 def test_subset_has_the_same_runs(config, runs):
-    some = plan_runs(config, ["yuma", "poppy_LP"])
-    assert len(some) == 183 + 5 + 3
-    assert set(some) <= set(runs)
+    subset = plan_runs(config, ["yuma", "poppy_LP"])
+    assert len(subset) == 183 + 5 + 3
+    assert set(subset) <= set(runs)
 
 
 def test_unknown_medium(config):
@@ -101,7 +101,7 @@ def test_sheet(runs):
 def test_every_path_leaves_a_window(config, runs):
     for run in runs:
         if run.kind == "plate" and run.direction != "horizontal":
-            shallow, deep = window(run, config)
+            shallow, deep = submerged_depths(run, config)
             assert deep - shallow >= 0.5
 
 
@@ -112,20 +112,20 @@ def test_paths_stay_in_the_box(config, runs):
             continue
         assert run.beta_deg is not None
         half_x, half_z = half_extents(plate, run.beta_deg)
-        parts = segments(run, config)
-        motion = motion_at(parts, np.arange(0, 40, 0.01))
+        path_segments = segments(run, config)
+        motion = motion_at(path_segments, np.arange(0, 40, 0.01))
         assert np.all(np.abs(motion.x_cm) + half_x <= config.container.length_cm / 2 - 6 + 1e-9)
         assert motion.z_cm.min() - half_z >= 4 - config.container.depth_cm
-        stroke = next(part for part in parts if part.phase == "stroke")
+        stroke = next(segment for segment in path_segments if segment.phase == "stroke")
         dx, dz = (np.subtract(stroke.end, stroke.start) / stroke.distance)[:2]
         gamma = math.radians(run.gamma_deg or 0.0)
-        back = -1 if run.direction == "extraction" else 1
-        assert (dx, dz) == pytest.approx((-back * math.cos(gamma), -back * math.sin(gamma)))
-        air = parts[-1] if run.direction == "extraction" else parts[0]
+        sign = -1 if run.direction == "extraction" else 1
+        assert (dx, dz) == pytest.approx((-sign * math.cos(gamma), -sign * math.sin(gamma)))
+        air = path_segments[-1] if run.direction == "extraction" else path_segments[0]
         assert air.phase == "rest"
         assert air.duration_s == 2
         assert air.start[1] - half_z >= 1.5
-        assert [p.duration_s for p in parts if p.phase == "pause"] == [2.0]
+        assert [p.duration_s for p in path_segments if p.phase == "pause"] == [2.0]
         speed = np.hypot(np.diff(motion.x_cm), np.diff(motion.z_cm)) / 0.01
         assert speed.max() <= config.arm.speed_cm_per_s + 1e-6
 

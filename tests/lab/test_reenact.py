@@ -35,33 +35,35 @@ def _table(content):
 
 
 def test_same_seed_same_bytes(config, tmp_path):
-    one, two, part = (tmp_path / name for name in ("one", "two parts", "part"))
-    few: Any = {"media": ["poppy_LP"], "directions": FEW}
-    planned, whole = len(plan_runs(config, **few)), len(plan_runs(config))
-    assert whole == 933
-    sizes = reenact(config, one, one / "runs.csv", **few)
-    reenact(config, two, two / "runs.csv", **few)
-    reenact(config, part, part / "runs.csv", media=["yuma"])
-    said = (one / MARKER).read_text(encoding="utf-8")
-    assert "seed 2013, media: poppy_LP, faults: none, grid: " in said
-    assert f"{(one / 'runs.csv').stat().st_size} runs.csv\n" in said
-    assert said == (two / MARKER).read_text(encoding="utf-8")
-    first = _contents(one)
-    assert first == _contents(two)
-    air = {name: data for name, data in _contents(part).items() if name.startswith("air/")}
+    first_folder, second_folder, sand_folder = (
+        tmp_path / name for name in ("one", "two parts", "part")
+    )
+    selection: Any = {"media": ["poppy_LP"], "directions": FEW}
+    planned, run_count = len(plan_runs(config, **selection)), len(plan_runs(config))
+    assert run_count == 933
+    sizes = reenact(config, first_folder, first_folder / "runs.csv", **selection)
+    reenact(config, second_folder, second_folder / "runs.csv", **selection)
+    reenact(config, sand_folder, sand_folder / "runs.csv", media=["yuma"])
+    marker = (first_folder / MARKER).read_text(encoding="utf-8")
+    assert "seed 2013, media: poppy_LP, faults: none, grid: " in marker
+    assert f"{(first_folder / 'runs.csv').stat().st_size} runs.csv\n" in marker
+    assert marker == (second_folder / MARKER).read_text(encoding="utf-8")
+    contents = _contents(first_folder)
+    assert contents == _contents(second_folder)
+    air = {name: data for name, data in _contents(sand_folder).items() if name.startswith("air/")}
     assert len(air) == 6
-    assert air.items() <= first.items()
+    assert air.items() <= contents.items()
     # logs and their sheet, tracks and theirs
-    assert len(sizes) == len(first) == 2 * planned + 1 + 126 + 1
-    assert sorted(sizes) == sorted(map(len, first.values()))
-    assert sum(sizes) / planned * whole < 150e6
+    assert len(sizes) == len(contents) == 2 * planned + 1 + 126 + 1
+    assert sorted(sizes) == sorted(map(len, contents.values()))
+    assert sum(sizes) / planned * run_count < 150e6
 
 
 def test_another_seed_other_bytes(config, runs):
     run = runs["yuma_c_leg"]
     assert run_logs(run, config, 1) == run_logs(run, config, 1)
-    first, second = run_logs(run, config, 1), run_logs(run, config, 2)
-    assert all(first[name] != second[name] for name in first)
+    logs_1, logs_2 = run_logs(run, config, 1), run_logs(run, config, 2)
+    assert all(logs_1[name] != logs_2[name] for name in logs_1)
 
 
 def test_form_of_the_logs(config, runs):
@@ -118,9 +120,9 @@ def test_default_runs_exist(runs):
 
 
 def test_faults_in_a_campaign(config, tmp_path):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    reenact(config, whole, whole / "runs.csv", media=SANDS)
-    reenact(config, broken, broken / "runs.csv", media=SANDS)
+    whole_folder, broken_folder = tmp_path / "whole", tmp_path / "broken"
+    reenact(config, whole_folder, whole_folder / "runs.csv", media=SANDS)
+    reenact(config, broken_folder, broken_folder / "runs.csv", media=SANDS)
     asked = [
         "missing_tare",
         "missing_log:palms29_c_leg",
@@ -128,18 +130,20 @@ def test_faults_in_a_campaign(config, tmp_path):
         "gap:yuma_flat_leg",
     ]
     campaign = prepare(config, media=SANDS, faults=asked)
-    sizes = campaign.write(broken, broken / "runs.csv")
-    before, after = _contents(whole), _contents(broken)
-    assert set(before) - set(after) == {
+    sizes = campaign.write(broken_folder, broken_folder / "runs.csv")
+    contents_whole, contents_broken = _contents(whole_folder), _contents(broken_folder)
+    assert set(contents_whole) - set(contents_broken) == {
         "yuma/yuma_bp00_g90_in_rod_force.csv",
         "yuma/yuma_bp00_g90_in_rod_motion.csv",
         "palms29/palms29_c_leg_force.csv",
     }
-    assert {name for name in after if after[name] != before[name]} == {
+    assert {name for name in contents_broken if contents_broken[name] != contents_whole[name]} == {
         "runs.csv",
         "yuma/yuma_flat_leg_force.csv",
     }
-    sheets = [pd.read_csv(folder / "runs.csv", dtype=str) for folder in (whole, broken)]
+    sheets = [
+        pd.read_csv(folder / "runs.csv", dtype=str) for folder in (whole_folder, broken_folder)
+    ]
     changed = sheets[0].compare(sheets[1])
     assert changed.shape == (1, 2)
     assert sheets[1].loc[changed.index[0], "run_id"] == "palms29_bp00_g90_in"
@@ -150,17 +154,17 @@ def test_faults_in_a_campaign(config, tmp_path):
         ("wrong_medium_tare", "palms29_bp00_g90_in", "palms29_bp00_g90_in"),
         ("gap", "yuma_flat_leg", "yuma_flat_leg"),
     ]
-    assert len(sizes) == len(after)
+    assert len(sizes) == len(contents_broken)
 
 
 def test_faults_of_the_force_log(config, runs):
     run = runs["poppy_LP_bm30_g45_in"]
-    whole = run_logs(run, config, 2013)
-    good = _table(whole[run.force_log])
+    plain_logs = run_logs(run, config, 2013)
+    good = _table(plain_logs[run.force_log])
 
     def with_fault(name):
         logs = run_logs(run, config, 2013, (name,))
-        assert logs[run.motion_log] == whole[run.motion_log]
+        assert logs[run.motion_log] == plain_logs[run.motion_log]
         content = logs[run.force_log]
         assert content is not None
         return content
@@ -175,12 +179,12 @@ def test_faults_of_the_force_log(config, runs):
     assert (stuck["F3_N"] != good["F3_N"]).sum() == 100
 
     cut = with_fault("truncated")
-    lines = (whole[run.force_log] or b"").split(b"\n")
+    lines = (plain_logs[run.force_log] or b"").split(b"\n")
     pieces = cut.split(b"\n")
     assert pieces[:-1] == lines[: len(pieces) - 1]
-    last = pieces[-1]
-    assert last
-    assert len(last) == len(lines[len(pieces) - 1]) - 4
+    last_piece = pieces[-1]
+    assert last_piece
+    assert len(last_piece) == len(lines[len(pieces) - 1]) - 4
     assert 0.6 < len(pieces) / len(lines) < 0.7
 
     unit = _table(with_fault("wrong_unit"))
@@ -216,10 +220,10 @@ def test_faults_of_the_force_log(config, runs):
 
 def test_faults_of_the_motion(config, runs):
     run = runs["poppy_LP_bm30_g45_in"]
-    whole = run_logs(run, config, 2013)
+    plain_logs = run_logs(run, config, 2013)
     flipped = run_logs(run, config, 2013, ("flipped_beta",))
-    assert flipped[run.force_log] == whole[run.force_log]
-    table, good = _table(flipped[run.motion_log]), _table(whole[run.motion_log])
+    assert flipped[run.force_log] == plain_logs[run.force_log]
+    table, good = _table(flipped[run.motion_log]), _table(plain_logs[run.motion_log])
     np.testing.assert_array_equal(table["angle_deg"], -good["angle_deg"])
     np.testing.assert_array_equal(table["z_mm"], good["z_mm"])
 
@@ -227,4 +231,4 @@ def test_faults_of_the_motion(config, runs):
     force, motion = _table(raised[run.force_log]), _table(raised[run.motion_log])
     assert motion["z_mm"].min() > 150 + 10 * (1.905 * 0.5 + 0.32 * 0.866 + 1.5)
     assert force[["F1_N", "F2_N", "F3_N"]].std().max() < 0.1
-    assert len(force) == len(_table(whole[run.force_log]))
+    assert len(force) == len(_table(plain_logs[run.force_log]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.lab.plan import plan_runs, plate_of, segments, window
+from rftfit.lab.plan import plan_runs, plate_of, segments, submerged_depths
 from rftfit.lab.rig import LabStroke, ideal, nuisance, record
 from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
 
@@ -17,7 +17,7 @@ def runs(config):
 
 
 def _in_stroke(run, config, true):
-    phases = [part.phase for part in segments(run, config)]
+    phases = [segment.phase for segment in segments(run, config)]
     return np.asarray(true.motion.segment == phases.index("stroke"))
 
 
@@ -31,25 +31,25 @@ def test_pull_is_the_mirror_image_of_its_cell(beta_deg, gamma_deg):
     flip = np.array([-1.0, 1.0])
     seen_tangent, seen_velocity = flip * tangent, flip * velocity
     # the cell of the table whose tangent (a line, no arrow) and velocity are those seen
-    found = []
+    cells = []
     for cell_beta in reference.BETA_DEG:
         for cell_gamma in reference.GAMMA_DEG:
             b, g = np.radians([cell_beta, cell_gamma])
             cross = seen_tangent @ np.array([np.sin(b), np.cos(b)])
-            apart = seen_velocity - np.array([-np.cos(g), -np.sin(g)])
-            if abs(cross) < 1e-9 and np.abs(apart).max() < 1e-6:
-                found.append((cell_beta, cell_gamma))
-    assert found
-    for cell in found:
+            difference = seen_velocity - np.array([-np.cos(g), -np.sin(g)])
+            if abs(cross) < 1e-9 and np.abs(difference).max() < 1e-6:
+                cells.append((cell_beta, cell_gamma))
+    assert cells
+    for cell in cells:
         seen_z, seen_x = table_s5("glass3mm_CP", *cell)
         physical_x, physical_z = flip * np.array([seen_x, seen_z])
         assert pull_alpha("glass3mm_CP", beta_deg, gamma_deg) == (physical_z, physical_x)
 
 
 def test_forces_oppose_the_motion_where_they_must(config, runs):
-    down = ideal(runs["poppy_CP_bp00_g90_in"], config)
-    assert down.granular[0].max() > 40
-    assert down.granular[0].min() == 0
+    push_down = ideal(runs["poppy_CP_bp00_g90_in"], config)
+    assert push_down.granular[0].max() > 40
+    assert push_down.granular[0].min() == 0
     toward_minus_x = ideal(runs["poppy_CP_bp90_g00_h762"], config)
     assert toward_minus_x.granular[1].max() > 5
     toward_plus_x = ideal(runs["poppy_CP_bp90_g18_ex"], config)
@@ -67,17 +67,21 @@ def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
         assert run.gamma_deg is not None
         true = ideal(run, config)
         depth = -true.motion.z_cm
-        shallow, deep = window(run, config)
-        here = _in_stroke(run, config, true) & (depth > shallow) & (depth < deep)
-        here &= true.motion.travel > BUILD_UP
+        shallow, deep = submerged_depths(run, config)
+        in_window = _in_stroke(run, config, true) & (depth > shallow) & (depth < deep)
+        in_window &= true.motion.travel > BUILD_UP
         if run.direction == "extraction":
             alpha_z, alpha_x = table_s5(medium, -run.beta_deg, -run.gamma_deg)
             alpha_x = -alpha_x
         else:
             alpha_z, alpha_x = table_s5(medium, run.beta_deg, run.gamma_deg)
-        assert here.sum() > 100
-        np.testing.assert_allclose(true.granular[0][here], alpha_z * depth[here] * area, rtol=1e-12)
-        np.testing.assert_allclose(true.granular[1][here], alpha_x * depth[here] * area, rtol=1e-12)
+        assert in_window.sum() > 100
+        np.testing.assert_allclose(
+            true.granular[0][in_window], alpha_z * depth[in_window] * area, rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            true.granular[1][in_window], alpha_x * depth[in_window] * area, rtol=1e-12
+        )
         checked += 1
     assert checked == 72
 
@@ -90,11 +94,11 @@ def test_level_runs_reach_their_steady_state(config, runs):
         true = ideal(run, config)
         assert run.beta_deg is not None
         assert run.depth_cm is not None
-        here = _in_stroke(run, config, true) & (true.motion.travel > 2)
-        wanted = np.array(table_s5("poppy_CP", run.beta_deg, 0.0)) * run.depth_cm * area
-        for force, value in zip(true.granular, wanted, strict=True):
-            assert force[here].mean() == pytest.approx(value, rel=0.003)
-            assert np.abs(force[here] / value - 1).max() < 0.007 + 0.016
+        is_steady = _in_stroke(run, config, true) & (true.motion.travel > 2)
+        expected_N = np.array(table_s5("poppy_CP", run.beta_deg, 0.0)) * run.depth_cm * area
+        for force, value in zip(true.granular, expected_N, strict=True):
+            assert force[is_steady].mean() == pytest.approx(value, rel=0.003)
+            assert np.abs(force[is_steady] / value - 1).max() < 0.007 + 0.016
             start = _in_stroke(run, config, true) & (true.motion.travel < 0.3)
             assert np.abs(force[start] / value - 1).max() > 0.2
 
@@ -103,36 +107,36 @@ def test_written_numbers_give_the_force_back(config, runs):
     turn = np.radians(config.transducer.turn_deg)
     for name in ("poppy_CP_bm30_g45_in", "glass3mm_CP_bp60_g56_ex", "yuma_c_leg"):
         run = runs[name]
-        odd, made = nuisance(run, 5), record(LabStroke(run, config, 5))
+        odd, log = nuisance(run, 5), record(LabStroke(run, config, 5))
         true = ideal(run, config, phase_s=odd.force_phase_s)
-        f1, f2, f3 = (made.channels_N - odd.bias_N).T
+        f1, f2, f3 = (log.channels_N - odd.bias_N).T
         s_x, s_y, s_z = -f2, f1, -f3  # the axes of the config, read off by hand
-        minutes = (made.force_time_s - odd.start_s) / 60
+        minutes = (log.force_time_s - odd.start_s) / 60
         drift = odd.drift_N_per_min * minutes[:, None]
         force_x = s_x * np.cos(turn) + s_z * np.sin(turn) - drift[:, 0]
         force_z = -s_x * np.sin(turn) + s_z * np.cos(turn) - drift[:, 2]
         for force, number in ((force_z, 0), (force_x, 1)):
-            rest = force - true.rod[number] - true.steady[number] - true.granular[number]
-            assert abs(rest.mean()) < 0.02
-            assert rest.std() == pytest.approx(0.05, rel=0.2)
-            assert np.corrcoef(rest[1:], rest[:-1])[0, 1] == pytest.approx(0.7, abs=0.1)
+            noise_N = force - true.rod[number] - true.steady[number] - true.granular[number]
+            assert abs(noise_N.mean()) < 0.02
+            assert noise_N.std() == pytest.approx(0.05, rel=0.2)
+            assert np.corrcoef(noise_N[1:], noise_N[:-1])[0, 1] == pytest.approx(0.7, abs=0.1)
         assert s_y.std() == pytest.approx(0.05, rel=0.2)
 
 
 def test_motion_log_and_its_clock(config, runs):
     for name, late in (("poppy_LP_bp00_g45_in", 0.0), ("glass3mm_CP_bp00_g45_in", 3600.0)):
         run = runs[name]
-        made, true = record(LabStroke(run, config, 2013)), ideal(run, config)
+        log, true = record(LabStroke(run, config, 2013)), ideal(run, config)
         odd = nuisance(run, 2013)
         assert abs(odd.motion_offset_s + late) <= 0.4
-        elapsed = made.motion_time_s - odd.start_s - odd.motion_offset_s
+        elapsed = log.motion_time_s - odd.start_s - odd.motion_offset_s
         z_mm = np.interp(elapsed, true.motion.elapsed_s, 150 + 10 * true.motion.z_cm)
         x_mm = np.interp(elapsed, true.motion.elapsed_s, 10 * true.motion.x_cm)
-        assert np.abs(made.z_mm - z_mm).max() < 0.03
-        assert np.abs(made.x_mm - x_mm).max() < 0.03
-        assert np.diff(made.motion_time_s) == pytest.approx(0.02)
+        assert np.abs(log.z_mm - z_mm).max() < 0.03
+        assert np.abs(log.x_mm - x_mm).max() < 0.03
+        assert np.diff(log.motion_time_s) == pytest.approx(0.02)
         moved = np.diff(true.motion.x_cm) ** 2 + np.diff(true.motion.z_cm) ** 2 > 1e-12
-        assert np.mean(moved == made.arm_moving[:-1].astype(bool)) > 0.99
+        assert np.mean(moved == log.arm_moving[:-1].astype(bool)) > 0.99
 
 
 def test_rod(config, runs):
@@ -165,18 +169,18 @@ def test_legs_and_sands(config, runs):
         theta = true.motion.angle_deg
         order = np.flatnonzero(true.motion.segment == 1)[5:]
         for force, column in zip(true.granular, ("force_z_N", "force_x_N"), strict=True):
-            back = np.interp(table["theta_deg"], theta[order], force[order])
+            force_N = np.interp(table["theta_deg"], theta[order], force[order])
             span = np.ptp(table[column])
-            assert np.abs(back - table[column]).max() < 0.01 * span
+            assert np.abs(force_N - table[column]).max() < 0.01 * span
             assert force[0] == force[-1] == 0
         air = ideal(runs[run.tare_run], config)
         np.testing.assert_array_equal(air.steady, true.steady)
         assert not np.any(air.granular)
     run = runs["yuma_bp00_g90_in"]
     true = ideal(run, config)
-    here = _in_stroke(run, config, true) & (true.motion.travel > BUILD_UP)
+    in_stroke = _in_stroke(run, config, true) & (true.motion.travel > BUILD_UP)
     area = plate_of(config.intruders)[1].area_cm2
     np.testing.assert_allclose(
-        true.granular[0][here], area * sand_stress("yuma", -true.motion.z_cm[here])
+        true.granular[0][in_stroke], area * sand_stress("yuma", -true.motion.z_cm[in_stroke])
     )
     assert true.granular[0].max() > 90

@@ -8,7 +8,7 @@ from scipy.io import savemat
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, head_of
+from rftfit.logs.registry import claimants, read_head
 
 h5py = pytest.importorskip("h5py")
 
@@ -57,9 +57,9 @@ MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 def test_every_column_by_its_path(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
-    reader, *others = claimants(head_of(path))
+    reader, *other_readers = claimants(read_head(path))
     assert isinstance(reader, ArraysReader)
-    assert not others
+    assert not other_readers
     log = reader.load(path)
     forces = [f"run.F column {k}" for k in (1, 2, 3)]
     assert set(log.columns) == {"run.time", *forces, "z"}
@@ -67,8 +67,8 @@ def test_every_column_by_its_path(name, tmp_path):
     assert_array_equal(np.stack([log.columns[force] for force in forces], axis=1), FORCE)
     assert_array_equal(log.columns["z"], Z)
     assert log.units["z"] == "mm"
-    named = {f"F{k}": force for k, force in enumerate(forces, 1)}
-    assert guesses(log) == {"time": "run.time", **named, "z": "z"}
+    force_columns = {f"F{k}": force for k, force in enumerate(forces, 1)}
+    assert guesses(log) == {"time": "run.time", **force_columns, "z": "z"}
     assert log.rows == N
 
 

@@ -20,19 +20,23 @@ def blocks(monkeypatch):
 
 
 def damaged(name):
-    made = TEXTS[name](ROWS)
-    lines = list(made.lines)
+    foreign_log = TEXTS[name](ROWS)
+    lines = list(foreign_log.lines)
     for row in range(40, ROWS, 41):
         lines[row] = (b"rubbish\n", b"1,2\n", lines[row].replace(b"1", b"x"))[row % 3]
-    return made.header + b"".join(lines) + made.lines[0][:-3]
+    return foreign_log.header + b"".join(lines) + foreign_log.lines[0][:-3]
 
 
-def assert_same(one, other):
-    assert list(one.columns) == list(other.columns)
-    for name, values in one.columns.items():
-        np.testing.assert_array_equal(values, other.columns[name])
-    assert (one.rows, one.dropped, one.missing) == (other.rows, other.dropped, other.missing)
-    assert (one.units, one.notes) == (other.units, other.notes)
+def assert_same(log, whole_log):
+    assert list(log.columns) == list(whole_log.columns)
+    for name, values in log.columns.items():
+        np.testing.assert_array_equal(values, whole_log.columns[name])
+    assert (log.rows, log.dropped, log.missing) == (
+        whole_log.rows,
+        whole_log.dropped,
+        whole_log.missing,
+    )
+    assert (log.units, log.notes) == (whole_log.units, whole_log.notes)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -40,24 +44,24 @@ def test_blocks_give_what_the_whole_gives(name, tmp_path, request):
     path = tmp_path / "log.txt"
     path.write_bytes(damaged(name))
     reader = TEXTS[name](1).reader
-    whole = reader.load(path)
-    assert len(whole.dropped) > 1
+    whole_log = reader.load(path)
+    assert len(whole_log.dropped) > 1
     request.getfixturevalue("blocks")
-    parts = list(reader.stream(path))
-    assert len(parts) > 5
-    assert sum(part.rows for part in parts) == whole.rows
-    assert_same(reader.load(path), whole)
+    block_logs = list(reader.stream(path))
+    assert len(block_logs) > 5
+    assert sum(block_log.rows for block_log in block_logs) == whole_log.rows
+    assert_same(reader.load(path), whole_log)
 
 
 @pytest.mark.usefixtures("blocks")
 def test_a_reader_may_stop_after_the_first_block(tmp_path):
     path = tmp_path / "log.txt"
     path.write_bytes(netft(ROWS).content)
-    before = threading.active_count()
+    thread_count = threading.active_count()
     stream = iter(dialect("ati-netft").stream(path))
     assert next(stream).size > 0
     stream.close()  # type: ignore[attr-defined]
-    assert threading.active_count() == before
+    assert threading.active_count() == thread_count
 
 
 @pytest.mark.usefixtures("blocks")
@@ -76,25 +80,25 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
 
 
 def test_results_come_in_order_and_few_items_are_taken_early():
-    taken: list[int] = []
+    numbers_taken: list[int] = []
 
     def items():
-        for item in range(1, 41):
-            taken.append(item)
-            yield item
+        for number in range(1, 41):
+            numbers_taken.append(number)
+            yield number
 
-    def work(item):
-        time.sleep(0.002 * (item % 3))
-        return item * item
+    def work(number):
+        time.sleep(0.002 * (number % 3))
+        return number * number
 
     for place, result in enumerate(parallel_map(work, items()), start=1):
         assert result == place**2
-        assert len(taken) <= place + MOST_WORKERS + 1
-    assert len(taken) == 40
+        assert len(numbers_taken) <= place + MOST_WORKERS + 1
+    assert len(numbers_taken) == 40
 
 
 def test_an_error_of_the_work_reaches_whoever_asked():
     with pytest.raises(ZeroDivisionError):
-        list(parallel_map(lambda item: 1 / item, [3, 2, 1, 0, 1]))
-    assert list(parallel_map(lambda item: 1 / item, [])) == []
-    assert list(parallel_map(lambda item: 1 / item, [2])) == [0.5]
+        list(parallel_map(lambda number: 1 / number, [3, 2, 1, 0, 1]))
+    assert list(parallel_map(lambda number: 1 / number, [])) == []
+    assert list(parallel_map(lambda number: 1 / number, [2])) == [0.5]

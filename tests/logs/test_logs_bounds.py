@@ -53,7 +53,7 @@ def virtual_of_hidden_external(file):
 
 @pytest.mark.parametrize("name", ["a.h5", "a.mat"])
 @pytest.mark.parametrize(
-    ("make", "named"),
+    ("make", "message"),
     [
         (external, "'F' are in another file, 'secret.bin'"),
         (
@@ -64,7 +64,7 @@ def virtual_of_hidden_external(file):
         (virtual_of_hidden_external, "'#refs#/a' are in another file, 'secret.bin'"),
     ],
 )
-def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, named, name):
+def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, message, name):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "secret.bin").write_bytes(np.arange(8.0).tobytes())
     with h5py.File("secret.h5", "w") as file:
@@ -77,13 +77,13 @@ def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, named, name):
     with pytest.raises(LogError) as caught:
         dialect("arrays").load(tmp_path / name)
     assert caught.value.code == "other_file"
-    for words in (str(tmp_path / name), named, "allowed: values in the log itself"):
+    for words in (str(tmp_path / name), message, "allowed: values in the log itself"):
         assert words in str(caught.value)
 
 
 def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
-    here = ((0.0, 90.0),)
-    folder = make_campaign(tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=here)
+    directions = ((0.0, 90.0),)
+    folder = make_campaign(tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=directions)
     values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
     values["force_log"] = {"dialect": "arrays"}
     folder.config.write_text(yaml.safe_dump(values), encoding="utf-8")
@@ -94,16 +94,16 @@ def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
         path.unlink()
         with h5py.File(path, "w") as file:
             file.create_dataset("F", (8,), "f8", external=[(str(secret), 0, 64)])
-    said = f"the values of 'F' are in another file, '{secret}'; allowed: values in"
+    message = f"the values of 'F' are in another file, '{secret}'; allowed: values in"
     assert main(["inspect", str(path)]) == 2
-    assert f"{path}: {said}" in capsys.readouterr().err
-    done = folder.rftfit("check")
-    assert done.returncode == 2
-    assert said in done.stdout
+    assert f"{path}: {message}" in capsys.readouterr().err
+    process = folder.rftfit("check")
+    assert process.returncode == 2
+    assert message in process.stdout
     run_rules(folder.config, "ingest")
     runs = folder.table("runs/poppy_CP.csv")
     assert set(runs["status"]) == {"refused"}
-    assert runs["reason"].str.contains(said, regex=False).all()
+    assert runs["reason"].str.contains(message, regex=False).all()
 
 
 def test_hdf5_that_reads_itself(tmp_path):
@@ -233,11 +233,11 @@ def test_refused_before_it_takes_memory(tmp_path, name):
     make(tmp_path / name)
     assert (tmp_path / name).stat().st_size < 30_000_000
     command = [sys.executable, "-c", LOAD, reader, str(tmp_path / name)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found, megabytes, said = done.stdout.split(maxsplit=2)
-    assert (found, int(megabytes) < MOST_MB) == (code, True), done.stdout
-    assert said.startswith(str(tmp_path / name))
-    assert "allowed: 1074 MB" in said or code == "damaged"
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    error_code, megabytes, error_text = process.stdout.split(maxsplit=2)
+    assert (error_code, int(megabytes) < MOST_MB) == (code, True), process.stdout
+    assert error_text.startswith(str(tmp_path / name))
+    assert "allowed: 1074 MB" in error_text or code == "damaged"
 
 
 def test_rows_as_wide_as_a_sheet_can_be(tmp_path):

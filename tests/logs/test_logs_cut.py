@@ -33,31 +33,35 @@ def read(reader, content, place):
     return log
 
 
-def whole(made, place):
-    log = read(made.reader, made.content, place)
+def whole_log(foreign_log, place):
+    log = read(foreign_log.reader, foreign_log.content, place)
     assert isinstance(log, Log)
     return log
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_whole_and_claimed_by_its_own_reader_only(name, place):
-    made = LOGS[name]
-    log = whole(made, place)
+    foreign_log = LOGS[name]
+    log = whole_log(foreign_log, place)
     assert (log.rows, log.dropped, log.missing) == (ROWS, {}, {})
-    wanted = np.array([made.cells(line.decode()) for line in made.lines])
-    got = np.stack([log.columns[column] for column in made.raw], axis=1)
-    np.testing.assert_array_equal(got, wanted)
+    cells_of_file = np.array([foreign_log.cells(line.decode()) for line in foreign_log.lines])
+    cells_of_log = np.stack([log.columns[column] for column in foreign_log.raw], axis=1)
+    np.testing.assert_array_equal(cells_of_log, cells_of_file)
     assert (np.diff(log.columns["Time" if name in ("instron", "dated") else "time"]) > 0).all()
-    claim = [other for other, reader in DIALECTS.items() if reader.detect(made.content)]
+    claim = [
+        dialect_name
+        for dialect_name, reader in DIALECTS.items()
+        if reader.detect(foreign_log.content)
+    ]
     assert claim == ([] if name in ("delimited", "dated") else [name])
 
 
-def check_cut(made, full, stop, place):
-    stops = np.cumsum([len(made.header), *map(len, made.lines)])[1:]
+def check_cut(foreign_log, full, stop, place):
+    stops = np.cumsum([len(foreign_log.header), *map(len, foreign_log.lines)])[1:]
     # a data line is complete behind its first line end character
-    ends = stops - [line.endswith(b"\r\n") for line in made.lines]
+    ends = stops - [line.endswith(b"\r\n") for line in foreign_log.lines]
     complete = int((ends <= stop).sum())
-    log = read(made.reader, made.content[:stop], place)
+    log = read(foreign_log.reader, foreign_log.content[:stop], place)
     if isinstance(log, LogError):
         assert complete == log.rows == 0
         return
@@ -73,10 +77,10 @@ def check_cut(made, full, stop, place):
 @pytest.mark.parametrize("name", NAMES)
 def test_cut_anywhere(name, place):
     """At every byte of a short file."""
-    made = TEXTS[name](3)
-    full = whole(made, place)
-    for stop in range(len(made.content) + 1):
-        check_cut(made, full, stop, place)
+    foreign_log = TEXTS[name](3)
+    full = whole_log(foreign_log, place)
+    for stop in range(len(foreign_log.content) + 1):
+        check_cut(foreign_log, full, stop, place)
 
 
 @pytest.mark.statistics
@@ -84,23 +88,25 @@ def test_cut_anywhere(name, place):
 @given(name=st.sampled_from(NAMES), rows=st.integers(1, 400), share=st.floats(0, 1))
 def test_cut_long(name, rows, share, tmp_path_factory):
     place = tmp_path_factory.getbasetemp() / "long.txt"
-    made = TEXTS[name](rows)
-    check_cut(made, whole(made, place), round(share * len(made.content)), place)
+    foreign_log = TEXTS[name](rows)
+    check_cut(
+        foreign_log, whole_log(foreign_log, place), round(share * len(foreign_log.content)), place
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bad_line_keeps_its_place_in_time(name, place):
     """What is left out is a gap; the rows below stay when they were."""
-    made = LOGS[name]
-    full = whole(made, place)
+    foreign_log = LOGS[name]
+    full = whole_log(foreign_log, place)
     for bad, reasons in (
-        (made.lines[5][: len(made.lines[5]) // 2] + b"\n", {CELLS, NUMBER}),
-        (_worse(made, b"x"), {NUMBER}),
-        (_worse(made, b"nan"), {FINITE}),
+        (foreign_log.lines[5][: len(foreign_log.lines[5]) // 2] + b"\n", {CELLS, NUMBER}),
+        (_worse(foreign_log, b"x"), {NUMBER}),
+        (_worse(foreign_log, b"nan"), {FINITE}),
         (b"\x00\xff\xfe garbage\n", {CELLS, NUMBER}),
     ):
-        lines = [*made.lines[:5], bad, *made.lines[6:]]
-        log = read(made.reader, made.header + b"".join(lines), place)
+        lines = [*foreign_log.lines[:5], bad, *foreign_log.lines[6:]]
+        log = read(foreign_log.reader, foreign_log.header + b"".join(lines), place)
         assert isinstance(log, Log)
         assert (log.rows, log.size) == (ROWS, ROWS - 1), bad
         assert set(log.dropped) <= reasons, bad
@@ -110,10 +116,14 @@ def test_a_bad_line_keeps_its_place_in_time(name, place):
             np.testing.assert_array_equal(log.columns[column], values[keep])
 
 
-def _worse(made, word):
+def _worse(foreign_log, word):
     """The sixth line with its last number replaced."""
-    *_, last = re.finditer(rb"-?\d+[.,]\d+", made.lines[5])
-    return made.lines[5][: last.start()] + word + made.lines[5][last.end() :]
+    *_, last_number = re.finditer(rb"-?\d+[.,]\d+", foreign_log.lines[5])
+    return (
+        foreign_log.lines[5][: last_number.start()]
+        + word
+        + foreign_log.lines[5][last_number.end() :]
+    )
 
 
 @pytest.mark.statistics
@@ -124,47 +134,47 @@ def _worse(made, word):
 )
 def test_no_row_is_invented(name, spots, tmp_path_factory):
     """Whatever bytes are changed: each row that comes back stands in a line of the file."""
-    made = LOGS[name]
-    content = bytearray(made.content)
+    foreign_log = LOGS[name]
+    content = bytearray(foreign_log.content)
     for share, patch in spots:
         spot = round(share * len(content))
         content[spot : spot + len(patch)] = patch
-    log = read(made.reader, bytes(content), tmp_path_factory.getbasetemp() / "patched.txt")
+    log = read(foreign_log.reader, bytes(content), tmp_path_factory.getbasetemp() / "patched.txt")
     if isinstance(log, Log):
-        check_rows(made, log, bytes(content))
+        check_rows(foreign_log, log, bytes(content))
 
 
 @pytest.mark.parametrize("name", sorted({*NAMES} - {"ati-netft", "lvm"}))  # no number first
 def test_a_byte_order_mark_within_the_file_is_damage(name, place):
     """Parsers pass over one at the start of what they are given, and take the cell without it."""
-    made = LOGS[name]
-    lines = [b"\xef\xbb\xbf" + made.lines[0].lstrip()[1:], *made.lines[1:]]
-    log = read(made.reader, made.header + b"".join(lines), place)
+    foreign_log = LOGS[name]
+    lines = [b"\xef\xbb\xbf" + foreign_log.lines[0].lstrip()[1:], *foreign_log.lines[1:]]
+    log = read(foreign_log.reader, foreign_log.header + b"".join(lines), place)
     assert log.rows - 1 == log.size == ROWS - 1
 
 
 def test_lost_packets_are_a_gap(place):
-    made = netft(40, lost=3)
-    log = whole(made, place)
+    foreign_log = netft(40, lost=3)
+    log = whole_log(foreign_log, place)
     assert sum(log.missing.values()) == 9
     assert np.diff(log.columns["time"])[9] == pytest.approx(4 / 125)
     assert log.columns["time"][-1] == pytest.approx((39 + 9) / 125)
     # a line that cannot be read is counted as dropped, and not as lost too
-    lines = [*made.lines[:5], b"rubbish\r\n", *made.lines[6:]]
-    damaged = read(made.reader, made.header + b"".join(lines), place)
+    lines = [*foreign_log.lines[:5], b"rubbish\r\n", *foreign_log.lines[6:]]
+    damaged = read(foreign_log.reader, foreign_log.header + b"".join(lines), place)
     assert isinstance(damaged, Log)
     assert (sum(damaged.missing.values()), sum(damaged.dropped.values())) == (9, 1)
 
 
 def test_segments(place):
-    made = lvm(20, segments=3)
-    log = whole(made, place)
+    foreign_log = lvm(20, segments=3)
+    log = whole_log(foreign_log, place)
     assert (log.rows, log.units) == (60, {"time": "s", "Force z": "N", "z": "mm"})
     np.testing.assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
     # a segment with other channels
-    first, second, third = made.content.rsplit(b"Channels", 2)
-    content = b"Channels".join([first, second, third.replace(b"Force z", b"Torque")])
-    log = read(made.reader, content, place)
+    head, middle, tail = foreign_log.content.rsplit(b"Channels", 2)
+    content = b"Channels".join([head, middle, tail.replace(b"Force z", b"Torque")])
+    log = read(foreign_log.reader, content, place)
     assert isinstance(log, Log)
     assert log.dropped == {"segment with other channels than the first": 20}
 
@@ -176,8 +186,8 @@ def test_an_error_that_is_kept_holds_no_file_open(tmp_path):
     gc.disable()  # a file in a circle of references is closed by the collector only
     try:
         (error,) = dialect("delimited").load_many([path])
-        files = [one for one in gc.get_objects() if isinstance(one, io.BufferedReader)]
-        still_open = [one for one in files if one.name == str(path) and not one.closed]
+        files = [file for file in gc.get_objects() if isinstance(file, io.BufferedReader)]
+        still_open = [file for file in files if file.name == str(path) and not file.closed]
     finally:
         gc.enable()
     assert isinstance(error, LogError)

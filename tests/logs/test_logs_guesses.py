@@ -16,12 +16,15 @@ Header = list[tuple[str, str, str]]
 """Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
 
 
-def proposed(path, header, how):
+def proposed(path, header, unit_style):
     """Quantities of a text with this header, by the place of the column that is proposed."""
-    names = [f"{name} [{unit}]" if unit and how == "brackets" else name for name, unit, _ in header]
-    below = ["\t".join(unit for _, unit, _ in header)] if how == "row" else []
+    names = [
+        f"{name} [{unit}]" if unit and unit_style == "brackets" else name
+        for name, unit, _ in header
+    ]
+    unit_rows = ["\t".join(unit for _, unit, _ in header)] if unit_style == "row" else []
     rows = ["\t".join(f"{row}.{k}5" for k in range(len(names))) for row in range(3)]
-    path.write_text("\n".join(["\t".join(names), *below, *rows]) + "\n", encoding="utf-8")
+    path.write_text("\n".join(["\t".join(names), *unit_rows, *rows]) + "\n", encoding="utf-8")
     log = rftfit.read_log(path)
     return {quantity: list(log.columns).index(name) for quantity, name in guesses(log).items()}
 
@@ -155,7 +158,7 @@ AXES = [
 ]
 
 
-def made(luck):
+def make_header(luck):
     """Make a header as some program could write it, with what each column holds."""
     header: Header = [(*luck.choice(TIMES), "time")] if luck.random() < 0.9 else []
     style = luck.randrange(5)
@@ -188,26 +191,30 @@ def made(luck):
         header += [(f"tcp_pose_{k + start}", "", names[k]) for k in range(count)]
     if luck.random() < 0.3:  # a second specimen
         header += [column for column in header if column[2] not in ("", "time")]
-    for other in luck.sample(OTHERS, luck.randrange(5)):
-        header.insert(luck.randrange(len(header) + 1), (*other, ""))
+    for other_column in luck.sample(OTHERS, luck.randrange(5)):
+        header.insert(luck.randrange(len(header) + 1), (*other_column, ""))
     return header
 
 
 def test_no_wrong_quantity_is_proposed(tmp_path):
     luck = random.Random(20)
-    wrong, right, wanted = [], 0, 0
+    wrong, right_count, quantity_count = [], 0, 0
     for _ in range(300):
-        header = made(luck)
-        how = luck.choice(["brackets", "row"]) if any(unit for _, unit, _ in header) else "none"
-        if how == "row" and sum(bool(unit) for _, unit, _ in header) * 2 <= len(header):
-            how = "brackets"
-        found = proposed(tmp_path / "a.tab", header, how)
-        wrong += [(q, header[k], how) for q, k in found.items() if header[k][2] != q]
+        header = make_header(luck)
+        unit_style = (
+            luck.choice(["brackets", "row"]) if any(unit for _, unit, _ in header) else "none"
+        )
+        if unit_style == "row" and sum(bool(unit) for _, unit, _ in header) * 2 <= len(header):
+            unit_style = "brackets"
+        columns_proposed = proposed(tmp_path / "a.tab", header, unit_style)
+        wrong += [
+            (q, header[k], unit_style) for q, k in columns_proposed.items() if header[k][2] != q
+        ]
         truth = {quantity for _, _, quantity in header if quantity}
-        right += len(truth & found.keys())
-        wanted += len(truth)
+        right_count += len(truth & columns_proposed.keys())
+        quantity_count += len(truth)
     assert wrong == []
-    assert right >= 0.95 * wanted, (right, wanted)
+    assert right_count >= 0.95 * quantity_count, (right_count, quantity_count)
 
 
 @pytest.mark.parametrize(

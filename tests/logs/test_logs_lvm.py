@@ -13,12 +13,14 @@ ROWS = 20
 STEP = 0.01 * np.arange(ROWS)
 
 
-def changed(path, key, second, *, part=0, segments=1):
+def changed(path, key, second_value, *, segment=0, segments=1):
     """A file in which one key of one segment's header says something else of the second channel."""
-    head, *parts = lvm(ROWS, segments=segments).content.decode().split("Channels\t")
+    head, *segment_texts = lvm(ROWS, segments=segments).content.decode().split("Channels\t")
     pattern = re.compile(rf"^({key}\t[^\t]*)\t.*$", re.MULTILINE)
-    parts[part] = pattern.sub(rf"\g<1>\t{second}\t", parts[part], count=1)
-    path.write_text("Channels\t".join([head, *parts]), encoding="utf-8")
+    segment_texts[segment] = pattern.sub(
+        rf"\g<1>\t{second_value}\t", segment_texts[segment], count=1
+    )
+    path.write_text("Channels\t".join([head, *segment_texts]), encoding="utf-8")
     return path
 
 
@@ -30,7 +32,7 @@ def clocks_differ(path):
 
 
 @pytest.mark.parametrize(
-    ("key", "second", "own"),
+    ("key", "second_value", "expected_time"),
     [
         ("X0", "0,5", 0.5 + STEP),
         ("Delta_X", "0,02", 2 * STEP),
@@ -38,11 +40,11 @@ def clocks_differ(path):
         ("Date", "2026/01/03", 86400 + STEP),
     ],
 )
-def test_channels_on_clocks_of_their_own(tmp_path, key, second, own):
-    path = changed(tmp_path / "a.lvm", key, second)
+def test_channels_on_clocks_of_their_own(tmp_path, key, second_value, expected_time):
+    path = changed(tmp_path / "a.lvm", key, second_value)
     assert "'Force z' from 0 s, every 0.01 s; 'z' from " in clocks_differ(path)
     # each gets its own time, counted from one moment
-    for names, time in (({"Force z", "F1"}, STEP), ({"z", "x"}, own)):
+    for names, time in (({"Force z", "F1"}, STEP), ({"z", "x"}, expected_time)):
         log = LvmReader().only(names).load(path)
         assert set(log.columns) == {"time", *names.intersection({"Force z", "z"})}
         np.testing.assert_allclose(log.columns["time"], time, atol=1e-6)
@@ -54,7 +56,7 @@ def test_a_blank_in_the_header_says_nothing_else(tmp_path):
 
 
 def test_a_later_segment_is_looked_at_too(tmp_path):
-    path = changed(tmp_path / "a.lvm", "X0", "0,5", part=1, segments=2)
+    path = changed(tmp_path / "a.lvm", "X0", "0,5", segment=1, segments=2)
     clocks_differ(path)
     log = LvmReader().only({"z"}).load(path)
     np.testing.assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
@@ -70,8 +72,8 @@ def with_x(path, columns, shift, late=0.0):
         head = head.replace("X_Value\tForce z\tz", "X_Value\tForce z\tX_Value\tz")
     lines = []
     for row, time in enumerate(STEP):
-        second = f"\t{time + shift:.6f}" if multi else ""
-        lines.append(f"{time:.6f}\t{row:.1f}{second}\t{-row:.1f}\n")
+        second_time = f"\t{time + shift:.6f}" if multi else ""
+        lines.append(f"{time:.6f}\t{row:.1f}{second_time}\t{-row:.1f}\n")
     path.write_text((head + "".join(lines)).replace(".", ","), encoding="utf-8")
     return path
 
@@ -82,8 +84,8 @@ def with_x(path, columns, shift, late=0.0):
 )
 def test_x_columns_that_differ(tmp_path, columns, shift, late):
     path = with_x(tmp_path / "a.lvm", columns, shift, late)
-    said = clocks_differ(path)
-    assert columns == "One" or f"found 0 s, {shift + late:g} s in one row" in said
+    message = clocks_differ(path)
+    assert columns == "One" or f"found 0 s, {shift + late:g} s in one row" in message
     force, motion = (LvmReader().only({name}).load(path) for name in ("Force z", "z"))
     np.testing.assert_allclose(force.columns["time"], STEP, atol=1e-6)
     np.testing.assert_allclose(motion.columns["time"], shift + late + STEP, atol=1e-6)

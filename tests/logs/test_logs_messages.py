@@ -12,7 +12,7 @@ from foreign_logs import daq, instron, lvm, netft, rostopic
 from rftfit.campaign.config import ForceLog, TextFormat
 from rftfit.errors import InputError
 from rftfit.logs import base, rosbag, tdms
-from rftfit.logs.base import LogError, check_size
+from rftfit.logs.base import LogError, refuse_large_file
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import GROUPED
@@ -21,18 +21,18 @@ LVM = lvm(3).content
 NETFT = netft(3).content
 
 
-def refused(reader, path, content, code, *found):
+def refused(reader, path, content, code, *words):
     path.write_bytes(content)
     with pytest.raises(LogError) as caught:
         reader.load(path)
     assert caught.value.code == code
     assert str(caught.value).startswith(f"{path}: ")
-    for text in found:
+    for text in words:
         assert text in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "found"),
+    ("name", "content", "message"),
     [
         ("ati-daq", b"".join(daq(3).content.splitlines(keepends=True)[:2]), "cut short"),
         ("ati-netft", NETFT[: NETFT.index(b"Status")], "Status (hex)"),
@@ -53,41 +53,41 @@ def refused(reader, path, content, code, *found):
         ("rostopic", rostopic(3).content.replace(b"%time", b"time"), "%time"),
     ],
 )
-def test_header_of_a_dialect(tmp_path, name, content, found):
-    refused(dialect(name), tmp_path / "log.txt", content, "header", found)
+def test_header_of_a_dialect(tmp_path, name, content, message):
+    refused(dialect(name), tmp_path / "log.txt", content, "header", message)
 
 
 def test_lvm_segment_without_an_end(tmp_path, monkeypatch):
-    first, last = b"***End_of_Header***", LVM.rindex(b"***End_of_Header***")
-    assert LVM.index(first) != last
+    end_mark, last_start = b"***End_of_Header***", LVM.rindex(b"***End_of_Header***")
+    assert LVM.index(end_mark) != last_start
     monkeypatch.setattr("rftfit.logs.labview.MAX_LINE", 100)
-    content = LVM[:last] + b"Notes\tx\n" * 50
+    content = LVM[:last_start] + b"Notes\tx\n" * 50
     refused(dialect("lvm"), tmp_path / "log.lvm", content, "header", "***End_of_Header***")
 
 
 def test_netft_that_never_reached_its_transducer(tmp_path):
     content = re.sub(rb"RDT Sample Rate: *[0-9]+", b"RDT Sample Rate: 0", NETFT)
-    found = "found RDT Sample Rate: 0", "options: {rate_Hz: ...}"
-    refused(dialect("ati-netft"), tmp_path / "log.csv", content, "rate", *found)
+    words = "found RDT Sample Rate: 0", "options: {rate_Hz: ...}"
+    refused(dialect("ati-netft"), tmp_path / "log.csv", content, "rate", *words)
 
 
 @pytest.mark.parametrize(
-    ("text", "content", "found"),
+    ("text", "content", "message"),
     [
         ({"skip_lines": 5}, b"t,F\n1,2\n", "5 lines (skip_lines)"),
         ({"units": True}, b"t,F\n", "(units: true)"),
         (None, b"t,F\n1,2\n", "`text`"),
     ],
 )
-def test_described_text(tmp_path, text, content, found):
+def test_described_text(tmp_path, text, content, message):
     reader = dialect("delimited")
     if text:
         reader = DelimitedReader(TextFormat.model_validate({"delimiter": ",", **text}))
-    refused(reader, tmp_path / "log.csv", content, "header", found)
+    refused(reader, tmp_path / "log.csv", content, "header", message)
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "said"),
+    ("name", "options", "message"),
     [
         ("rig", {"sheet": 1}, "config, force_log.options: found the option 'sheet'; allowed: none"),
         ("xlsx", {"page": 1}, "config, force_log.options: .*sheet.*page|.*page.*sheet"),
@@ -96,8 +96,8 @@ def test_described_text(tmp_path, text, content, found):
         ("ati-daq", {"rate_Hz": -1}, "rate_Hz: found -1; allowed: a number above 0, in Hz"),
     ],
 )
-def test_options(name, options, said):
-    with pytest.raises(InputError, match=said):
+def test_options(name, options, message):
+    with pytest.raises(InputError, match=message):
         source_reader(
             ForceLog.model_validate({"dialect": name, "options": options}), "rig", "force_log"
         )
@@ -120,11 +120,11 @@ def test_tdms_and_rosbag(tmp_path, monkeypatch):
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([nptdms.ChannelObject("Data", "F", np.arange(3.0))])
     content, reader = path.read_bytes(), tdms.TdmsReader()
-    other = reader.with_options({"group": "Other"})
-    refused(other, path, content, "group", "'Other'; the file has: Data")
-    for module, one in ((base, reader), (rosbag, rosbag.RosBagReader())):
-        monkeypatch.setattr(module, "check_size", partial(check_size, most=10))
-        refused(one, path, content, "too_large")
+    other_group = reader.with_options({"group": "Other"})
+    refused(other_group, path, content, "group", "'Other'; the file has: Data")
+    for module, module_reader in ((base, reader), (rosbag, rosbag.RosBagReader())):
+        monkeypatch.setattr(module, "refuse_large_file", partial(refuse_large_file, most=10))
+        refused(module_reader, path, content, "too_large")
     monkeypatch.setitem(sys.modules, "nptdms", None)
     refused(reader, path, content, "extra", 'pip install "rftfit[tdms]"')
 
@@ -142,9 +142,9 @@ def test_samples_and_messages_that_were_lost(tmp_path):
 def test_a_message_without_a_number_is_none_that_was_lost(tmp_path):
     path, lines = tmp_path / "log.txt", rostopic(60).content.splitlines(keepends=True)
     for row in (1, 6, 50):
-        stamp, number, rest = lines[row].split(b",", 2)
+        stamp, number, other_cells = lines[row].split(b",", 2)
         assert number.isdigit()
-        lines[row] = b",".join([stamp, b"", rest])
+        lines[row] = b",".join([stamp, b"", other_cells])
     path.write_bytes(b"".join(lines))
     log = dialect("rostopic").load(path)
     assert (log.size, log.missing) == (60, {})

@@ -11,7 +11,7 @@ import pytest
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, head_of
+from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, read_head
 from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
@@ -30,14 +30,14 @@ def install(tmp_path, monkeypatch):
     site = tmp_path / "site"
     site.mkdir()
     monkeypatch.syspath_prepend(str(site))
-    before = set(sys.modules)
+    modules_before = set(sys.modules)
 
-    def put(package, module, code, **points):
+    def put_package(package, module, code, **points):
         (site / f"{module}.py").write_text(code, encoding="utf-8")
         info = site / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
-        named = f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n"
-        (info / "METADATA").write_text(named, encoding="utf-8")
+        metadata = f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n"
+        (info / "METADATA").write_text(metadata, encoding="utf-8")
         lines = [f"{name} = {target}\n" for name, target in points.items()]
         listed = f"[{plugins_module.GROUP}]\n" + "".join(lines)
         (info / "entry_points.txt").write_text(listed, encoding="utf-8")
@@ -45,9 +45,9 @@ def install(tmp_path, monkeypatch):
         plugins_module.plugins.cache_clear()
 
     fresh()
-    yield put
+    yield put_package
     fresh()
-    for name in set(sys.modules) - before:
+    for name in set(sys.modules) - modules_before:
         if name.startswith("ourlab"):
             del sys.modules[name]
 
@@ -61,7 +61,7 @@ def test_the_example_of_the_documentation(install, tmp_path):
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, encoding="utf-8")
-    (reader,) = claimants(head_of(path))
+    (reader,) = claimants(read_head(path))
     assert reader.name == name
     assert "package ourlab-dialect" in reader.describe()
     log = reader.load(path)
@@ -73,9 +73,9 @@ def test_the_example_of_the_documentation(install, tmp_path):
     content = log_text.encode()
     for stop in range(len(content)):
         path.write_bytes(content[:stop])
-        got = reader.load_many([path])[0]
-        if not isinstance(got, LogError):
-            assert got.size <= content[:stop].count(b"\n") - 2
+        cut_log = reader.load_many([path])[0]
+        if not isinstance(cut_log, LogError):
+            assert cut_log.size <= content[:stop].count(b"\n") - 2
 
 
 GOOD = "class D:\n    def describe(self): return 'ours'\n    def detect(self, head): return head[:4] == b'OURS'\n"
@@ -94,7 +94,7 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
         ("two", failing, "same"),
     ):
         install(f"ourlab-{package}", f"ourlab_{package}", code, **{name: f"ourlab_{package}:D"})
-    said = "\n".join(faults())
+    text = "\n".join(faults())
     for words in (
         "a-broken of package ourlab-broken (ourlab_broken:D) cannot be loaded",
         "No module named 'no_such_module'",
@@ -103,14 +103,14 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
         "rig of package ourlab-thief has the name of one of the program's own",
         "in package ourlab-one and in package ourlab-two",
     ):
-        assert words in said
+        assert words in text
     assert "ourlab-one" in dialects()["same"].describe()
     assert dialect("rig") is DIALECTS["rig"]
     with pytest.raises(InputError, match="the dialect a-broken of package ourlab-broken"):
         dialect("a-broken")
     path = tmp_path / "log"
     path.write_bytes(b"OURS 1\n")
-    assert claimants(head_of(path))[0].name == "failing"
+    assert claimants(read_head(path))[0].name == "failing"
     assert not dialect("wrong").detect(b"OURS")
     for name, match in (
         ("failing", "failing of package ourlab-failing failed: ZeroDivisionError"),
@@ -156,7 +156,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     campaign.write_text(text, encoding="utf-8")
     states = read_states(campaign)[0]
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
-    before = [states.of(*job)["code"] for job in jobs]
+    codes_before = [states.of(*job)["code"] for job in jobs]
     state = present_provenance(states)
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
@@ -165,21 +165,25 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     module.write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
     fresh()
     changed = States(states.campaign)
-    after = [changed.of(*job)["code"] for job in jobs]
+    codes_after = [changed.of(*job)["code"] for job in jobs]
     # a figure that reads logs is drawn again too
-    assert [one != other for one, other in zip(before, after, strict=True)] == [True, True, False]
-    found = changes_between(state, present_provenance(changed))
-    assert [(one.sort, one.name) for one in found] == [("code", "ourlab_dialect")]
+    assert [
+        change != new_code for change, new_code in zip(codes_before, codes_after, strict=True)
+    ] == [True, True, False]
+    changes = changes_between(state, present_provenance(changed))
+    assert [(change.sort, change.name) for change in changes] == [("code", "ourlab_dialect")]
 
     (tmp_path / "site" / "ourlab_dialect.py").unlink()
     shutil.rmtree(tmp_path / "site" / "ourlab_dialect-1.0.dist-info")
     sys.modules.pop("ourlab_dialect", None)
     importlib.invalidate_caches()
     fresh()
-    gone = [
-        one for one in changes_between(state, present_provenance(states)) if one.now == "not there"
+    removals = [
+        change
+        for change in changes_between(state, present_provenance(states))
+        if change.now == "not there"
     ]
-    assert ("code", "ourlab_dialect") in [(one.sort, one.name) for one in gone]
+    assert ("code", "ourlab_dialect") in [(change.sort, change.name) for change in removals]
 
 
 def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):

@@ -9,7 +9,7 @@ from real_logs import LOGS, OTHERWISE
 import rftfit
 from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, dialect, head_of
+from rftfit.logs.registry import claimants, dialect, read_head
 
 pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
 
@@ -34,7 +34,7 @@ REFUSED = {
 @pytest.mark.parametrize("file", TEXTS)
 def test_read(file):
     name, rows = TEXTS[file]
-    assert [reader.name for reader in claimants(head_of(LOGS / file))] == [name]
+    assert [reader.name for reader in claimants(read_head(LOGS / file))] == [name]
     log = dialect(name).load(LOGS / file)
     assert log.rows == rows
     assert log.size == rows or file.endswith("PE.csv")
@@ -42,7 +42,7 @@ def test_read(file):
 
 @pytest.mark.parametrize("file", REFUSED)
 def test_refused(file):
-    (reader,) = claimants(head_of(LOGS / file))
+    (reader,) = claimants(read_head(LOGS / file))
     with pytest.raises(LogError, match=re.escape(REFUSED[file])):
         reader.load(LOGS / file)
     if "Rate" in REFUSED[file]:  # and with a rate
@@ -52,7 +52,7 @@ def test_refused(file):
 
 def test_every_file_is_known():
     for path in LOGS.rglob("*"):
-        head = head_of(path) if path.is_file() and path.name != "README.md" else b""
+        head = read_head(path) if path.is_file() and path.name != "README.md" else b""
         assert not head or len(claimants(head)) == (path.parent.name not in DELIMITED), path
 
 

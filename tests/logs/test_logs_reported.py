@@ -132,12 +132,12 @@ def test_units_of_headers_in_several_rows():
 
 
 def test_columns_that_cannot_be_read_are_named_with_the_reason():
-    for file, name, why in (
+    for file, name, reason in (
         ("b42_formulas_uncached.xlsx", "Force", "open and save it in a spreadsheet program"),
         ("m12_ags4.ags", "LOCA_ID", "'CPT1' (no number and no time)"),
     ):
         log = api.read_log(REPORTED / file)
-        assert why in log.unread[name]
+        assert reason in log.unread[name]
     log = api.read_log(REPORTED / "b20_object.npz")
     assert log.notes == (
         "no arrays of numbers, left out: data (objects of Python, which may run any program)",
@@ -192,8 +192,8 @@ def test_what_is_proposed_is_read(path):
     for log in read_by(path, proposed).values():
         assert log.size > 0 or not log.columns
     for survey in surveys:
-        for why in survey.unread.values():
-            assert not re.match(r"'[-+.0-9]*'", why), why
+        for reason in survey.unread.values():
+            assert not re.match(r"'[-+.0-9]*'", reason), reason
 
 
 # --- Headers made by rules: what is proposed is read, whatever stands above the numbers
@@ -273,23 +273,25 @@ def made_log(header, cells, cut):
 @pytest.mark.parametrize("header", HEADERS)
 def test_what_is_proposed_for_made_headers_is_read(header, tmp_path):
     """In all numbers of the file, none of them in a column that is called unread."""
-    for number, (_, cells, cut) in enumerate(made for made in MADE if made[0] == header):
+    for number, (_, cells, cut) in enumerate(
+        made_header for made_header in MADE if made_header[0] == header
+    ):
         case = f"{header}, {cells}, {DELIMITERS[cut]}"
         path = tmp_path / f"{number}.txt"
         text, values = made_log(header, cells, cut)
         path.write_text(text, encoding="utf-8")
         (survey,), proposed = inspected(path)
         assert survey.unread == {}, case
-        there = np.isfinite(values)
+        is_number = np.isfinite(values)
         if cells == "words between":  # a word among numbers is damage, and costs the row
-            there &= there.all(axis=1)[:, None]
-        assert [column.values for column in survey.columns[:3]] == [*there.sum(axis=0)], case
+            is_number &= is_number.all(axis=1)[:, None]
+        assert [column.values for column in survey.columns[:3]] == [*is_number.sum(axis=0)], case
         for key, quantity, place in (("force_log", "F3", 1), ("motion_log", "z", 2)):
             if quantity in ((proposed.get(key) or {}).get("columns") or {}):
                 log = read_by(path, {key: proposed[key]})[key]
-                whole = np.isfinite(values[:, place])
-                assert_allclose(log.columns[quantity], values[whole, place], err_msg=case)
-                assert_allclose(log.columns["time"], values[whole, 0], err_msg=case)
+                is_whole_row = np.isfinite(values[:, place])
+                assert_allclose(log.columns[quantity], values[is_whole_row, place], err_msg=case)
+                assert_allclose(log.columns["time"], values[is_whole_row, 0], err_msg=case)
 
 
 def test_made_headers_are_many():

@@ -12,7 +12,7 @@ from seeds import example_count
 
 from rftfit.errors import InputError
 from rftfit.logs.base import FINITE, Log, LogError
-from rftfit.logs.registry import DIALECTS, claimants, dialect, head_of
+from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
 from rftfit.logs.rig import RigReader
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
@@ -28,8 +28,8 @@ def read(folder, content):
     path = folder / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     log = RigReader().load(path)
-    kept = next(iter(log.columns.values())).size
-    assert kept + sum(log.dropped.values()) == log.rows
+    kept_rows = next(iter(log.columns.values())).size
+    assert kept_rows + sum(log.dropped.values()) == log.rows
     assert all(np.isfinite(values).all() for values in log.columns.values())
     return log
 
@@ -42,8 +42,8 @@ def refused(folder, content):
 
 
 def expect(log, rows):
-    wanted = np.array([[float(cell) for cell in row.split(",")] for row in rows])
-    np.testing.assert_array_equal(np.stack(list(log.columns.values())), wanted.T)
+    expected_cells = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    np.testing.assert_array_equal(np.stack(list(log.columns.values())), expected_cells.T)
 
 
 def body(*rows):
@@ -70,12 +70,12 @@ def test_whole_logs(tmp_path, text, encoding, end):
 
 
 def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
-    first, second, third = FORCE_ROWS
-    whole = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first}\n# gap\n   \n{second}\n{third}\n\n#end"
+    first_row, second_row, third_row = FORCE_ROWS
+    content = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first_row}\n# gap\n   \n{second_row}\n{third_row}\n\n#end"
     for text in (
-        whole,
-        whole + "\n",
-        whole.replace("\n", "\r\n") + "\n \n ",
+        content,
+        content + "\n",
+        content.replace("\n", "\r\n") + "\n \n ",
         FORCE.replace(",", " , "),
     ):
         log = read(tmp_path, text)
@@ -116,10 +116,10 @@ def test_too_large(tmp_path, monkeypatch):
 
 # 3.37 may once have been 3.375: five cells, and still not a row to believe
 # 3.37 may once have been 3.375: five cells, and still not a row to believe
-@pytest.mark.parametrize("part", ["0.03,1,0.5", "0.03,1,0.5,-3,3.37"])
-def test_cut_in_mid_row(tmp_path, part):
+@pytest.mark.parametrize("cut_row", ["0.03,1,0.5", "0.03,1,0.5,-3,3.37"])
+def test_cut_in_mid_row(tmp_path, cut_row):
     for text, dropped in ((FORCE, {CUT: 1}), (FORCE + "1,2\n", {CUT: 1, CELLS: 1})):
-        log = read(tmp_path, text + part)
+        log = read(tmp_path, text + cut_row)
         assert log.dropped == dropped
         expect(log, FORCE_ROWS)
 
@@ -138,9 +138,9 @@ BAD = {
 )
 def test_bad_row(tmp_path, row, reason):
     # the same verdict alone (fast path) and beside a row of another fault (line by line)
-    for more in ([], ["x,x,x,x,x"]):
-        log = read(tmp_path, body(FORCE_ROWS[0], row, *more, FORCE_ROWS[1]))
-        assert log.dropped == Counter([reason, *(NUMBER for _ in more)])
+    for other_bad_rows in ([], ["x,x,x,x,x"]):
+        log = read(tmp_path, body(FORCE_ROWS[0], row, *other_bad_rows, FORCE_ROWS[1]))
+        assert log.dropped == Counter([reason, *(NUMBER for _ in other_bad_rows)])
         expect(log, FORCE_ROWS[:2])
 
 
@@ -176,19 +176,19 @@ def test_other_header(tmp_path, header):
         assert words in str(error)
 
 
-@pytest.mark.parametrize(("other", "rows"), [({}, 3), ({"x": np.zeros(3)}, 2)])
-def test_log_that_does_not_add_up_cannot_be_made(other, rows):
+@pytest.mark.parametrize(("columns", "rows"), [({}, 3), ({"x": np.zeros(3)}, 2)])
+def test_log_that_does_not_add_up_cannot_be_made(columns, rows):
     with pytest.raises(AssertionError, match="do not add up"):
-        Log(Path("a.csv"), {"time": np.zeros(2), **other}, {"time": "s"}, rows)
+        Log(Path("a.csv"), {"time": np.zeros(2), **columns}, {"time": "s"}, rows)
 
 
 def test_take_counts_what_goes():
     log = Log(Path("a.csv"), {"time": np.arange(4.0)}, {"time": "s"}, 5, {"early": 1})
     assert log.take(np.ones(4, dtype=bool), "late") is log
-    less = log.take(np.array([1, 0, 1, 0], dtype=bool), "late")
-    less = less.take(np.array([True, False]), "early")
-    assert less.dropped == {"early": 2, "late": 2}
-    assert less.columns["time"].tolist() == [0.0]
+    kept_log = log.take(np.array([1, 0, 1, 0], dtype=bool), "late")
+    kept_log = kept_log.take(np.array([True, False]), "early")
+    assert kept_log.dropped == {"early": 2, "late": 2}
+    assert kept_log.columns["time"].tolist() == [0.0]
 
 
 def test_registry(tmp_path):
@@ -198,11 +198,11 @@ def test_registry(tmp_path):
         dialect("rigg")
     path = tmp_path / "log.csv"
     path.write_text(FORCE, encoding="utf-8")
-    assert claimants(head_of(path)) == [DIALECTS["rig"]]
+    assert claimants(read_head(path)) == [DIALECTS["rig"]]
     path.write_text("<html>", encoding="utf-8")
-    assert claimants(head_of(path)) == []
+    assert claimants(read_head(path)) == []
     with pytest.raises(InputError, match="cannot be opened"):
-        head_of(tmp_path / "nowhere.csv")
+        read_head(tmp_path / "nowhere.csv")
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
@@ -218,14 +218,14 @@ numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
 def test_any_valid_file_cut_anywhere(rows, end, data):
     content = end.join([MOTION_HEADER, *(",".join(map(repr, row)) for row in rows), ""])
     start = len(MOTION_HEADER)
-    part = content[: data.draw(st.integers(start, len(content)))]
-    text = part[start:].replace("\r\n", "\n").replace("\r", "\n").removeprefix("\n")
-    *complete, rest = text.split("\n")
+    cut_content = content[: data.draw(st.integers(start, len(content)))]
+    text = cut_content[start:].replace("\r\n", "\n").replace("\r", "\n").removeprefix("\n")
+    *complete, last_line = text.split("\n")
     with tempfile.TemporaryDirectory() as folder:
         if not text:
-            assert refused(Path(folder), part).code == "header_only"
+            assert refused(Path(folder), cut_content).code == "header_only"
             return
-        log = read(Path(folder), part)
-    assert log.dropped == ({CUT: 1} if rest else {})
-    wanted = np.array(rows[: len(complete)]).reshape(-1, 4)
-    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), wanted)
+        log = read(Path(folder), cut_content)
+    assert log.dropped == ({CUT: 1} if last_line else {})
+    expected_cells = np.array(rows[: len(complete)]).reshape(-1, 4)
+    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), expected_cells)

@@ -47,9 +47,9 @@ def write_ros2(path, raws, plugin="MCAP", kind=WRENCH, topics=("/wrench",), mode
     if mode != "NONE":
         bag.set_compression(rosbag2.CompressionMode[mode], rosbag2.CompressionFormat.ZSTD)
     with bag:
-        found = [bag.add_connection(topic, kind, typestore=STORE) for topic in topics]
+        connections = [bag.add_connection(topic, kind, typestore=STORE) for topic in topics]
         for index, raw in enumerate(raws):
-            bag.write(found[index % len(found)], 5 * 10**9 + index * 10**7, raw)
+            bag.write(connections[index % len(connections)], 5 * 10**9 + index * 10**7, raw)
     return next(path.glob("*.mcap" if plugin == "MCAP" else "*.db3*"))
 
 
@@ -115,7 +115,9 @@ def test_wrenches_of_ros2(tmp_path, plugin, endians):
 def test_joint_states_and_texts_of_other_lengths(tmp_path):
     raws = []
     for index in range(10):
-        position, none, effort = (np.array(one) for one in ([0.1 * index, 1.5], [], [0.0, 9.0]))
+        position, none, effort = (
+            np.array(values) for values in ([0.1 * index, 1.5], [], [0.0, 9.0])
+        )
         header, names = Header(Time(200, index * 10**6), ""), ["shoulder", "elbow"]
         message = TYPES[JOINTS](header, names, position, none, effort)
         raws.append(STORE.serialize_cdr(message, JOINTS))
@@ -125,11 +127,11 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path):
     # a frame's name that grows moves every number behind it
     raws = [wrench(index, "f" * (index % 3)) for index in range(30)]
     bag = write_ros2(tmp_path / "b", raws, "SQLITE3")
-    every = RosBagReader().of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
-    np.testing.assert_array_equal(every.columns["wrench.force.x"], np.arange(30.0))
-    one = RosBagReader().of_source({"header.frame_id": ("ff",)}).load(bag)
-    np.testing.assert_array_equal(one.columns["wrench.force.x"], np.arange(2.0, 30, 3))
-    assert one.dropped == {OTHER_SOURCE: 20}
+    log_of_all = RosBagReader().of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
+    np.testing.assert_array_equal(log_of_all.columns["wrench.force.x"], np.arange(30.0))
+    log_of_ff = RosBagReader().of_source({"header.frame_id": ("ff",)}).load(bag)
+    np.testing.assert_array_equal(log_of_ff.columns["wrench.force.x"], np.arange(2.0, 30, 3))
+    assert log_of_ff.dropped == {OTHER_SOURCE: 20}
     # readings that go on are of one source, whatever it is called
     assert RosBagReader().load(bag).size == 30
     raws = [wrench(10 * (index % 2) + index, "fg"[index % 2]) for index in range(30)]
@@ -152,21 +154,24 @@ def test_a_folder_of_ros2(tmp_path, mode):
 
 
 def test_a_folder_of_several_files(tmp_path):
-    parts = []
+    metadata = []
     (tmp_path / "bag").mkdir()
-    for part in range(2):
-        raws = map(wrench, range(part * 30, part * 30 + 30))
-        path = write_ros2(tmp_path / f"part{part}", raws, "SQLITE3")
-        parts.append(yaml.safe_load((path.parent / "metadata.yaml").read_text()))
-        path.rename(tmp_path / "bag" / f"bag_{part}.db3")
-    whole, other = (part["rosbag2_bagfile_information"] for part in parts)
-    whole["relative_file_paths"] = ["bag_0.db3", "bag_1.db3"]
-    whole["files"] = [
-        one["files"][0] | {"path": f"bag_{part}.db3"} for part, one in enumerate((whole, other))
+    for number in range(2):
+        raws = map(wrench, range(number * 30, number * 30 + 30))
+        path = write_ros2(tmp_path / f"part{number}", raws, "SQLITE3")
+        metadata.append(yaml.safe_load((path.parent / "metadata.yaml").read_text()))
+        path.rename(tmp_path / "bag" / f"bag_{number}.db3")
+    bag_information, second_information = (
+        file_metadata["rosbag2_bagfile_information"] for file_metadata in metadata
+    )
+    bag_information["relative_file_paths"] = ["bag_0.db3", "bag_1.db3"]
+    bag_information["files"] = [
+        entry["files"][0] | {"path": f"bag_{number}.db3"}
+        for number, entry in enumerate((bag_information, second_information))
     ]
-    for counted in (whole, whole["topics_with_message_count"][0]):
+    for counted in (bag_information, bag_information["topics_with_message_count"][0]):
         counted["message_count"] = 60
-    (tmp_path / "bag" / "metadata.yaml").write_text(yaml.safe_dump(parts[0]))
+    (tmp_path / "bag" / "metadata.yaml").write_text(yaml.safe_dump(metadata[0]))
     log = RosBagReader().load(tmp_path / "bag" / "metadata.yaml")
     assert sorted(log.columns["wrench.force.x"]) == list(range(60))
 
@@ -213,23 +218,23 @@ def short_bag():
 )
 @given(share=st.floats(0, 1))
 def test_cut_anywhere(tmp_path, share):
-    content, whole = short_bag()
+    content, whole_log = short_bag()
     path = tmp_path / "cut.bag"
     length = int(share * (len(content) - 1))
     path.write_bytes(content[:length])
     try:
         log = RosBagReader().load(path)
     except LogError as error:
-        said = str(error)
+        message = str(error)
         assert length < 20000  # before the first message
-        assert str(path) in said
+        assert str(path) in message
         return
     assert log.dropped == {"cut in mid-message": 1}
     assert log.rows == log.size + 1
     for name, values in log.columns.items():
-        np.testing.assert_array_equal(values, whole.columns[name][: log.size])
+        np.testing.assert_array_equal(values, whole_log.columns[name][: log.size])
     # what stands before the cut comes back
-    assert log.size >= whole.size * length / len(content) - 200
+    assert log.size >= whole_log.size * length / len(content) - 200
 
 
 @pytest.mark.parametrize(
@@ -260,13 +265,13 @@ def test_without_the_library(tmp_path, monkeypatch):
 
 def test_messages_that_do_not_fit(tmp_path):
     good = bytes(wrench(1))
-    for number, (raws, said) in enumerate(
+    for number, (raws, message) in enumerate(
         [
             ([], "no message on the topic /wrench"),
             ([good[:20]], "no message on /wrench fits its type"),
         ]
     ):
-        with pytest.raises(LogError, match=said):
+        with pytest.raises(LogError, match=message):
             RosBagReader().load(write_ros2(tmp_path / str(number), raws))
     log = RosBagReader().load(write_ros2(tmp_path / "one", [good, good[:20]]))
     assert log.dropped == {"message does not fit its type": 1}
@@ -282,7 +287,7 @@ def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
 
     def without(bag):
         read(bag)
-        bag.connections = [one._replace(msgdef=empty) for one in bag.connections]
+        bag.connections = [connection._replace(msgdef=empty) for connection in bag.connections]
 
     monkeypatch.setattr(McapReader, "open", without)
     bare = typesys.get_typestore(typesys.Stores.EMPTY)
@@ -292,18 +297,18 @@ def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("definition", "said"),
+    ("definition", "message"),
     [
         ("float64[ x", r"the definition of lab/msg/Force in the bag is not readable"),
         ("lab/Gone x", r"no message on /force fits its type"),
         ("lab/Force itself", r"no message on /force fits its type"),
     ],
 )
-def test_a_definition_that_cannot_be_read(tmp_path, definition, said):
+def test_a_definition_that_cannot_be_read(tmp_path, definition, message):
     with rosbag1.Writer(tmp_path / "a.bag") as bag:
         topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, md5sum="0" * 32)
         bag.write(topic, 10**9, b"1234")
-    with pytest.raises(LogError, match=said):
+    with pytest.raises(LogError, match=message):
         RosBagReader().load(tmp_path / "a.bag")
 
 
@@ -338,9 +343,9 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("what", HOSTILE)
-def test_a_type_made_to_take_for_ever_is_refused_at_once(tmp_path, what):
-    definition, raw = HOSTILE[what]
+@pytest.mark.parametrize("hostile_name", HOSTILE)
+def test_a_type_made_to_take_for_ever_is_refused_at_once(tmp_path, hostile_name):
+    definition, raw = HOSTILE[hostile_name]
     path = write_ros1(tmp_path / "a.bag", definition, raw)
     begin = time.process_time()
     with pytest.raises(LogError, match="no message on /force fits its type"):

@@ -43,7 +43,7 @@ READERS = {
 @given(
     ratio=st.floats(0.02, 0.5),
     seed=st.integers(0, 999),
-    told=st.sampled_from(
+    column_and_names=st.sampled_from(
         [
             ("sensor", ("ft_plate", "ft_other")),
             ("sensor_id", (1, 2)),
@@ -52,11 +52,13 @@ READERS = {
     ),
 )
 @settings(max_examples=example_count(60), deadline=None)
-def test_two_sources_are_refused_or_one_of_them_is_read(tmp_path_factory, kind, ratio, seed, told):
-    table, is_other = table_of(seed, ratio, *told)
+def test_two_sources_are_refused_or_one_of_them_is_read(
+    tmp_path_factory, kind, ratio, seed, column_and_names
+):
+    table, is_other = table_of(seed, ratio, *column_and_names)
     path = tmp_path_factory.mktemp("mixed") / f"log.{kind}"
     WRITERS[kind](table, path)
-    column, names = told
+    column, names = column_and_names
     with pytest.raises(LogError, match=f"rows of several sources: the column {column} says"):
         READERS[kind]().only({"time", "Fz"}).load(path)
     log = READERS[kind]().of_source({column: (str(names[0]),)}).only({"time", "Fz"}).load(path)

@@ -19,7 +19,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import rftfit
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import config_block, recognised, refusal, survey
-from rftfit.logs.registry import dialect, head_of
+from rftfit.logs.registry import dialect, read_head
 from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 
 N = 300
@@ -111,13 +111,13 @@ def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
         reader[0].only(["Zeit", "Kraft"]).load(path)
     for dates, month in (("day first", 4), ("month first", 3)):
         log = rftfit.read_log(path, text=text, options={"dates": dates})
-        wanted = dt.datetime(2026, month, 7 - month, 12, tzinfo=dt.UTC).timestamp()
-        assert_array_equal(log.columns["Zeit"], wanted + np.arange(5))
+        start = dt.datetime(2026, month, 7 - month, 12, tzinfo=dt.UTC).timestamp()
+        assert_array_equal(log.columns["Zeit"], start + np.arange(5))
         assert dates in log.notes[0]
 
 
 @pytest.mark.parametrize(
-    ("text", "order", "wanted"),
+    ("text", "order", "fields"),
     [
         ("23.11.2026 12:03:36,100", "", (2026, 11, 23, 12, 3, 36.1)),
         ("11/03/2026 1:00:36.100 PM", "", (2026, 11, 3, 13, 0, 36.1)),
@@ -130,15 +130,15 @@ def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
         ("3.4.26 12:00:00", "", None),
     ],
 )
-def test_dates_of_other_countries(text, order, wanted):
+def test_dates_of_other_countries(text, order, fields):
     """By hand and in a whole column alike."""
     column = seconds_of_column(pa.array([text] * 3), order)
-    if wanted is None:
+    if fields is None:
         assert np.isnan(seconds_of(text, order))
         assert column is None
         return
-    *whole, seconds = wanted
-    moment = dt.datetime(*whole, tzinfo=dt.UTC).timestamp() + seconds
+    *whole_fields, seconds = fields
+    moment = dt.datetime(*whole_fields, tzinfo=dt.UTC).timestamp() + seconds
     assert seconds_of(text, order) == pytest.approx(moment, abs=1e-6)
     assert column is not None
     assert_allclose(column, moment, atol=1e-6)
@@ -149,11 +149,11 @@ def test_dates_of_other_countries(text, order, wanted):
     st.sampled_from(["T", " "]),
     st.sampled_from(["", "Z", "+02:00", "-0330"]),
 )
-def test_dates_are_those_of_python(time, between, zone):
-    text = time.isoformat(between) + zone
-    own = dt.datetime.fromisoformat(text)
-    own = own if own.tzinfo else own.replace(tzinfo=dt.UTC)
-    assert seconds_of(text) == pytest.approx(own.timestamp(), abs=1e-6)
+def test_dates_are_those_of_python(time, separator, zone):
+    text = time.isoformat(separator) + zone
+    moment = dt.datetime.fromisoformat(text)
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=dt.UTC)
+    assert seconds_of(text) == pytest.approx(moment.timestamp(), abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -193,10 +193,10 @@ def test_dates_of_a_spreadsheet(tmp_path):
 def test_a_column_of_words_is_named(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
-    found = recognised(path)
-    assert found[0].load(path).unread == {"remark": "'still' (no number and no time)"}
+    recognition = recognised(path)
+    assert recognition[0].load(path).unread == {"remark": "'still' (no number and no time)"}
     with pytest.raises(LogError, match="no numbers in the column 'remark': 'still'"):
-        found[0].only(["t", "remark"]).load(path)
+        recognition[0].only(["t", "remark"]).load(path)
 
 
 def test_a_cell_far_below_all_rows(tmp_path):
@@ -206,11 +206,11 @@ def test_a_cell_far_below_all_rows(tmp_path):
         book.active.append(row)
     book.save(tmp_path / "a.xlsx")
     with ZipFile(tmp_path / "a.xlsx") as old, ZipFile(tmp_path / "b.xlsx", "w") as new:
-        for part in old.namelist():
-            text = old.read(part)
-            if part.endswith("sheet1.xml"):
+        for name in old.namelist():
+            text = old.read(name)
+            if name.endswith("sheet1.xml"):
                 text = re.sub(rb'"([AB]?)3"', rb'"\g<1>50000000"', text)
-            new.writestr(part, text)
+            new.writestr(name, text)
     with pytest.raises(LogError, match="row 1048576, the last one that a sheet can have"):
         dialect("xlsx").load(tmp_path / "b.xlsx")
 
@@ -232,10 +232,10 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path):
     path = tmp_path / "a.csv"
     rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
     path.write_text("t,Fz (N)\n" + rows)
-    found = recognised(path)
-    seen = survey(found[0].stream(path))
-    assert seen.time_unit == "ms"
-    assert any("unit: ms" in line for line in config_block(seen, "delimited", found[1]))
+    recognition = recognised(path)
+    log_survey = survey(recognition[0].stream(path))
+    assert log_survey.time_unit == "ms"
+    assert any("unit: ms" in line for line in config_block(log_survey, "delimited", recognition[1]))
 
 
 @pytest.mark.parametrize(
@@ -250,4 +250,4 @@ def test_times_since_1970_are_proposed_in_their_unit(tmp_path):
 def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
     path = tmp_path / "a.dat"
     path.write_bytes(content)
-    assert advice in str(refusal(path, head_of(path)))
+    assert advice in str(refusal(path, read_head(path)))

@@ -17,9 +17,9 @@ from foreign_logs import TEXTS, daq, instron, netft
 import rftfit
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import DelimitedReader, encoding_of, preview
+from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
 from rftfit.logs.quantities import guess
-from rftfit.logs.registry import claimants, dialect, head_of
+from rftfit.logs.registry import claimants, dialect, read_head
 from rftfit.logs.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
@@ -33,7 +33,7 @@ def refused(name, path):
     return caught.value
 
 
-def same(log):
+def check_values(log):
     np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
     assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
     assert (log.rows, log.dropped) == (50, {})
@@ -51,20 +51,20 @@ def table(request, tmp_path):
 
 
 def test_tables(table):
-    (reader,) = claimants(head_of(table))
+    (reader,) = claimants(read_head(table))
     assert reader.name == table.suffix[1:]
-    same(reader.load(table))
+    check_values(reader.load(table))
     if reader.name == "xlsx":
-        same(reader.with_options({"sheet": "Sheet1"}).load(table))
+        check_values(reader.with_options({"sheet": "Sheet1"}).load(table))
     else:
         FRAME.assign(note="x").mask(FRAME > 2.0).to_parquet(table)
         log = reader.load(table)
         assert (log.rows, log.size, log.dropped) == (50, 50, {})
-        whole = (VALUES[:, [0, 2]] <= 2.0).all(axis=1)
-        assert not whole.all()
+        is_complete = (VALUES[:, [0, 2]] <= 2.0).all(axis=1)
+        assert not is_complete.all()
         log = reader.only(["Fx", "z"]).load(table)
-        assert log.dropped == {"no value in a cell": np.count_nonzero(~whole)}
-        np.testing.assert_array_equal(log.columns["Fx"], VALUES[whole, 0])
+        assert log.dropped == {"no value in a cell": np.count_nonzero(~is_complete)}
+        np.testing.assert_array_equal(log.columns["Fx"], VALUES[is_complete, 0])
 
 
 def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
@@ -196,7 +196,7 @@ def test_only_some_columns(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "unit", "wanted"),
+    ("name", "unit", "quantity"),
     [
         ("wrench.force.z", "N", "F3"),
         ("Fx", "", "F1"),
@@ -218,12 +218,12 @@ def test_only_some_columns(tmp_path):
         ("position.x", "m", "x"),
     ],
 )
-def test_guesses(name, unit, wanted):
-    assert guess(name, unit) == wanted
+def test_guesses(name, unit, quantity):
+    assert guess(name, unit) == quantity
 
 
 @pytest.mark.parametrize(
-    ("cell", "wanted"),
+    ("cell", "name_and_unit"),
     [
         ("Force [kN]", ("Force", "kN")),
         ("Force (Newtons)", ("Force", "N")),
@@ -247,8 +247,8 @@ def test_guesses(name, unit, wanted):
         ("t (?)", ("t", "")),
     ],
 )
-def test_units_in_names(cell, wanted):
-    assert split_unit(cell) == wanted
+def test_units_in_names(cell, name_and_unit):
+    assert split_unit(cell) == name_and_unit
 
 
 @pytest.mark.parametrize(
@@ -287,7 +287,7 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
 
 
 @pytest.mark.parametrize(
-    ("sheets", "hidden", "option", "found"),
+    ("sheets", "hidden", "option", "sheet_or_message"),
     [
         ({"Parameters": PROSE, "Results": RESULT, "Values 1": LOG}, "", None, "Values 1"),
         ({"Parameters": PROSE, "Values 1": LOG}, "", "Values *", "Values 1"),
@@ -308,7 +308,7 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
         ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),
     ],
 )
-def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
+def test_sheets_of_a_workbook(sheets, hidden, option, sheet_or_message, tmp_path):
     path, openpyxl = tmp_path / "a.xlsx", import_module("openpyxl")
     book = openpyxl.Workbook()
     book.remove(book.active)
@@ -320,14 +320,14 @@ def test_sheets_of_a_workbook(sheets, hidden, option, found, tmp_path):
         sheet.sheet_state = "hidden" if name == hidden else "visible"
     book.save(path)
     options = {} if option is None else {"sheet": option}
-    if found not in sheets:
-        with pytest.raises(LogError, match=re.escape(found)):
+    if sheet_or_message not in sheets:
+        with pytest.raises(LogError, match=re.escape(sheet_or_message)):
             rftfit.read_log(path, options=options)
         return
     log = rftfit.read_log(path, options=options)
     assert log.units == {"Time": "s", "Force": "kN"}
     assert (log.rows, log.size) == (9, 9)
-    assert log.columns["Force"][-1] == 16.0 + list(sheets).index(found)
+    assert log.columns["Force"][-1] == 16.0 + list(sheets).index(sheet_or_message)
     assert bool(log.notes) == (option is None and len(sheets) > 1)
 
 
@@ -340,7 +340,7 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "found"),
+    ("content", "text_format"),
     [
         (
             b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n",
@@ -351,15 +351,15 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
         (bytes(range(256)) * 10, None),
     ],
 )
-def test_what_a_file_looks_like(content, found):
-    assert preview(content) == found
+def test_what_a_file_looks_like(content, text_format):
+    assert guess_text_settings(content) == text_format
 
 
 def test_encodings_are_named():
     utf16 = ("größe,1\r\n" * 9).encode("utf-16-be")
     contents = "größe".encode("cp1252"), "größe".encode(), utf16, b"\x00\x01"
     names = ["8", "UTF-8", "UTF-16", "binary"]
-    assert [encoding_of(one).split()[0] for one in contents] == names
+    assert [encoding_of(content).split()[0] for content in contents] == names
 
 
 def test_types_of_parquet_that_hold_numbers(tmp_path):
@@ -384,7 +384,7 @@ def test_types_of_parquet_that_hold_numbers(tmp_path):
     path = tmp_path / "log.parquet"
     pq.write_table(table, path)
     log = dialect("parquet").load(path)
-    for name, first, step in (
+    for name, begin, step in (
         ("clock", 86390, 1),  # over midnight
         ("since", 0, 0.5),
         ("exact", 0, 0.25),
@@ -394,7 +394,7 @@ def test_types_of_parquet_that_hold_numbers(tmp_path):
         ("half", 0, 1),
         ("date", 1770076800, 1),
     ):
-        np.testing.assert_allclose(log.columns[name], first + step * np.arange(20), err_msg=name)
+        np.testing.assert_allclose(log.columns[name], begin + step * np.arange(20), err_msg=name)
     assert np.flatnonzero(np.isnan(log.columns["pair column 2"])).tolist() == [5]
     assert log.unread == {"word": "'a' (no number and no time)", "raw": "values of the type binary"}
     asked = dialect("parquet").only(["column 2", "pair column 2"]).load(path)

@@ -38,7 +38,7 @@ def test_the_real_one():
 
 @needs_real
 def test_cut_at_many_places(tmp_path, capfd):
-    content, whole = REAL.read_bytes(), TdmsReader().load(REAL)
+    content, whole_log = REAL.read_bytes(), TdmsReader().load(REAL)
     path = tmp_path / "cut.tdms"
     counted = 0
     for length in range(0, len(content), 997):
@@ -46,13 +46,13 @@ def test_cut_at_many_places(tmp_path, capfd):
         try:
             log = TdmsReader().load(path)
         except LogError as error:
-            told = str(error)
-            assert "cut.tdms" in told
+            message = str(error)
+            assert "cut.tdms" in message
             continue
         assert log.rows == log.size + log.dropped.get(CUT, 0)
         counted += CUT in log.dropped
         for name, values in log.columns.items():
-            np.testing.assert_array_equal(values, whole.columns[name][: log.size])
+            np.testing.assert_array_equal(values, whole_log.columns[name][: log.size])
     assert counted > 10
 
     assert capfd.readouterr().err == ""
@@ -69,9 +69,9 @@ def test_cut_at_many_places(tmp_path, capfd):
     ],
 )
 def test_where_the_time_comes_from(tmp_path, channels, options, time):
-    made = {name: (np.arange(5.0), words) for name, words in channels.items()}
-    made["Fz"][1]["unit_string"] = "N"
-    log = TdmsReader().with_options(options).load(write(tmp_path / "a.tdms", rig=made))
+    channels_of_file = {name: (np.arange(5.0), words) for name, words in channels.items()}
+    channels_of_file["Fz"][1]["unit_string"] = "N"
+    log = TdmsReader().with_options(options).load(write(tmp_path / "a.tdms", rig=channels_of_file))
     assert log.units["Fz"] == "N"
     if time is None:
         assert "time" not in log.columns
@@ -81,15 +81,19 @@ def test_where_the_time_comes_from(tmp_path, channels, options, time):
         assert log.units["time"] == "s"
 
 
-def two_clocks(path, **other):
+def two_clocks(path, **second_clock):
     """Fx and Fz on one clock, z on another."""
     values = np.arange(5.0)
-    channels = {"Fx": (values, WAVE), "Fz": (values, WAVE), "z": (-values, {**WAVE, **other})}
+    channels = {
+        "Fx": (values, WAVE),
+        "Fz": (values, WAVE),
+        "z": (-values, {**WAVE, **second_clock}),
+    }
     return write(path, rig=channels)
 
 
 @pytest.mark.parametrize(
-    ("other", "told"),
+    ("second_clock", "message"),
     [
         ({"wf_start_time": STAMP + np.timedelta64(500, "ms")}, "'z' from 0.5 s, every 0.01 s"),
         ({"wf_start_offset": 0.5}, "'z' from 0.5 s, every 0.01 s"),
@@ -97,21 +101,23 @@ def two_clocks(path, **other):
         ({"wf_increment": 0.02}, "'z' from 0 s, every 0.02 s"),
     ],
 )
-def test_channels_on_clocks_of_their_own(tmp_path, other, told):
-    path = two_clocks(tmp_path / "a.tdms", **other)
+def test_channels_on_clocks_of_their_own(tmp_path, second_clock, message):
+    path = two_clocks(tmp_path / "a.tdms", **second_clock)
     with pytest.raises(LogError) as caught:
         TdmsReader().load(path)
     assert (caught.value.code, caught.value.rows) == ("clocks", 5)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert "channels were not sampled at the same times" in str(caught.value)
     # each half gets its own time
-    start, step = (other.get(key, WAVE[key]) for key in ("wf_start_time", "wf_increment"))
-    own = (start - STAMP) / np.timedelta64(1, "s") + other.get("wf_start_offset", 0.0)
+    start, step = (second_clock.get(key, WAVE[key]) for key in ("wf_start_time", "wf_increment"))
+    offset_s = (start - STAMP) / np.timedelta64(1, "s") + second_clock.get("wf_start_offset", 0.0)
     force, motion = (TdmsReader().only(names).load(path) for names in ({"Fx", "Fz"}, {"z"}))
     assert (list(force.columns), list(motion.columns)) == (["time", "Fx", "Fz"], ["time", "z"])
     began = force.columns["time"][0]
     np.testing.assert_allclose(force.columns["time"] - began, 0.01 * np.arange(5), atol=1e-6)
-    np.testing.assert_allclose(motion.columns["time"] - began, own + step * np.arange(5), atol=1e-6)
+    np.testing.assert_allclose(
+        motion.columns["time"] - began, offset_s + step * np.arange(5), atol=1e-6
+    )
 
 
 def test_clocks_are_the_same_to_the_microsecond(tmp_path):

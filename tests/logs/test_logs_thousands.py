@@ -36,9 +36,9 @@ def write(path, head, forces, times):
 )
 def test_numbers_with_both_marks(tmp_path, head, forces, times, text):
     log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
-    found = list(log.columns.values())[1]
+    force_N = list(log.columns.values())[1]
     assert log.dropped == {}
-    np.testing.assert_array_equal(np.sort(found), np.sort(FORCES))
+    np.testing.assert_array_equal(np.sort(force_N), np.sort(FORCES))
 
 
 @pytest.mark.parametrize("mark", [" ", "'", "\u2019", "\u00a0", "\u202f", "\u2009"])

@@ -16,10 +16,10 @@ from rftfit.measure.slopes import student_quantile
 T95 = float(student_quantile(0.95, 12))
 
 
-def covered(push, found):
+def covered(push, alignment):
     """Whether the true offset lies in the interval."""
-    truth = push.offset_at(found.clock.reference_s)
-    return abs(found.clock.offset_s - truth) <= T95 * found.clock.offset_se(0.01)
+    truth = push.offset_at(alignment.clock.reference_s)
+    return abs(alignment.clock.offset_s - truth) <= T95 * alignment.clock.offset_se(0.01)
 
 
 @pytest.mark.parametrize(
@@ -33,11 +33,11 @@ def covered(push, found):
 )
 def test_whole_hours_and_the_rest(settings, hours):
     push = make_push(2, **settings)
-    found = estimate(push, max_drift=1e-2 if push.drift else 1e-3)
-    assert covered(push, found)
-    assert found.clock.offset_se(0.01) < 0.05
-    assert found.clock.whole_hours == hours
-    assert found.clock.drift == pytest.approx(push.drift, abs=T95 * found.drift_se)
+    alignment = estimate(push, max_drift=1e-2 if push.drift else 1e-3)
+    assert covered(push, alignment)
+    assert alignment.clock.offset_se(0.01) < 0.05
+    assert alignment.clock.whole_hours == hours
+    assert alignment.clock.drift == pytest.approx(push.drift, abs=T95 * alignment.drift_se)
 
 
 @pytest.mark.parametrize(
@@ -52,9 +52,9 @@ def test_intervals_cover_the_truth(settings):
     for seed in range(seeds(8, 3)):
         offset = 3600 * int(random.integers(-3, 4)) + float(random.uniform(-0.5, 0.5))
         push = make_push(seed, offset_s=offset, drift=float(random.normal(0, 1e-3)), **settings)
-        found = estimate(push)
-        misses += not covered(push, found)
-        wide.append(found.clock.offset_se(0.01))
+        alignment = estimate(push)
+        misses += not covered(push, alignment)
+        wide.append(alignment.clock.offset_se(0.01))
     # 95 % intervals: of 8 runs four misses or more have a probability of one in two thousand, of 3 all three
     assert misses < seeds(4, 3)
     assert np.median(wide) < 0.04
@@ -78,13 +78,13 @@ def test_a_weak_force_gives_no_wrong_offset():
         down = np.clip(motion, 0, 10) - np.clip(motion - 11, 0, 10)
         time = motion[200:-50]
         noise = lfilter([0.43], [1, -0.905], random.normal(size=time.size))
-        felt = np.where(motion < 11, 1.0, 0.1) * np.maximum(down - 1, 0)
-        force = felt[200:-50] + 0.75 * noise
+        force_of_motion = np.where(motion < 11, 1.0, 0.1) * np.maximum(down - 1, 0)
+        force = force_of_motion[200:-50] + 0.75 * noise
         try:
-            found = estimate_clocks(time - 2.3, force, motion, down, 1e-3, 0.1)
+            alignment = estimate_clocks(time - 2.3, force, motion, down, 1e-3, 0.1)
         except Refused:
             continue
-        assert abs(found.clock.offset_s - 2.3) < 4 * found.clock.offset_se(0.01)
+        assert abs(alignment.clock.offset_s - 2.3) < 4 * alignment.clock.offset_se(0.01)
 
 
 def test_rivals_of_a_profile():

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
-from rftfit.campaign.config import Errors, Grid
+from rftfit.campaign.config import ErrorSettings, Grid
 from rftfit.measure.alpha import (
     alpha_table,
     column,
@@ -16,7 +16,7 @@ from rftfit.measure.alpha import (
     window_of,
     with_flagged,
 )
-from rftfit.measure.flags import Flags, about, codes_of, flag_table, remark, say
+from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format_remarks, remark
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
@@ -52,82 +52,82 @@ def table(*runs, depths=3):
 
 
 def flags_of_runs(by_run):
-    flags = [flag for name, of_run in by_run.items() for flag in about(name, of_run)]
+    flags = [flag for name, of_run in by_run.items() for flag in attach_run(name, of_run)]
     return Flags(flag_table("m", "slopes", flags))
 
 
-def cell(found, beta, gamma):
-    near = np.isclose(found["gamma_deg"], gamma, atol=0.1) & (found["beta_deg"] == beta)
+def cell(cells, beta, gamma):
+    near = np.isclose(cells["gamma_deg"], gamma, atol=0.1) & (cells["beta_deg"] == beta)
     assert near.sum() == 1
-    return found[near].iloc[0]
+    return cells[near].iloc[0]
 
 
 def test_no_runs_at_all():
-    found = table()
-    assert len(found) == 91
-    assert set(found["reason"]) == {"no run"}
-    numbers = found[[column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]]
+    cells = table()
+    assert len(cells) == 91
+    assert set(cells["reason"]) == {"no run"}
+    numbers = cells[[column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]]
     assert np.isnan(numbers.to_numpy(float)).all()
-    assert (found["n_runs"] == 0).all()
+    assert (cells["n_runs"] == 0).all()
     # a medium of legs alone has a cell that says so
-    found = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
-    assert found[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
-    assert np.isnan(found[column("z")]).all()
+    cells = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
+    assert cells[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
+    assert np.isnan(cells[column("z")]).all()
 
 
 def test_one_run_with_its_interval():
-    here = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
-    assert (here["n_runs"], here["run_ids"], here["reason"]) == (1, "a", "")
-    assert here[column("z")] == pytest.approx(0.2)
-    assert here[column("x")] == pytest.approx(-0.1)
-    assert here[column("z", "_se")] == pytest.approx(0.003)
-    assert here[column("z", "_hi")] - 0.2 == pytest.approx(2.776445 * 0.003, rel=1e-6)
-    assert -0.1 - here[column("x", "_lo")] == pytest.approx(2.776445 * 0.006, rel=1e-6)
+    cell_row = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
+    assert (cell_row["n_runs"], cell_row["run_ids"], cell_row["reason"]) == (1, "a", "")
+    assert cell_row[column("z")] == pytest.approx(0.2)
+    assert cell_row[column("x")] == pytest.approx(-0.1)
+    assert cell_row[column("z", "_se")] == pytest.approx(0.003)
+    assert cell_row[column("z", "_hi")] - 0.2 == pytest.approx(2.776445 * 0.003, rel=1e-6)
+    assert -0.1 - cell_row[column("x", "_lo")] == pytest.approx(2.776445 * 0.006, rel=1e-6)
 
 
 def test_sheet_angles_are_matched_within_their_rounding():
-    found = table(run("a", 30, 18.43, 0.2), run("b", 30, -71.57, 0.3), run("c", 30, 40, 9.9))
-    assert cell(found, 30, 18.4349)[column("z")] == pytest.approx(0.2)
-    assert cell(found, 30, -71.565)[column("z")] == pytest.approx(0.3)
-    assert found["n_runs"].sum() == 2
+    cells = table(run("a", 30, 18.43, 0.2), run("b", 30, -71.57, 0.3), run("c", 30, 40, 9.9))
+    assert cell(cells, 30, 18.4349)[column("z")] == pytest.approx(0.2)
+    assert cell(cells, 30, -71.565)[column("z")] == pytest.approx(0.3)
+    assert cells["n_runs"].sum() == 2
 
 
 def test_beta_of_minus_and_plus_90_are_one_plate():
-    found = table(run("a", 90, 45, 0.2, -0.1), run("b", -90, 45, 0.4, -0.3))
+    cells = table(run("a", 90, 45, 0.2, -0.1), run("b", -90, 45, 0.4, -0.3))
     for beta in (-90, 90):
-        here = cell(found, beta, 45)
-        assert here["run_ids"] == "a b"
-        assert here[column("z")] == pytest.approx(0.3)
-        assert here[column("x")] == pytest.approx(-0.2)
-    assert found["n_runs"].sum() == 4
+        cell_row = cell(cells, beta, 45)
+        assert cell_row["run_ids"] == "a b"
+        assert cell_row[column("z")] == pytest.approx(0.3)
+        assert cell_row[column("x")] == pytest.approx(-0.2)
+    assert cells["n_runs"].sum() == 4
 
 
 def test_repeats_that_agree_keep_the_smaller_error_of_their_mean():
     same = table(run("a", 0, 90, 0.300, se=0.002), run("b", 0, 90, 0.3005, se=0.002))
     se = 0.002 / math.sqrt(2)
-    found = cell(same, 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
-    assert found.tolist() == pytest.approx([0.30025, se, 0.30025 + Z95 * se], rel=1e-6)
+    z_values = cell(same, 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
+    assert z_values.tolist() == pytest.approx([0.30025, se, 0.30025 + Z95 * se], rel=1e-6)
 
 
 def test_repeats_that_scatter_widen_the_interval():
     runs = (run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))
     se = np.std([0.28, 0.30, 0.35], ddof=1) / math.sqrt(3)
-    found = cell(table(*runs), 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
+    z_values = cell(table(*runs), 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
     # two degrees of freedom: t = 4.3027
-    assert found.tolist() == pytest.approx([0.31, se, 0.31 + 4.302653 * se])
+    assert z_values.tolist() == pytest.approx([0.31, se, 0.31 + 4.302653 * se])
 
 
 def test_a_bad_run_does_not_spoil_its_repeat():
-    found = table(
+    cells = table(
         run("a", 0, 90, 0.3),
         run("b", 0, 90, math.nan, math.nan, reason="spoilt", reason_code="window-saturated"),
         run("c", 30, 90, math.nan, math.nan, reason="gone", reason_code="missing"),
     )
-    here = cell(found, 0, 90)
-    assert (here["n_runs"], here["run_ids"]) == (1, "a")
-    assert here[column("z")] == pytest.approx(0.3)
-    assert (here["reason"], here["reason_code"]) == ("b: spoilt", "window-saturated")
-    lost = cell(found, 30, 90)
+    cell_row = cell(cells, 0, 90)
+    assert (cell_row["n_runs"], cell_row["run_ids"]) == (1, "a")
+    assert cell_row[column("z")] == pytest.approx(0.3)
+    assert (cell_row["reason"], cell_row["reason_code"]) == ("b: spoilt", "window-saturated")
+    lost = cell(cells, 30, 90)
     assert math.isnan(lost[column("z")])
     assert (lost["n_runs"], lost["reason_code"]) == (0, "missing")
 
@@ -141,12 +141,12 @@ def horizontal(*depths, slope=0.1, lift=0.0):
 
 def test_horizontal_fit_through_three_depths():
     depths = np.array([2.54, 5.08, 7.62])
-    here = cell(horizontal(*depths, lift=0.05), 60, 0)
+    cell_row = cell(horizontal(*depths, lift=0.05), 60, 0)
     sigma = 0.05 + 0.1 * depths
-    assert here[column("z")] == pytest.approx(sigma @ depths / (depths @ depths))
+    assert cell_row[column("z")] == pytest.approx(sigma @ depths / (depths @ depths))
     # the error of each mean stress is 0.01
-    assert here[column("z", "_se")] == pytest.approx(0.01 / math.sqrt(depths @ depths))
-    assert (here["n_runs"], here["n_depths"], here["reason"]) == (3, 3, "")
+    assert cell_row[column("z", "_se")] == pytest.approx(0.01 / math.sqrt(depths @ depths))
+    assert (cell_row["n_runs"], cell_row["n_depths"], cell_row["reason"]) == (3, 3, "")
 
 
 @pytest.mark.parametrize(
@@ -162,12 +162,12 @@ def test_horizontal_fit_through_three_depths():
 )
 def test_horizontal_runs_at_too_few_depths(depths, planned, code):
     runs = [run(f"h{depth}", 60, 0, 0.1, depth=depth) for depth in depths]
-    found = table(*runs, depths=planned)
-    here = cell(found, 60, 0)
-    flags = flags_of_cells(found, Flags(), planned)
-    assert (codes_of(flags) or here["reason_code"]) == code
+    cells = table(*runs, depths=planned)
+    cell_row = cell(cells, 60, 0)
+    flags = flags_of_cells(cells, Flags(), planned)
+    assert (codes_of(flags) or cell_row["reason_code"]) == code
     assert {flag.cell for flag in flags} <= {(60.0, 0.0)}
-    numbers = [here[column("z")], here[column("x", "_hi")]]
+    numbers = [cell_row[column("z")], cell_row[column("x", "_hi")]]
     assert np.isnan(numbers).all() == (code == "too-few-depths")
     if code == "few-depths":
         assert numbers[0] == pytest.approx(0.1)
@@ -175,8 +175,8 @@ def test_horizontal_runs_at_too_few_depths(depths, planned, code):
 
 def test_grid_is_ordered_whatever_the_order_of_the_rows():
     runs = [run(f"{b}{g}", b, g, b + g / 1000) for b in BETA_DEG[1:] for g in GAMMA_DEG if g]
-    found = table(*runs)
-    shuffled = found.sample(frac=1, random_state=1)
+    cells = table(*runs)
+    shuffled = cells.sample(frac=1, random_state=1)
     values = grid(shuffled, column("z"))
     assert values.shape == (7, 13)
     expected = BETA_DEG[:, None] + GAMMA_DEG[None, :] / 1000
@@ -201,14 +201,14 @@ def test_what_counts_as_a_repeat():
     # a pair 0.02 apart varies by 0.02^2 / 2 about its mean, less the 0.001^2 of a run's own error
     spread = math.sqrt(0.02**2 / 2 - 0.001**2)
     for beta in ((30.0, 30.0), (90.0, -90.0)):
-        found = table(*pairs(beta, GAMMAS))
-        assert set(found["spread"]) == {"repeats"}
-        here = found[found["n_runs"] > 0]
-        np.testing.assert_allclose(here["run_to_run_z_N_per_cm3"], spread)
-        assert (here["run_to_run_x_N_per_cm3"] == 0).all()
+        cells = table(*pairs(beta, GAMMAS))
+        assert set(cells["spread"]) == {"repeats"}
+        cells_with_runs = cells[cells["n_runs"] > 0]
+        np.testing.assert_allclose(cells_with_runs["run_to_run_z_N_per_cm3"], spread)
+        assert (cells_with_runs["run_to_run_x_N_per_cm3"] == 0).all()
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
-    for other in (-30.0, 31.0):
-        assert set(table(*pairs((30.0, other), GAMMAS))["spread"]) == {"one bed as prepared"}
+    for second_beta in (-30.0, 31.0):
+        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {"one bed as prepared"}
     level = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
@@ -222,13 +222,13 @@ def test_what_counts_as_a_repeat():
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
     depths = np.array([2.54, 5.08, 7.62])
     runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
-    beds = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
-    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
+    beds = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
+    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
     share = depths**2 / (depths @ depths)
     assert share.sum() == pytest.approx(1)
-    here = cell(found, 60, 0)
-    assert here[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
-    assert here["spread"] == "stated"
+    cell_row = cell(cells, 60, 0)
+    assert cell_row[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
+    assert cell_row["spread"] == "stated"
 
 
 def test_a_start_up_is_the_same_at_all_depths():
@@ -239,11 +239,13 @@ def test_a_start_up_is_the_same_at_all_depths():
         | {"alpha_z_startup_N_per_cm3": left}
         for d, left in zip(depths, startup, strict=True)
     ]
-    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
+    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
     share = depths**2 / (depths @ depths)
     # own errors in squares, what the start-up leaves as a sum
-    own = 0.003 * math.sqrt(share @ share)
-    assert cell(found, 60, 0)[column("z", "_se")] == pytest.approx(math.hypot(own, share @ startup))
+    own_se = 0.003 * math.sqrt(share @ share)
+    assert cell(cells, 60, 0)[column("z", "_se")] == pytest.approx(
+        math.hypot(own_se, share @ startup)
+    )
 
 
 def test_a_slight_slant_is_no_horizontal_run():
@@ -256,12 +258,12 @@ def test_a_slight_slant_is_no_horizontal_run():
 def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     """Whatever the digits: repeats of one depth are one depth, and a depth that lacks is told."""
     near = [run(n, 60, 0, 0.1, depth=nominal + off) for n, off in (("a", -0.02), ("b", 0.02))]
-    here = cell(table(*near), 60, 0)
-    assert math.isnan(here[column("z")])
-    assert here["reason_code"] == "too-few-depths"
-    here = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
-    assert here[column("z")] == pytest.approx(0.1)
-    assert here["n_depths"] == 2
+    cell_row = cell(table(*near), 60, 0)
+    assert math.isnan(cell_row[column("z")])
+    assert cell_row["reason_code"] == "too-few-depths"
+    cell_row = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
+    assert cell_row[column("z")] == pytest.approx(0.1)
+    assert cell_row["n_depths"] == 2
     repeats = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
@@ -272,17 +274,17 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
 
 def test_what_several_runs_have_to_tell_is_told_in_turn():
     no = math.nan
-    here = cell(
+    cell_row = cell(
         table(
             run("a", 0, 90, 0.3), run("b", 0, 90, 0.3),
             run("c", 0, 90, no, no, reason="gone"), run("d", 0, 90, no, no, reason="no zero"),
         ), 0, 90,
     )  # fmt: skip
-    assert here["reason"] == "c: gone; d: no zero"
-    assert (here["run_ids"], here["lost_run_ids"]) == ("a b", "c d")
+    assert cell_row["reason"] == "c: gone; d: no zero"
+    assert (cell_row["run_ids"], cell_row["lost_run_ids"]) == ("a b", "c d")
     flags = flags_of_runs({"a": [GAP, DRIFT], "b": [DRIFT], "d": [GAP], "e": [DRIFT]})
-    assert say(flags.of_cell(here)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
-    assert say(flags.of_cell(here, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
+    assert format_remarks(flags.of_cell(cell_row)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
+    assert format_remarks(flags.of_cell(cell_row, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
 
 
 def test_repeats_with_different_plates_say_so():
@@ -298,82 +300,82 @@ def test_repeats_with_different_plates_say_so():
 
 def test_a_missing_tare_of_all_runs_is_said_once():
     bare = remark("no-tare")
-    here = cell(table(*(run(name, 0, 90, 0.3) for name in "abc")), 0, 90)
+    cell_row = cell(table(*(run(name, 0, 90, 0.3) for name in "abc")), 0, 90)
     fits = pd.DataFrame({"run_id": list("abc"), "reason": ""})
     flags = flags_of_runs({name: [bare] for name in "abc"})
     assert flags.shared(fits) == (bare,)
-    assert flags.of_cell(here, without=flags.shared(fits)) == []
+    assert flags.of_cell(cell_row, without=flags.shared(fits)) == []
     flags = flags_of_runs({"a": [bare]})
-    assert flags.of_cell(here, without=flags.shared(fits)) == about("a", [bare])
+    assert flags.of_cell(cell_row, without=flags.shared(fits)) == attach_run("a", [bare])
 
 
 def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     """Also where only one component shows more than is assumed."""
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
-    found = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
-    assert found["spread"].to_dict() == {0: "repeats of the cell", 30: "one bed as prepared"}
-    assert set(alpha_table(rows, "m", 0.95, 3, Errors())["spread"]) == {"few repeats"}
+    cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
+    assert cells["spread"].to_dict() == {0: "repeats of the cell", 30: "one bed as prepared"}
+    assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {"few repeats"}
 
 
 def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
     runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
             run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
-    found = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
-    assert list(zip(found["beta_deg"], found["gamma_deg"], strict=True)) == [
+    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
+    assert list(zip(cells["beta_deg"], cells["gamma_deg"], strict=True)) == [
         (-11.5, 11.5),
         (45, 18.36),
         (45, 45),
     ]
-    assert list(found["run_ids"]) == ["e", "d", "a b c"]
+    assert list(cells["run_ids"]) == ["e", "d", "a b c"]
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
-    assert found["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
+    assert cells["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
     assert len(narrow) == 4
 
 
 def test_runs_that_share_a_tare_err_alike():
     """Own errors add up in squares; those of a tare add up over its runs, and then in squares."""
-    own, tare = 0.003, (0.004, 0.004, 0.002, 0.001)
+    own_se, tare = 0.003, (0.004, 0.004, 0.002, 0.001)
     runs = [
-        run(n, 0, 90, 0.3, se=math.hypot(own, e), tare_run=t) | {"alpha_z_tare_N_per_cm3": e}
+        run(n, 0, 90, 0.3, se=math.hypot(own_se, e), tare_run=t) | {"alpha_z_tare_N_per_cm3": e}
         for n, t, e in zip("abcd", ("t1", "t1", "t2", "t3"), tare, strict=True)
     ]
-    here = cell(alpha_table(pd.DataFrame(runs), "m", 0.95, 3), 0, 90)
-    assert here[column("z", "_tare")] == pytest.approx(math.hypot(0.008, 0.002, 0.001) / 4)
-    assert here[column("z", "_noise")] == pytest.approx(own / math.sqrt(4))
-    assert here["tare_runs"] == "t1 t2 t3"
+    cell_row = cell(alpha_table(pd.DataFrame(runs), "m", 0.95, 3), 0, 90)
+    assert cell_row[column("z", "_tare")] == pytest.approx(math.hypot(0.008, 0.002, 0.001) / 4)
+    assert cell_row[column("z", "_noise")] == pytest.approx(own_se / math.sqrt(4))
+    assert cell_row["tare_runs"] == "t1 t2 t3"
 
 
 def test_a_tare_that_repeats_share_does_not_make_them_differ():
     """Pairs 0.02 apart vary by 0.02^2 / 2, less the error that each run has for itself."""
-    own, tare = 0.004, 0.003
-    made = [
-        row | {"alpha_z_se_N_per_cm3": math.hypot(own, tare), "alpha_z_tare_N_per_cm3": tare}
+    own_se, tare = 0.004, 0.003
+    pair_rows = [
+        row | {"alpha_z_se_N_per_cm3": math.hypot(own_se, tare), "alpha_z_tare_N_per_cm3": tare}
         for row in pairs((30.0, 30.0), GAMMAS)
     ]
-    for names, self_error in ((("t", "t"), own), (("t1", "t2"), math.hypot(own, tare))):
-        rows = pd.DataFrame([row | {"tare_run": names[i % 2]} for i, row in enumerate(made)])
-        found = alpha_table(rows, "m", 0.95, 3)
+    for names, self_error in ((("t", "t"), own_se), (("t1", "t2"), math.hypot(own_se, tare))):
+        rows = pd.DataFrame([row | {"tare_run": names[i % 2]} for i, row in enumerate(pair_rows)])
+        cells = alpha_table(rows, "m", 0.95, 3)
         np.testing.assert_allclose(
-            found["run_to_run_z_N_per_cm3"], math.sqrt(0.02**2 / 2 - self_error**2)
+            cells["run_to_run_z_N_per_cm3"], math.sqrt(0.02**2 / 2 - self_error**2)
         )
 
 
 def test_flags_and_depths_of_a_table():
-    found = table(
+    cells = table(
         run("a", 0, 90, 0.3, depth=2.0),
         run("b", 30, 90, 0.2, depth=4.0),
         run("c", 60, 0, 0.1, depth=2.5),
         run("d", 60, 0, 0.1, depth=7.5),
         run("e", 60, 45, math.nan, math.nan, reason="log missing"),
     )
-    few = flags_of_cells(found, Flags(), 3)
-    of_runs = [*about("a", [BENT]), *about("b", [DRIFT]), *about("e", [BENT])]
-    assert not flagged(found).any()
-    found = with_flagged(found, Flags(flag_table("m", "slopes", [*of_runs, *few])))
-    place = list(zip(found["beta_deg"], found["gamma_deg"].round(), found["n_runs"], strict=True))
-    assert [place[i] for i in np.flatnonzero(flagged(found))] == [(0, 90, 1), (60, 0, 2)]
-    assert window_of(found) == (2.0, 7.5)
-    assert window_of(found.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
+    cell_flags = flags_of_cells(cells, Flags(), 3)
+    of_runs = [*attach_run("a", [BENT]), *attach_run("b", [DRIFT]), *attach_run("e", [BENT])]
+    assert not flagged(cells).any()
+    cells = with_flagged(cells, Flags(flag_table("m", "slopes", [*of_runs, *cell_flags])))
+    place = list(zip(cells["beta_deg"], cells["gamma_deg"].round(), cells["n_runs"], strict=True))
+    assert [place[i] for i in np.flatnonzero(flagged(cells))] == [(0, 90, 1), (60, 0, 2)]
+    assert window_of(cells) == (2.0, 7.5)
+    assert window_of(cells.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize("values", [(0.30, 0.60), (0.30, 0.31, 0.60)])
@@ -383,16 +385,16 @@ def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
     runs += [run(f"{n}{b}", b, 90, 0.2 + 0.01 * n) for b in (30, 60) for n in range(2)]
     columns = pd.DataFrame(runs)
     off = {f"a{len(values) - 1}": (0.30, 0.0)}
-    found = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, outliers=off)
-    here = cell(found, 0, 90)
-    assert here[column("z")] == pytest.approx(np.mean(values))
-    assert here[column("z", "_lo")] <= np.median(values[:-1]) + 1e-9
+    cells = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, outliers=off)
+    cell_row = cell(cells, 0, 90)
+    assert cell_row[column("z")] == pytest.approx(np.mean(values))
+    assert cell_row[column("z", "_lo")] <= np.median(values[:-1]) + 1e-9
     if len(values) > 2:
         scatter = np.std(values, ddof=1) / math.sqrt(3)
-        assert here[column("z", "_bed")] == pytest.approx(scatter)
+        assert cell_row[column("z", "_bed")] == pytest.approx(scatter)
     without = alpha_table(columns[~columns["run_id"].isin(off)], "m", 0.95, 3, None, PAPER)
     names = [column("z", quantity) for quantity in ("", "_bed", "_lo", "_hi")]
     for beta in (30, 60):
         np.testing.assert_allclose(
-            cell(found, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
+            cell(cells, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
         )

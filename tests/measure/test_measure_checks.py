@@ -12,9 +12,9 @@ from light_campaign import LABORATORY, alpha_frame, make_campaign, one_cell
 from other_labs import GRIDS
 
 from rftfit import reference
-from rftfit.campaign.config import ForceLog, Medium
+from rftfit.campaign.config import ForceLog, MediumSettings
 from rftfit.compare.peers import compare_runs
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure import checks
 from rftfit.measure.alpha import column
@@ -32,7 +32,15 @@ from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import Flags, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdicts import CHECKS, COLUMNS, Check, Measured, marks_of, rows_of, usable
+from rftfit.measure.verdicts import (
+    CHECKS,
+    COLUMNS,
+    Check,
+    MediumMeasurements,
+    describe_rows,
+    is_usable,
+    marks_of,
+)
 from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 
@@ -43,7 +51,7 @@ def on_grid(medium, grid):
     """The published table of a medium on another grid."""
     if grid == "few":
         return alpha_frame(medium, reference.alpha_grid(medium))
-    cells = directions_of(GRIDS[grid], 5)
+    cells = parse_directions(GRIDS[grid], 5)
     z, x = np.array([table_s5(medium, *cell) for cell in cells]).T
     columns: dict[str, Any] = {"alpha_x_turn_N_per_cm3": 0.0, "run_ids": ""}
     columns |= dict(zip(("beta_deg", "gamma_deg"), np.array(cells).T, strict=True))
@@ -58,15 +66,20 @@ def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     no_table: Any = SimpleNamespace(
         table=None, transducer=SimpleNamespace(axes=axes), force_log=SimpleNamespace(columns={})
     )
-    return Measured(config or no_table, medium, sheet or {}, tables, copies)
+    return MediumMeasurements(config or no_table, medium, sheet or {}, tables, copies)
 
 
 def axes(table, config=None, evidence=None):
     evidence = evidence or {"as-given": 0.0}
     of_all_runs = pd.DataFrame({"axes": [*evidence], "log_bayes_factor": [*evidence.values()]})
-    one = measured(alpha=table, axes=of_all_runs, config=config)
+    medium_tables = measured(alpha=table, axes=of_all_runs, config=config)
     return {
-        check.check: check for check in (check_work(one), check_symmetry(one), check_up_down(one))
+        check.check: check
+        for check in (
+            check_work(medium_tables),
+            check_symmetry(medium_tables),
+            check_up_down(medium_tables),
+        )
     }
 
 
@@ -94,11 +107,14 @@ def turned(table, angle_deg):
 def test_a_single_run_that_gives_energy_back_is_flagged():
     table = on_grid("poppy_LP", "few")
     table["run_ids"] = [f"run{place}" for place in range(len(table))]
-    at = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
+    cell_index = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
     assert not axes(table)["work"].flags
-    table.loc[at, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
+    table.loc[cell_index, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
     work = axes(table)["work"]
-    assert (work.verdict, work.flags) == ("passed", (remark("gives-back", run_id=f"run{at}"),))
+    assert (work.verdict, work.flags) == (
+        "passed",
+        (remark("gives-back", run_id=f"run{cell_index}"),),
+    )
     table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
     of_all_runs = axes(table, evidence={"as-given": 0.0, "both-reversed": 50.0})["work"]
     assert (of_all_runs.verdict, of_all_runs.flags) == ("failed", ())
@@ -108,7 +124,7 @@ def test_a_single_run_that_gives_energy_back_is_flagged():
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_no_published_table_fails(medium, grid):
     table = on_grid(medium, grid)
-    verdicts = {name: one.verdict for name, one in axes(table).items()}
+    verdicts = {name: check.verdict for name, check in axes(table).items()}
     assert "failed" not in verdicts.values()
     assert verdicts["work"] == "passed"
     assert Cells.of(table).mirror_misfit[0] < 1
@@ -122,14 +138,14 @@ def test_what_the_wrong_axes_of_the_first_medium_cost():
     table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     counts = {}
     for z, x in (("+z", "+x"), ("-z", "+x"), ("+z", "-x"), ("+x", "+z")):
-        said = axes(measured_with(table, z, x))["work"].found
-        counts[z + x] = int(said.split()[0])
+        finding = axes(measured_with(table, z, x))["work"].found
+        counts[z + x] = int(finding.split()[0])
     # D of the printed table, by hand: alpha_x cos gamma + alpha_z sin gamma
     up, along = reference.alpha_grid("poppy_LP")
     gamma = np.radians(reference.GAMMA_DEG)
     least = max(0.005, 3 * 0.003)
-    given = -up * np.sin(gamma) + along * np.cos(gamma)
-    assert counts["-z+x"] == np.count_nonzero(given < -least)
+    work = -up * np.sin(gamma) + along * np.cos(gamma)
+    assert counts["-z+x"] == np.count_nonzero(work < -least)
     assert counts["+z+x"] == 0
     assert counts["+z-x"] > 20
     assert counts["+x+z"] >= 3
@@ -137,11 +153,11 @@ def test_what_the_wrong_axes_of_the_first_medium_cost():
 
 def test_pulling_up_harder_than_pushing_down():
     table = on_grid("poppy_CP", "few")
-    here = (table["beta_deg"] == 0) & (table["gamma_deg"] == -90)
-    table.loc[here, "alpha_z_N_per_cm3"] = -0.6
-    found = axes(table)["up_down"]
-    assert found.verdict == "failed"
-    assert "intrusions and extractions are exchanged" in found.sentence
+    is_pull_up = (table["beta_deg"] == 0) & (table["gamma_deg"] == -90)
+    table.loc[is_pull_up, "alpha_z_N_per_cm3"] = -0.6
+    check = axes(table)["up_down"]
+    assert check.verdict == "failed"
+    assert "intrusions and extractions are exchanged" in check.sentence
 
 
 def few_cells(rows, **columns):
@@ -161,12 +177,12 @@ def test_work_is_what_the_force_does_along_the_motion(work):
     # any force whose part along the motion is the wanted one
     z, x = np.array([[0.5, 0.866025], [0.866025, -0.5]]) @ [work, 0.4]
     table = few_cells([(0, 90, 0.3, 0, 0.01, 0.01), (30, gamma, z, x, 0.001, 0.001)])
-    found = axes(table)["work"]
-    assert found.verdict == "passed"
-    assert found.allowed == "at most 1 of them, and not the push straight down"
+    check = axes(table)["work"]
+    assert check.verdict == "passed"
+    assert check.allowed == "at most 1 of them, and not the push straight down"
     # the push has D = 0.3 and may have -0.02
-    assert found.found.startswith(f"{int(work < -0.005)} of 2 cells give energy back")
-    assert f"D = {work:.3g} N/cm^3, where -0.005 and more count as noise" in found.found
+    assert check.found.startswith(f"{int(work < -0.005)} of 2 cells give energy back")
+    assert f"D = {work:.3g} N/cm^3, where -0.005 and more count as noise" in check.found
 
 
 def test_one_cell_alone_may_not_give_energy_back():
@@ -187,10 +203,10 @@ def test_a_pair_that_contradicts_its_mirror_image_is_no_symmetry():
              (30, 90, 0.3, -0.08, 0.01, 0.01), (-30, 90, 0.3, 0.08, 0.01, 0.01)]  # fmt: skip
     assert axes(few_cells(sound))["symmetry"].verdict == "passed"
     sound[1] = (60, 90, 0.15, 0.12, 0.01, 0.01)
-    found = axes(few_cells(sound))["symmetry"]
-    assert found.verdict == "failed"
-    assert "(\N{PLUS-MINUS SIGN}60, 90) deg are off from that" in found.found
-    assert "sign of beta_deg" in found.sentence
+    check = axes(few_cells(sound))["symmetry"]
+    assert check.verdict == "failed"
+    assert "(\N{PLUS-MINUS SIGN}60, 90) deg are off from that" in check.found
+    assert "sign of beta_deg" in check.sentence
 
 
 @pytest.mark.parametrize(("least", "verdict"), [(0.3, "passed"), (0.5, "not checked")])
@@ -205,9 +221,9 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
             "beside": "map",
         }
     )
-    found = check_repeats(measured(sheet_of("p" * 6), peers=peers))
-    assert found.verdict == verdict
-    assert ("50%" in found.found) == (verdict == "not checked")
+    check = check_repeats(measured(sheet_of("p" * 6), peers=peers))
+    assert check.verdict == verdict
+    assert ("50%" in check.found) == (verdict == "not checked")
 
 
 def test_a_force_that_nobody_measured_is_no_symmetry(paper_config):
@@ -228,9 +244,9 @@ def test_how_far_noise_may_bring_the_work_below_zero():
     assert [counted(0, 0, x, 9, 0.1) for x in (-0.299, -0.301)] == ["0", "1"]
     # cos^2 and sin^2 of the errors of x and z
     limit = 3 * math.hypot(0.1 * math.cos(math.radians(30)), 0.2 * math.sin(math.radians(30)))
-    for share, said in ((0.99, "0"), (1.01, "1")):
+    for share, expected_count in ((0.99, "0"), (1.01, "1")):
         z, x = -share * limit * 0.5, -share * limit * math.cos(math.radians(30))
-        assert counted(30, z, x, 0.2, 0.1) == said
+        assert counted(30, z, x, 0.2, 0.1) == expected_count
     # an error that is not known is none
     assert counted(0, 0, -0.0051, math.nan, math.nan) == "1"
 
@@ -238,11 +254,11 @@ def test_how_far_noise_may_bring_the_work_below_zero():
 def test_how_much_harder_than_down_up_may_be():
     """Three standard errors of the difference."""
     limit = 3 * math.hypot(0.01, 0.02)
-    for more, verdict in ((0.99 * limit, "passed"), (1.01 * limit, "failed")):
-        rows = [(0, 90, 0.2, 0, 0.01, 0), (0, -90, -0.2 - more, 0, 0.02, 0)]
-        found = axes(few_cells(rows))["up_down"]
-        assert found.verdict == verdict
-        assert found.found == f"alpha_z(0, 90) = 0.2, alpha_z(0, -90) = {-0.2 - more:.3g} N/cm^3"
+    for excess, verdict in ((0.99 * limit, "passed"), (1.01 * limit, "failed")):
+        rows = [(0, 90, 0.2, 0, 0.01, 0), (0, -90, -0.2 - excess, 0, 0.02, 0)]
+        check = axes(few_cells(rows))["up_down"]
+        assert check.verdict == verdict
+        assert check.found == f"alpha_z(0, 90) = 0.2, alpha_z(0, -90) = {-0.2 - excess:.3g} N/cm^3"
     assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
 
@@ -260,11 +276,13 @@ def test_runs_of_several_cells_that_give_energy_back_are_each_flagged():
 def test_a_cell_without_alpha_is_left_out_whole():
     """Also where only one of its components is missing; places of the others do not move."""
     rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
-    found = axes(few_cells(rows))
-    assert found["work"].found.startswith("1 of 1 cells give energy back; the worst has D = -0.5")
-    assert found["symmetry"].verdict == "passed"
+    axis_checks = axes(few_cells(rows))
+    assert axis_checks["work"].found.startswith(
+        "1 of 1 cells give energy back; the worst has D = -0.5"
+    )
+    assert axis_checks["symmetry"].verdict == "passed"
     nothing = axes(few_cells(rows[:2]))
-    assert {one.verdict for one in nothing.values()} == {"not checked"}
+    assert {check.verdict for check in nothing.values()} == {"not checked"}
 
 
 def test_two_cells_are_no_verdict_and_three_are():
@@ -273,9 +291,9 @@ def test_two_cells_are_no_verdict_and_three_are():
     for bad, verdict in ((sure[:2], "passed"), (sure, "failed")):
         changed = table.copy()
         changed.loc[bad, "alpha_x_N_per_cm3"] = -0.1
-        found = axes(changed)["work"]
-        assert found.verdict == verdict
-        assert found.found.startswith(f"{len(bad)} of 91 cells")
+        check = axes(changed)["work"]
+        assert check.verdict == verdict
+        assert check.found.startswith(f"{len(bad)} of 91 cells")
 
 
 @pytest.mark.parametrize(
@@ -285,8 +303,8 @@ def test_two_cells_are_no_verdict_and_three_are():
 )  # fmt: skip
 def test_energy_given_back_counts_by_its_size(cells, back, verdict):
     """Two cells clearly beyond the limit of 0.005 N/cm^3 are a large share of a small table."""
-    done = [*back, *[0.1] * (cells - len(back))]
-    table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(done)])
+    work = [*back, *[0.1] * (cells - len(back))]
+    table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(work)])
     assert axes(table)["work"].verdict == verdict
 
 
@@ -342,10 +360,10 @@ def channels_of(*logs, constant=()):
     peers = pd.DataFrame(columns=["run_id", "known_z_ratio", "known_x_ratio"])
     tares = pd.DataFrame(columns=["run_id", "tare_run", "tare_rms_N", "force_rms_N"])
     trends = facts.assign(zero_trend_z_N=math.nan, zero_trend_x_N=math.nan)
-    one = measured(
+    medium_tables = measured(
         sheet, config, runs=trends, fits=fits, peers=peers, tares=tares, alpha=few_cells([])
     )
-    return check_channels(one)
+    return check_channels(medium_tables)
 
 
 FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
@@ -353,52 +371,52 @@ DEAD_Z = {"F3": (1.5, 1.5, 1.0, 1.5)}
 
 
 def test_channels_that_move_pass():
-    found = channels_of(FINE, FINE, FINE)
-    assert (found.verdict, found.found, found.flags) == ("passed", "3 logs", ())
-    assert found.allowed == "below 50% of a stroke at one reading, no end in common below the range"
+    check = channels_of(FINE, FINE, FINE)
+    assert (check.verdict, check.found, check.flags) == ("passed", "3 logs", ())
+    assert check.allowed == "below 50% of a stroke at one reading, no end in common below the range"
 
 
 @pytest.mark.parametrize(
     ("dead", "fine", "verdict"), [(2, 2, "passed"), (2, 0, "failed"), (3, 9, "failed")]
 )
 def test_a_dead_channel_shows_in_three_logs_or_in_all(dead, fine, verdict):
-    found = channels_of(*[({}, DEAD_Z)] * dead, *[FINE] * fine)
-    assert found.verdict == verdict
+    check = channels_of(*[({}, DEAD_Z)] * dead, *[FINE] * fine)
+    assert check.verdict == verdict
     if verdict == "failed":
-        assert found.sentence == (
+        assert check.sentence == (
             f"F3, along z, is constant in {dead} of {dead + fine} logs: look at its cable and its column."
         )
-        assert found.flags == tuple(
+        assert check.flags == tuple(
             remark("channel-still", run_id=f"r{n}", channel="F3") for n in range(dead)
         )
 
 
 def test_runs_of_each_dead_channel_are_told():
     dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
-    found = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
-    told = [one.values["channel"] for one in found.flags if one.code == "channel-still"]
-    assert told == ["F1"] * 3 + ["F3"] * 3
-    assert [one.run_id for one in found.flags] == [f"r{n}" for n in range(6)]
+    check = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
+    dead_channels = [flag.values["channel"] for flag in check.flags if flag.code == "channel-still"]
+    assert dead_channels == ["F1"] * 3 + ["F3"] * 3
+    assert [flag.run_id for flag in check.flags] == [f"r{n}" for n in range(6)]
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
 def test_a_channel_that_stands_still_half_a_stroke(share, verdict):
-    found = channels_of(*[({}, {"F3": (0.0, 2.0, share, 1.0)})] * 3)
-    assert found.verdict == verdict
-    assert ("F3, along z, is frozen in 3 of 3 logs" in found.found) == (verdict == "failed")
+    check = channels_of(*[({}, {"F3": (0.0, 2.0, share, 1.0)})] * 3)
+    assert check.verdict == verdict
+    assert ("F3, along z, is frozen in 3 of 3 logs" in check.found) == (verdict == "failed")
 
 
 def test_whose_channels_are_looked_at():
     """Not those of rods, of logs that were not read; of strokes only what goes deeper has to move."""
-    for other in (
+    for run_facts in (
         {"kind": "rod"},
         {"status": "refused"},
         {"direction": "horizontal"},
         {"direction": "extraction"},
     ):
-        assert channels_of(*[(other, DEAD_Z)] * 3, FINE).verdict == "passed"
-        assert channels_of(*[(other, DEAD_Z)] * 3).verdict == (
-            "passed" if "direction" in other else "not checked"
+        assert channels_of(*[(run_facts, DEAD_Z)] * 3, FINE).verdict == "passed"
+        assert channels_of(*[(run_facts, DEAD_Z)] * 3).verdict == (
+            "passed" if "direction" in run_facts else "not checked"
         )
     turning = {"kind": "leg", "direction": "rotation"}
     assert channels_of(*[(turning, DEAD_Z)] * 3, FINE).verdict == "failed"
@@ -418,8 +436,8 @@ def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x():
     dead = {"F1": (0.0, 0.0, 1.0, 0.0)}
     for beta in (0.0, 90.0):
         assert channels_of(*[({"beta_deg": beta, "gamma_deg": 90.0}, dead)] * 3).verdict == "passed"
-    found = channels_of(*[({}, dead)] * 3)
-    assert found.sentence.startswith("F1, along x, is constant in 3 of 3 logs")
+    check = channels_of(*[({}, dead)] * 3)
+    assert check.sentence.startswith("F1, along x, is constant in 3 of 3 logs")
     both = channels_of(*[({}, dead | DEAD_Z)] * 3)
     assert both.found.startswith(
         "F1, along x, is constant in 3 of 3 logs: look at its cable and its column; F3"
@@ -449,14 +467,14 @@ def test_a_channel_that_ends_below_its_range(low, high, share, held, count, verd
         {"direction": "extraction"},
         {"direction": "horizontal"},
     )
-    found = channels_of(*[(way, clipped) for way in ways[:count]], FINE)
-    assert found.verdict == verdict
+    check = channels_of(*[(way, clipped) for way in ways[:count]], FINE)
+    assert check.verdict == verdict
     if verdict == "failed":
-        assert found.found == (
+        assert check.found == (
             f"F1, along x, stops at {held:g} N in 3 of 4 logs, below its range: look at the range of "
             "amplifier and logger"
         )
-        assert found.flags == tuple(
+        assert check.flags == tuple(
             remark("channel-clipped", run_id=f"r{n}", channel="F1", newtons=held) for n in range(3)
         )
 
@@ -475,10 +493,10 @@ def test_x_and_y_exchanged(across, along, verdict):
     """y, across the motion, shows more than twice the force of x, and more than ten times the precision."""
     facts = {"F1": (-1.0, along - 1, 0.001, 0.0), "F2": (2.0, 2 + across, 0.001, 0.0)}
     level = {"beta_deg": 0.0, "gamma_deg": 90.0}
-    found = channels_of(*[({}, facts)] * 2, *[(level, {})] * 5)
-    assert found.verdict == verdict
+    check = channels_of(*[({}, facts)] * 2, *[(level, {})] * 5)
+    assert check.verdict == verdict
     if verdict == "failed":
-        assert found.found == (
+        assert check.found == (
             f"x and y look exchanged: F2, across the motion, shows {across / along:.3g} times the force of F1, "
             "along it: look at transducer.axes"
         )
@@ -538,9 +556,9 @@ def test_whose_trend_counts():
     assert check_steadiness(measured(**level_runs(60, (0.2, 0.2)))).verdict == "not checked"
     tables = level_runs(60)
     for name, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
-        one = tables["fits"].copy()
-        one.loc[0, name] = value
-        assert check_steadiness(measured(**tables | {"fits": one})).verdict == "not checked"
+        fits = tables["fits"].copy()
+        fits.loc[0, name] = value
+        assert check_steadiness(measured(**tables | {"fits": fits})).verdict == "not checked"
 
 
 def test_marks_name_what_fails_and_why_it_is_accepted():
@@ -551,8 +569,8 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         ("c", "work", "passed", ""),
     ]
     table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(found="")
-    media = {name: Medium(title=name) for name in "ac"}
-    media["b"] = Medium(title="b", accept={"size": "pumice"})
+    media = {name: MediumSettings(title=name) for name in "ac"}
+    media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
     assert marks_of(table, media) == {
         "a": [
             remark("unusable", faults=CHECKS["work"].fault),
@@ -561,9 +579,9 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         "b": [remark("accepted", fault=CHECKS["size"].fault, why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    assert usable(frame)
-    assert not usable(frame.assign(checks_code="unusable doubtful"))
-    assert usable(
+    assert is_usable(frame)
+    assert not is_usable(frame.assign(checks_code="unusable doubtful"))
+    assert is_usable(
         frame.assign(
             checks="accepted: the medium seems to give energy to the plates: unusable: I know",
             checks_code="accepted",
@@ -582,10 +600,11 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
     results.hold(f"alpha/{media[0]}.csv", bad)
     assert results.reference().media == media[1:]
     assert not np.allclose(results.generic(), everything)
-    own = [results.fits()[name].used for name in media[1:]]
-    zeta = [one[:5].sum() for one in own]
+    used_coefficients = [results.fits()[name].used for name in media[1:]]
+    zeta = [coefficients[:5].sum() for coefficients in used_coefficients]
     np.testing.assert_allclose(
-        results.generic(), np.mean([c / z for c, z in zip(own, zeta, strict=True)], axis=0)
+        results.generic(),
+        np.mean([c / z for c, z in zip(used_coefficients, zeta, strict=True)], axis=0),
     )
     # its own table and coefficients are still there
     assert np.isfinite(results[media[0]].coefficients()).all()
@@ -602,9 +621,9 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_axes_that_all_runs_tell_are_the_cause_of_energy_given_back(medium):
     wrong = measured_with(on_grid(medium, "few"), "-z", "+x")
-    told = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 4.1})["work"]
-    assert (told.verdict, told.code, told.flags) == ("failed", "work-axes", ())
-    assert str(remark("axes-z-reversed")) in told.sentence
+    check = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 4.1})["work"]
+    assert (check.verdict, check.code, check.flags) == ("failed", "work-axes", ())
+    assert str(remark("axes-z-reversed")) in check.sentence
     of_runs = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 3.9})["work"]
     assert (of_runs.verdict, of_runs.code) == ("failed", "work")
 
@@ -685,8 +704,8 @@ def test_how_much_a_level_plate_may_feel_sideways():
         (1.01, "failed"),
         (-1.01, "failed"),
     ):
-        found = axes(few_cells([(0, 90, 0.5, share * limit, se, se)]))["symmetry"]
-        assert found.verdict == verdict
+        check = axes(few_cells([(0, 90, 0.5, share * limit, se, se)]))["symmetry"]
+        assert check.verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -705,9 +724,9 @@ def test_how_much_a_level_plate_may_feel_sideways():
 )
 def test_size(value, expected, verdict):
     medium = SimpleNamespace(expected_alpha=expected)
-    for gamma, wanted in ((90, verdict), (0, "not checked")):
+    for gamma, expected_verdict in ((90, verdict), (0, "not checked")):
         alpha = few_cells([(0, gamma, value, 0, 0, 0)])
-        assert check_size(measured(medium=medium, alpha=alpha)).verdict == wanted
+        assert check_size(measured(medium=medium, alpha=alpha)).verdict == expected_verdict
 
 
 @pytest.mark.parametrize(
@@ -733,10 +752,10 @@ def test_size(value, expected, verdict):
     ],
 )
 def test_two_heaps(values, which):
-    found = two_clusters(np.array(values))
-    assert (found is None) == (which is None)
-    if found is not None and which is not None:
-        assert np.flatnonzero(found[1]).tolist() == [*which]
+    clusters = two_clusters(np.array(values))
+    assert (clusters is None) == (which is None)
+    if clusters is not None and which is not None:
+        assert np.flatnonzero(clusters[1]).tolist() == [*which]
 
 
 def test_how_clear_two_heaps_are():
@@ -750,13 +769,13 @@ def sheet_of(kinds):
     """Runs r2, r3 and so on, named by their rows; p a plate, r a rod."""
     names = {"p": "plate", "r": "rod"}
     return {
-        f"r{n}": SimpleNamespace(run_id=f"r{n}", row=n, kind=names[one])
-        for n, one in enumerate(kinds, 2)
+        f"r{n}": SimpleNamespace(run_id=f"r{n}", row=n, kind=names[kind])
+        for n, kind in enumerate(kinds, 2)
     }
 
 
 @pytest.mark.parametrize(
-    ("kinds", "rows", "said"),
+    ("kinds", "rows", "words"),
     [
         ("pppp", [3], "row 3 of the run sheet"),
         ("pppp", [5, 4, 3], "rows 3 to 5 of the run sheet"),
@@ -766,8 +785,8 @@ def sheet_of(kinds):
         ("p" * 20, range(2, 20, 2), "rows 2, 4, 6, 8, 10 and others to 18 of the run sheet"),
     ],
 )
-def test_rows_of(kinds, rows, said):
-    assert rows_of((f"r{row}" for row in rows), sheet_of(kinds)) == said
+def test_rows_of(kinds, rows, words):
+    assert describe_rows((f"r{row}" for row in rows), sheet_of(kinds)) == words
 
 
 @pytest.mark.parametrize(
@@ -789,13 +808,13 @@ def test_rods_run_by_run(way, tare, which):
     table = pd.DataFrame(
         {"run_id": [*sheet], "tare_run": "rod", "force_rms_N": 2.0, "tare_rms_N": tare}
     )
-    found = check_rods(measured(sheet, tares=table))
-    assert [one.run_id for one in found.flags] == which
-    assert found.verdict == ("failed" if which else "passed")
+    check = check_rods(measured(sheet, tares=table))
+    assert [flag.run_id for flag in check.flags] == which
+    assert check.verdict == ("failed" if which else "passed")
     # where plate and rod feel a twentieth, only three times as much is clear
     for weak, runs in ((0.17, []), (0.31, ["r2"])):
         faint = table.assign(force_rms_N=[0.1, 2.0, 2.0], tare_rms_N=[weak, 0.2, 0.2])
-        assert [one.run_id for one in check_rods(measured(sheet, tares=faint)).flags] == runs
+        assert [flag.run_id for flag in check_rods(measured(sheet, tares=faint)).flags] == runs
     assert check_rods(measured(sheet, tares=table.assign(tare_run=""))).verdict == "not checked"
     assert check_rods(measured(sheet, tares=table.assign(force_rms_N=0.0))).verdict == "not checked"
 
@@ -822,11 +841,11 @@ def test_drift(trend, verdict, which, axis):
     sheet = sheet_of("p" * 9)
     runs = pd.DataFrame({"run_id": [*sheet], "zero_trend_z_N": 0.0, "zero_trend_x_N": 0.0})
     runs = runs.assign(**{f"zero_trend_{axis}_N": trend})
-    found = check_drift(
+    check = check_drift(
         measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
     )
-    assert found.verdict == verdict
-    assert [one.run_id for one in found.flags] == [f"r{n + 2}" for n in which]
+    assert check.verdict == verdict
+    assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
 
 
 def noise_of(fits):
@@ -844,15 +863,15 @@ def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=(
     )
     facts = noise_of(fits) if facts is None else facts
     peers = compare_runs(fits, "m") if peers is None else peers
-    one = measured(sheet_of("p" * len(fits)), config, runs=facts, fits=fits, peers=peers)
-    return against_known(one, set(), explained)
+    medium_tables = measured(sheet_of("p" * len(fits)), config, runs=facts, fits=fits, peers=peers)
+    return against_known(medium_tables, set(), explained)
 
 
 def channels_against(seen, explained=False, turn=0.0, columns=(), directions=12):
     """Channels of twelve pushes of alpha 0.3 and 0.09 N/cm^3, but for what `seen` says of z and x and of noise."""
     sheet = sheet_of("p" * 12)
-    known = {"known_z_ratio": 1.0, "known_x_ratio": 0.3}
-    peers = pd.DataFrame({"run_id": [*sheet], **known})
+    known_ratios = {"known_z_ratio": 1.0, "known_x_ratio": 0.3}
+    peers = pd.DataFrame({"run_id": [*sheet], **known_ratios})
     fits = pd.DataFrame(
         {
             "run_id": [*sheet],
@@ -896,8 +915,8 @@ HALF = [1.0] * 6 + [3.0] * 6
     ],
 )
 def test_channels_against_what_every_medium_feels(seen, code, count):
-    found = channels_against(seen)
-    assert [one.code for one in found] == [code] * count
+    flags = channels_against(seen)
+    assert [flag.code for flag in flags] == [code] * count
     # what other axes or a drift of all runs explain is not told twice
     if code != "channel-gain":
         assert not channels_against(seen, explained=True)
@@ -920,8 +939,8 @@ def test_channels_against_what_every_medium_feels(seen, code, count):
     ],
 )
 def test_a_direction_is_one_witness(seen, code, count):
-    found = channels_against(seen, directions=4)
-    assert [one.code for one in found] == [code] * count
+    flags = channels_against(seen, directions=4)
+    assert [flag.code for flag in flags] == [code] * count
 
 
 def level_and_slanted(friction, random):
@@ -929,7 +948,9 @@ def level_and_slanted(friction, random):
     profile = rft3d_profile(0.6, friction, 5)
     rows: list[dict[str, Any]] = []
     for beta, gamma in itertools.product((-60, -30, -10, 30, 60, 90), (-60, 0, 20, 60)):
-        alpha = [float(one) for one in profile.alpha(np.radians(beta), np.radians(gamma))]
+        alpha = [
+            float(component) for component in profile.alpha(np.radians(beta), np.radians(gamma))
+        ]
         for depth in (2.54, 5.08, 7.62):
             values = np.array(alpha) * (1 + 0.05 * random.standard_normal())
             values += 0.002 * random.standard_normal(2)
@@ -957,8 +978,8 @@ def test_friction_is_no_fault_of_a_channel(friction):
 
 def test_a_channel_that_is_not_measured_hides_no_other():
     seen = {X: math.nan, Z: [0.0] * 4 + [1.0] * 8}
-    found = channels_against(seen, turn=4.0, columns={"F1": SimpleNamespace(constant=0.0)})
-    assert [(one.code, one.values["channel"]) for one in found] == [("channel-silent", "F3")] * 4
+    flags = channels_against(seen, turn=4.0, columns={"F1": SimpleNamespace(constant=0.0)})
+    assert [(flag.code, flag.values["channel"]) for flag in flags] == [("channel-silent", "F3")] * 4
 
 
 def strokes(start_cm, late_s=0.0, count=8, **columns):
@@ -1000,8 +1021,8 @@ def surface(tables, role=LABORATORY, **errors):
         fit=SimpleNamespace(confidence=0.95),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )
-    one = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
-    return check_surface(one), check_linearity(one)
+    medium_tables = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
+    return check_surface(medium_tables), check_linearity(medium_tables)
 
 
 @pytest.mark.parametrize(
@@ -1018,10 +1039,16 @@ def surface(tables, role=LABORATORY, **errors):
     ],
 )
 def test_where_stress_begins(start, late, verdict, names):
-    found, line = surface(strokes(start, late))
-    assert (found.verdict, line.verdict, found.flags) == (verdict, "passed", ())
+    surface_check, linearity_check = surface(strokes(start, late))
+    assert (surface_check.verdict, linearity_check.verdict, surface_check.flags) == (
+        verdict,
+        "passed",
+        (),
+    )
     words = {"surface": "urface is wrong", "late": "log is late", "early": "log is early"}
-    assert {name for name, word in words.items() if word in found.sentence} == {*names.split()}
+    assert {name for name, word in words.items() if word in surface_check.sentence} == {
+        *names.split()
+    }
 
 
 @pytest.mark.parametrize(
@@ -1042,8 +1069,8 @@ def test_where_stress_begins_in_pulls(starts, words):
     pushes = fits[fits["gamma_deg"] > 0]
     pushes = pushes.assign(start_cm=pushes["start_cm"] + 0.02 * (pushes["gamma_deg"] - 70) / 20)
     pulls = fits[fits["gamma_deg"] < 0].iloc[: len(starts)].assign(start_cm=starts)
-    found, _ = surface({"fits": pd.concat([pushes, pulls], ignore_index=True)})
-    assert found.found.partition(" in pushes")[2] == words
+    surface_check, _ = surface({"fits": pd.concat([pushes, pulls], ignore_index=True)})
+    assert surface_check.found.partition(" in pushes")[2] == words
 
 
 def test_what_is_stated_of_the_surface_is_allowed():
@@ -1061,20 +1088,20 @@ def test_what_is_stated_of_the_surface_is_allowed():
 )
 def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     # errors of pulls are too large to tell theirs
-    found = surface(strokes(start, late))[0]
-    assert bool(found.flags) == bool(code)
+    surface_check = surface(strokes(start, late))[0]
+    assert bool(surface_check.flags) == bool(code)
     # pushes alone hardly tell a surface from a lag
-    assert {one.code for one in found.flags} <= {"surface-differs", "lag-differs"}
-    assert found.verdict == ("failed" if code else "passed")
+    assert {flag.code for flag in surface_check.flags} <= {"surface-differs", "lag-differs"}
+    assert surface_check.verdict == ("failed" if code else "passed")
     pushes = [f"r{n + 2}" for n in range(24) if n % 3 == 0]
-    assert {*pushes} >= {one.run_id for one in found.flags if int(one.run_id[1:]) < 26}
-    for one in found.flags:
-        if one.code == code:
-            assert one.values["gap"] == pytest.approx(gap, rel=0.25)
+    assert {*pushes} >= {flag.run_id for flag in surface_check.flags if int(flag.run_id[1:]) < 26}
+    for flag in surface_check.flags:
+        if flag.code == code:
+            assert flag.values["gap"] == pytest.approx(gap, rel=0.25)
 
 
 @pytest.mark.parametrize(
-    ("gap", "first", "last", "named"),
+    ("gap", "first", "last", "flagged_rows"),
     [
         (0.3, 6, 14, range(6, 14)),
         (-0.3, 0, 12, range(12)),
@@ -1085,14 +1112,16 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
         (0.0, 6, 14, []),
     ],
 )
-def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
+def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, flagged_rows):
     """Starts of pushes scatter by 0.7 mm, so that there are no two heaps, and one run at an edge may be missed."""
     place = np.arange(48)
     luck = np.random.default_rng(3).normal(0, 0.07, 48)
-    found = surface(strokes(np.where((first <= place) & (place < last), gap, 0.0) + luck))[0]
-    pushes = {one.run_id for one in found.flags} & {f"r{n + 2}" for n in range(24)}
-    assert len(pushes ^ {f"r{n + 2}" for n in named}) <= 1
-    assert found.verdict == ("failed" if named else "passed")
+    surface_check = surface(strokes(np.where((first <= place) & (place < last), gap, 0.0) + luck))[
+        0
+    ]
+    pushes = {flag.run_id for flag in surface_check.flags} & {f"r{n + 2}" for n in range(24)}
+    assert len(pushes ^ {f"r{n + 2}" for n in flagged_rows}) <= 1
+    assert surface_check.verdict == ("failed" if flagged_rows else "passed")
 
 
 @pytest.mark.parametrize(
@@ -1110,14 +1139,16 @@ def test_a_stretch_of_the_sheet_with_another_surface(gap, first, last, named):
     ],
 )
 def test_linearity(power, misfit, verdict):
-    found, line = surface(strokes(0.0, exponent_z=power, power_misfit_z_ratio=misfit))
-    assert (found.verdict, line.verdict) == ("passed", verdict)
+    surface_check, linearity_check = surface(
+        strokes(0.0, exponent_z=power, power_misfit_z_ratio=misfit)
+    )
+    assert (surface_check.verdict, linearity_check.verdict) == ("passed", verdict)
 
 
 def test_an_offset_of_curved_stress_does_not_tell_the_surface():
     for misfit in (0.5, [0.5, 1.5] * 24):
-        found, line = surface(strokes(0.3, power_misfit_z_ratio=misfit))
-        assert (found.verdict, line.verdict) == ("not checked", "failed")
+        surface_check, linearity_check = surface(strokes(0.3, power_misfit_z_ratio=misfit))
+        assert (surface_check.verdict, linearity_check.verdict) == ("not checked", "failed")
 
 
 @pytest.mark.parametrize(
@@ -1132,8 +1163,8 @@ def test_an_offset_of_curved_stress_does_not_tell_the_surface():
 )
 def test_which_strokes_tell_where_stress_begins(columns, role):
     """Steep pushes, whose alpha is clear of zero and whose line has a slope, with a tare."""
-    found = surface(strokes(0.3, **columns), role)
-    assert {one.verdict for one in found} == {"not checked"}
+    both_checks = surface(strokes(0.3, **columns), role)
+    assert {check.verdict for check in both_checks} == {"not checked"}
 
 
 def test_the_surface_of_a_natural_sand_is_not_judged_and_its_law_is():
@@ -1145,18 +1176,18 @@ def test_the_surface_of_a_natural_sand_is_not_judged_and_its_law_is():
 def test_what_trend_is_allowed():
     """A tenth, or three standard errors of the median."""
     for rise, verdict in ((0.101, "failed"), (0.099, "passed"), (-0.101, "failed")):
-        found = check_steadiness(measured(**level_runs(60, (rise,) * 3)))
-        assert (found.verdict, found.allowed) == (verdict, "10.0 % of either sign")
+        check = check_steadiness(measured(**level_runs(60, (rise,) * 3)))
+        assert (check.verdict, check.allowed) == (verdict, "10.0 % of either sign")
     se = 1.2533 * 1.4826 * 0.1 / math.sqrt(3)
-    found = check_steadiness(measured(**level_runs(60, (0.1, 0.2, 0.3))))
-    assert (found.verdict, found.allowed) == ("passed", f"{300 * se:.1f} % of either sign")
+    check = check_steadiness(measured(**level_runs(60, (0.1, 0.2, 0.3))))
+    assert (check.verdict, check.allowed) == ("passed", f"{300 * se:.1f} % of either sign")
 
 
 def test_copies_are_listed_with_what_they_are_copies_of():
     sheet: Any = {name: SimpleNamespace(intruder="", beta_deg=0) for name in "abcd"}
-    found = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
-    assert found.verdict == "failed"
-    assert [(one.run_id, one.values["runs"]) for one in found.flags] == [
+    check = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
+    assert check.verdict == "failed"
+    assert [(flag.run_id, flag.values["runs"]) for flag in check.flags] == [
         ("b", "c, d"),
         ("c", "b, d"),
         ("d", "b, c"),
@@ -1184,18 +1215,18 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    def one(name):
+    def judge(name):
         return Check.judge(name, name != failed, [flag])
 
-    order = {name: lambda _, name=name: one(name) for name in checks.IN_ORDER}
+    order = {name: lambda _, name=name: judge(name) for name in checks.IN_ORDER}
     monkeypatch.setattr(checks, "IN_ORDER", order)
     medium = SimpleNamespace(accept={failed: "why"} if accepted else {})
     campaign: Any = SimpleNamespace(
         config=SimpleNamespace(media={"m": medium}), runs_of=lambda _: []
     )
-    found = checks.check_medium(campaign, "m", {}, {}, Flags())
-    assert [one.check for one in found] == [*CHECKS]
-    verdicts = {str(one.check): one.verdict for one in found}
+    outcomes = checks.check_medium(campaign, "m", {}, {}, Flags())
+    assert [check.check for check in outcomes] == [*CHECKS]
+    verdicts = {str(check.check): check.verdict for check in outcomes}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
-    assert all(one.flags == (flag,) for one in found)
+    assert all(check.flags == (flag,) for check in outcomes)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import BACKWARDS, DUPLICATE
-from rftfit.measure.pairs import clean, gaps
+from rftfit.measure.readings import clean, gaps
 
 
 def log_of(time, value=None):
@@ -65,18 +65,18 @@ def test_whatever_the_times(time):
             clean(log)
         assert caught.value.rows == len(time)
         return
-    done = clean(log)
-    assert done.columns["time"].size == forward
-    assert (np.diff(done.columns["time"]) > 0).all()
-    assert done.columns["time"].size + sum(done.dropped.values()) == len(time)
+    cleaned = clean(log)
+    assert cleaned.columns["time"].size == forward
+    assert (np.diff(cleaned.columns["time"]) > 0).all()
+    assert cleaned.columns["time"].size + sum(cleaned.dropped.values()) == len(time)
     # rows that are kept keep their partners
-    for stamp, index in zip(done.columns["time"], done.columns["x"], strict=True):
+    for stamp, index in zip(cleaned.columns["time"], cleaned.columns["x"], strict=True):
         assert time[int(index)] == stamp
 
 
 def test_gaps():
-    found = gaps(np.array([0, 0.01, 0.5, 0.51, 0.61, 2]), 0.1)
-    np.testing.assert_array_equal(found, [[0.01, 0.5], [0.61, 2]])
+    gap_times = gaps(np.array([0, 0.01, 0.5, 0.51, 0.61, 2]), 0.1)
+    np.testing.assert_array_equal(gap_times, [[0.01, 0.5], [0.61, 2]])
     assert gaps(np.array([0, 0.01]), 0.1).shape == (0, 2)
     assert gaps(np.array([0.0]), 0.1).shape == (0, 2)
 

@@ -145,10 +145,10 @@ def test_crossing_is_interpolated():
 def test_stretch_that_the_log_cuts_is_left_out():
     time, speed = np.arange(100) / 50, np.zeros(100)
     speed[:20], speed[40:60], speed[80:] = 1, 1, 1
-    found = moving_spans(time, speed, 0.5)
-    assert len(found) == 3
-    assert len(whole_spans(found, time[0], time[-1])) == 1
-    np.testing.assert_array_equal(whole_spans(found, time[0], time[-1])[0], found[1])
+    stretches = moving_spans(time, speed, 0.5)
+    assert len(stretches) == 3
+    assert len(whole_spans(stretches, time[0], time[-1])) == 1
+    np.testing.assert_array_equal(whole_spans(stretches, time[0], time[-1])[0], stretches[1])
 
 
 def test_error_of_an_offset_by_few_edges():

@@ -20,18 +20,18 @@ def rigid(curve="linear", noise=0.05):
 def test_the_curve_comes_back(curve):
     compliance = compliance_of(*rigid(curve), 0.05)
     force = np.linspace(0, 195, 50)
-    travel, known = compliance.travel_at(force)
+    travel, in_range = compliance.travel_at(force)
     truth = 2e-4 * force if curve == "linear" else 0.05 * (1 - np.exp(-force / 60))
-    assert known.all()
+    assert in_range.all()
     np.testing.assert_allclose(travel, truth, atol=1e-3)
     assert (np.diff(compliance.travel) >= 0).all()
 
 
 def test_it_does_not_extrapolate():
     compliance = Compliance(np.array([0.0, 100.0]), np.array([0.0, 0.02]))
-    travel, known = compliance.travel_at(np.array([-5.0, 50.0, 100.0, 101.0]))
+    travel, in_range = compliance.travel_at(np.array([-5.0, 50.0, 100.0, 101.0]))
     np.testing.assert_allclose(travel, [0, 0.01, 0.02, 0.02])
-    assert known.tolist() == [True, True, True, False]
+    assert in_range.tolist() == [True, True, True, False]
 
 
 def push(peak_N, in_air=40, contact=400):
@@ -45,9 +45,9 @@ def push(peak_N, in_air=40, contact=400):
 def test_a_spring_is_exact_up_to_its_last_newton(peak_N):
     compliance = compliance_of(*push(peak_N), 0.001)
     force = np.linspace(0, peak_N, 77)
-    travel, known = compliance.travel_at(force)
+    travel, in_range = compliance.travel_at(force)
     np.testing.assert_allclose(travel, 1e-3 * force, atol=1e-12 * peak_N)
-    assert known[:-1].all()
+    assert in_range[:-1].all()
     assert compliance.force[-1] == pytest.approx(peak_N, rel=1e-12)
     assert compliance.travel[-1] == pytest.approx(1e-3 * peak_N, rel=1e-9)
 
@@ -101,9 +101,9 @@ def test_the_zero_is_the_median_of_the_first_twentieth():
     plain = compliance_of(depth, force, 0.01)
     shifted = force + 7.5
     shifted[:10] += 30.0  # 10 of the 22 readings that make the zero
-    found = compliance_of(depth, shifted, 0.01)
-    np.testing.assert_allclose(found.force, plain.force, atol=1e-9)
-    np.testing.assert_allclose(found.travel, plain.travel, atol=1e-9)
+    curve = compliance_of(depth, shifted, 0.01)
+    np.testing.assert_allclose(curve.force, plain.force, atol=1e-9)
+    np.testing.assert_allclose(curve.travel, plain.travel, atol=1e-9)
 
 
 def test_one_bad_reading_at_the_peak_is_one_of_many():

@@ -10,8 +10,8 @@ from rftfit import conventions as c
 BETA, GAMMA = np.meshgrid(np.radians(np.arange(-90, 91, 7.5)), np.radians(np.arange(-180, 181, 5)))
 
 
-def same_angle(one, other, period):
-    off = np.mod(one - other + period / 2, period) - period / 2
+def same_angle(angle, expected, period):
+    off = np.mod(angle - expected + period / 2, period) - period / 2
     np.testing.assert_allclose(off, 0, atol=1e-12)
 
 
@@ -27,7 +27,7 @@ def test_tangent_and_direction_by_hand():
 
 def test_intrusion_angle_undoes_direction():
     same_angle(c.intrusion_angle(*c.direction(GAMMA)), GAMMA, 2 * np.pi)
-    scaled = [3.7 * part for part in c.direction(GAMMA)]
+    scaled = [3.7 * component for component in c.direction(GAMMA)]
     same_angle(c.intrusion_angle(*scaled), GAMMA, 2 * np.pi)
 
 
@@ -86,19 +86,19 @@ def test_file_extraction_is_the_mirror_of_the_physical_pull(beta_deg, gamma_deg)
 
 
 def test_angles_in_single_precision_come_back_in_double():
-    one = np.float32(0.5)
-    found = [
-        *c.tangent(one),
-        *c.direction(one),
-        c.wrap_beta(one),
-        c.wrap_gamma(one),
-        *c.mirror(one, one),
-        c.intrusion_angle(one, 0.1),
-        c.intrusion_angle(0.1, one),
-        c.intrusion_angle(one, one),
+    angle = np.float32(0.5)
+    values = [
+        *c.tangent(angle),
+        *c.direction(angle),
+        c.wrap_beta(angle),
+        c.wrap_gamma(angle),
+        *c.mirror(angle, angle),
+        c.intrusion_angle(angle, 0.1),
+        c.intrusion_angle(0.1, angle),
+        c.intrusion_angle(angle, angle),
     ]
-    assert [value.dtype for value in found] == [np.dtype(float)] * len(found)
+    assert [value.dtype for value in values] == [np.dtype(float)] * len(values)
     for value, exact in zip(
-        found[:6], (np.cos(0.5), -np.sin(0.5), -np.cos(0.5), -np.sin(0.5), 0.5, 0.5), strict=True
+        values[:6], (np.cos(0.5), -np.sin(0.5), -np.cos(0.5), -np.sin(0.5), 0.5, 0.5), strict=True
     ):
         assert abs(float(value) - exact) < 1e-15

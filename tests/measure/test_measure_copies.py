@@ -13,11 +13,11 @@ SIZE = 600
 
 def force(seed, hum=0.0):
     """Force of a push, z and x, with noise of its own and a hum that all runs have in common, N."""
-    own, time = np.random.default_rng(seed), np.arange(SIZE)
+    random, time = np.random.default_rng(seed), np.arange(SIZE)
     wave = hum * np.sin(2 * np.pi * time / 20)
     return (
         np.stack([0.01 * time, 0.002 * time], axis=1)
-        + own.normal(0, 0.05, (SIZE, 2))
+        + random.normal(0, 0.05, (SIZE, 2))
         + wave[:, None]
     )
 
@@ -44,7 +44,7 @@ def last_digit(log):
 
 
 @pytest.mark.parametrize(
-    ("other", "copy"),
+    ("second_log", "copy"),
     [
         (force(1), True),
         (force(1)[5:], True),
@@ -55,11 +55,11 @@ def last_digit(log):
     ],
     ids=["same", "cut at the start", "cut within", "last digit", "own noise", "too short to tell"],
 )
-def test_copies_have_the_noise_of_another_run(other, copy):
-    found = near_copies([["a", "b"]], tared(a=force(1), b=other))
-    assert found == ({"a": ("b",), "b": ("a",)} if copy else {})
+def test_copies_have_the_noise_of_another_run(second_log, copy):
+    copies = near_copies([["a", "b"]], tared(a=force(1), b=second_log))
+    assert copies == ({"a": ("b",), "b": ("a",)} if copy else {})
     # of another direction they are not looked at
-    assert near_copies([["a"], ["b"]], tared(a=force(1), b=other)) == {}
+    assert near_copies([["a"], ["b"]], tared(a=force(1), b=second_log)) == {}
 
 
 @pytest.mark.parametrize("hum", [0.05, 0.5, 5.0])
@@ -80,8 +80,8 @@ def test_copies_are_found_among_many_repeats_of_any_length():
     """300 of 100 samples took 9 s, pair by pair; with a hum all of them look alike at some shift."""
     logs = {f"{number:03}": force(number, 0.5)[: 110 + number] for number in range(300)}
     logs |= {"copy": logs["299"][5:], "other": logs["298"][:300] + 0.1}
-    found = near_copies([list(logs)], tared(**logs))
-    assert found == {"299": ("copy",), "copy": ("299",), "298": ("other",), "other": ("298",)}
+    copies = near_copies([list(logs)], tared(**logs))
+    assert copies == {"299": ("copy",), "copy": ("299",), "298": ("other",), "other": ("298",)}
 
 
 def test_of_copies_of_one_direction_one_keeps_its_number():
@@ -103,23 +103,23 @@ def test_of_copies_of_one_direction_one_keeps_its_number():
     )
     before = table.copy()
     copies = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()}
-    found, left_out = counted_once(table, copies)
+    counted_runs, left_out = counted_once(table, copies)
     assert list(left_out) == ["b"]
     pd.testing.assert_frame_equal(table, before)
     # the surface is not told from copies either
     for column in ("alpha_z_N_per_cm3", "offset_cm"):
-        assert found[column].isna().tolist() == [False, True, False, False]
-    assert (found["depth_to_cm"] == 8).all()
-    assert found["reason_code"].tolist() == ["", "same-readings", "", ""]
-    assert "a" in str(found.loc[1, "reason"])
-    assert (found["n_points"] == 9).all()
+        assert counted_runs[column].isna().tolist() == [False, True, False, False]
+    assert (counted_runs["depth_to_cm"] == 8).all()
+    assert counted_runs["reason_code"].tolist() == ["", "same-readings", "", ""]
+    assert "a" in str(counted_runs.loc[1, "reason"])
+    assert (counted_runs["n_points"] == 9).all()
     pd.testing.assert_frame_equal(counted_once(table, {})[0], before)
     # one that has no number for another reason keeps its reason, and the other one its number
     numbers = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
     table.loc[0, numbers], table.loc[0, "reason_code"] = np.nan, "tare-missing"
-    found, left_out = counted_once(table, copies)
+    counted_runs, left_out = counted_once(table, copies)
     assert not left_out
-    assert found["reason_code"].tolist() == ["tare-missing", "", "", ""]
+    assert counted_runs["reason_code"].tolist() == ["tare-missing", "", "", ""]
 
 
 def sheet(*names, kind="plate"):

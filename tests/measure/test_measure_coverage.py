@@ -9,8 +9,8 @@ import pytest
 from scipy.signal import lfilter
 from seeds import ALL, assert_share, seeds
 
+from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.slopes import fit_slope
-from rftfit.measure.zero import find_zero
 
 pytestmark = pytest.mark.statistics
 
@@ -61,8 +61,8 @@ def simulate(noise, window):
     depth = WINDOWS[window]
     parts = [one_log(random, NOISES[noise], depth.size) for _ in ("run", "tare")]
     stress = ALPHA * depth + parts[0][0] - parts[1][0]
-    variance = np.stack([part[1] for part in parts])
-    dof = np.stack([np.full(RUNS, part[2]) for part in parts])
+    variance = np.stack([log[1] for log in parts])
+    dof = np.stack([np.full(RUNS, log[2]) for log in parts])
     return fit_slope(depth, stress, variance, dof)
 
 
@@ -71,21 +71,21 @@ CASES = [(noise, window) for noise in NOISES for window in WINDOWS]
 
 @pytest.mark.parametrize(("noise", "window"), CASES)
 def test_intervals_cover(noise, window):
-    found = simulate(noise, window)
-    assert abs(found.alpha.mean() - ALPHA) < 5 * found.se.mean() / np.sqrt(RUNS)
-    lo, hi = found.interval(0.95)
+    slope = simulate(noise, window)
+    assert abs(slope.alpha.mean() - ALPHA) < 5 * slope.se.mean() / np.sqrt(RUNS)
+    lo, hi = slope.interval(0.95)
     assert_share((lo <= ALPHA) & (hi >= ALPHA), 0.93, 0.97)
     # the error that is claimed is the scatter that there is, rather too large than too small
     error = 0 if ALL else 3 / np.sqrt(2 * RUNS)
-    assert 0.9 - error < found.alpha.std() / np.median(found.se) < 1.08 + error
-    lo, hi = found.interval(0.8)
+    assert 0.9 - error < slope.alpha.std() / np.median(slope.se) < 1.08 + error
+    lo, hi = slope.interval(0.8)
     assert_share((lo <= ALPHA) & (hi >= ALPHA), 0.77, 0.85)
 
 
 @pytest.mark.parametrize("noise", ["AR(1) 0.7", "AR(1) 0.9", "AR(2)", "moving average"])
 def test_the_textbook_error_would_be_far_too_small(noise):
-    found = simulate(noise, "upright plate")
-    assert np.mean(np.abs(found.alpha - ALPHA) < 1.96 * found.ols_se) < 0.6
+    slope = simulate(noise, "upright plate")
+    assert np.mean(np.abs(slope.alpha - ALPHA) < 1.96 * slope.ols_se) < 0.6
 
 
 def test_error_of_the_clock_is_covered():
@@ -112,6 +112,6 @@ def test_unseen_drift_is_covered():
     in_air = np.arange(size) < AIR
     zero = find_zero(time, record, in_air, float(time[-n:].mean()), limit)
     stress = ALPHA * depth + (record - zero.force)[:, -n:]
-    found = fit_slope(depth, stress, zero.variance[None, :], np.full((1, RUNS), zero.dof))
-    lo, hi = found.interval(0.95)
+    slope = fit_slope(depth, stress, zero.variance[None, :], np.full((1, RUNS), zero.dof))
+    lo, hi = slope.interval(0.95)
     assert_share((lo <= ALPHA) & (hi >= ALPHA), 0.93, 1)

@@ -11,17 +11,17 @@ from seeds import seeds
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.depths import alpha_at_depths, curved_law
-from rftfit.page.tables import at_depths
+from rftfit.page.tables import tabulate_at_depths
 from rftfit.workflow import measure
 
 
 @pytest.mark.statistics
 def test_intervals_hold_the_force_at_stated_depths():
     """`make curved` is the same with 400 campaigns and other powers."""
-    found = forces_held("poppy_LP", seeds(10, 4), 5, {"power": 1.3})
-    assert list(found["cells"]) == [156, 132, 108]
-    assert found["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()
-    assert (found["width"] < seeds(1.3, 2)).all()
+    coverage = forces_held("poppy_LP", seeds(10, 4), 5, {"power": 1.3})
+    assert list(coverage["cells"]) == [156, 132, 108]
+    assert coverage["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()
+    assert (coverage["width"] < seeds(1.3, 2)).all()
 
 
 def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
@@ -38,7 +38,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     assert alpha_at_depths(results.campaign, medium, passed, lambda fits, _: fits).empty
     results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
-    page = at_depths(results).rows
+    page = tabulate_at_depths(results).rows
     law = curved_law(results[medium].fits, verdicts)
     assert law is not None
     assert law.power == pytest.approx(power, abs=0.03)
@@ -47,15 +47,15 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
     assert len(page) == 1
     assert set(table["reason_code"]) == {"", "outside-window"}
     for depth in DEPTHS_CM:
-        part = table[table["depth_cm"] == depth]
-        lo, truth, hi = alpha_cells(part)
-        there = np.isfinite(lo)
+        rows_at_depth = table[table["depth_cm"] == depth]
+        lo, truth, hi = alpha_cells(rows_at_depth)
+        is_finite = np.isfinite(lo)
         force = truth * power_law(np.array(depth), power) / depth
-        assert ((lo <= force) & (force <= hi))[there].mean() > 0.9
+        assert ((lo <= force) & (force <= hi))[is_finite].mean() > 0.9
         assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
     # a window that holds none of the depths has no row on the page
     results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))
-    assert not at_depths(results).rows
+    assert not tabulate_at_depths(results).rows
 
 
 @pytest.mark.parametrize(

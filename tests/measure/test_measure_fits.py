@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from campaign_room import plate_run
 
-from rftfit.campaign.config import ForceLog, Table
+from rftfit.campaign.config import ForceLog, TableSettings
 from rftfit.measure.fits import Stroke, filed_under, fit_run
-from rftfit.measure.flags import Flags, about, codes_of, describe_shared, flag_table, remark
+from rftfit.measure.flags import Flags, attach_run, codes_of, describe_shared, flag_table, remark
 from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
@@ -22,11 +22,11 @@ ALPHA_Z, ALPHA_X = 0.31, 0.12
 ODD = remark("zero-drifted", newtons=0.3)
 
 
-def run(direction="intrusion", beta=30.0, gamma=45.0, **more):
-    return plate_run(direction=direction, beta_deg=beta, gamma_deg=gamma, **more)
+def run(direction="intrusion", beta=30.0, gamma=45.0, **facts):
+    return plate_run(direction=direction, beta_deg=beta, gamma_deg=gamma, **facts)
 
 
-def stroke(depth, stress_z=None, **more):
+def stroke(depth, stress_z=None, **columns):
     """Samples without noise, by default of a stress that is exactly linear in depth."""
     stress = np.stack([ALPHA_Z * depth, ALPHA_X * depth])
     if stress_z is not None:
@@ -40,24 +40,24 @@ def stroke(depth, stress_z=None, **more):
         "zero_variance": nothing,
         "zero_dof": np.full((2, 2), 12.0),
     }
-    return Stroke(depth, **values | more)
+    return Stroke(depth, **values | columns)
 
 
 DOWN = np.linspace(0.0, 9.0, 901)
 
 
-def alpha(found):
-    assert found.slope is not None, found.reason
-    return found.slope.alpha
+def alpha(run_fit):
+    assert run_fit.slope is not None, run_fit.reason
+    return run_fit.slope.alpha
 
 
 def test_intrusion(paper_config):
-    found = fit_run(run(), stroke(DOWN), paper_config)
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert (found.beta_deg, found.gamma_deg) == (30, 45)
+    run_fit = fit_run(run(), stroke(DOWN), paper_config)
+    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    assert (run_fit.beta_deg, run_fit.gamma_deg) == (30, 45)
     # a plate at 30 degrees is wholly submerged from 1.2296 cm, and 6 cm above the bottom to 7.7704
-    assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([1.23, 7.77])
-    assert [RowStatus(found.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
+    assert [run_fit.depth_from_cm, run_fit.depth_to_cm] == pytest.approx([1.23, 7.77])
+    assert [RowStatus(run_fit.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
         RowStatus.ABOVE,
         RowStatus.ABOVE,
         RowStatus.GOOD,
@@ -65,7 +65,7 @@ def test_intrusion(paper_config):
         RowStatus.BOTTOM,
         RowStatus.BOTTOM,
     ]
-    assert (found.flags, found.reason) == ((), ())
+    assert (run_fit.flags, run_fit.reason) == ((), ())
 
 
 def test_extraction_goes_under_its_mirror_image(paper_config):
@@ -75,16 +75,16 @@ def test_extraction_goes_under_its_mirror_image(paper_config):
     # up toward -x, with the angle of the motion itself: a cell as it is
     assert filed_under(run("extraction", 30, -45)) == (30, -45, 1)
     up = np.linspace(7.0, 0.0, 701)
-    found = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
-    assert (found.beta_deg, found.gamma_deg) == (-30, -45)
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
+    run_fit = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
+    assert (run_fit.beta_deg, run_fit.gamma_deg) == (-30, -45)
+    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
     # the first 0.1 cm, over which the force builds up, is left out
-    assert [RowStatus(found.why[k]) for k in (0, 9, 10)] == [
+    assert [RowStatus(run_fit.why[k]) for k in (0, 9, 10)] == [
         RowStatus.STARTUP,
         RowStatus.STARTUP,
         RowStatus.GOOD,
     ]
-    assert found.depth_to_cm == pytest.approx(6.9)
+    assert run_fit.depth_to_cm == pytest.approx(6.9)
     # a start outside of the window keeps that reason
     deep = fit_run(run("extraction"), stroke(DOWN[::-1]), paper_config)
     assert RowStatus(deep.why[0]) == RowStatus.BOTTOM
@@ -95,19 +95,19 @@ def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config):
     build = np.where(path < 2, 5.0, 1.0)  # what is left out may be anything
     build[path < 2 / 3] = 9.0
     depth, level = np.full(701, 5.08), run("horizontal", 90.0, 0.0)
-    still, found = (
-        fit_run(level, stroke(depth, ALPHA_Z * depth * one, path=path), paper_config)
-        for one in (1.0, build)
+    still, run_fit = (
+        fit_run(level, stroke(depth, ALPHA_Z * depth * factor, path=path), paper_config)
+        for factor in (1.0, build)
     )
     assert still.slope is not None
     assert still.slope.startup[0] == pytest.approx(0, abs=1e-12)
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert [RowStatus(found.why[k]) for k in (199, 200)] == [RowStatus.STARTUP, RowStatus.GOOD]
-    assert found.slope is not None
+    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, ALPHA_X], rtol=1e-12)
+    assert [RowStatus(run_fit.why[k]) for k in (199, 200)] == [RowStatus.STARTUP, RowStatus.GOOD]
+    assert run_fit.slope is not None
     # second and last third lie 4 alpha |z| above: q is cut to 1/2, so 4 alpha |z| (2/3) / 5 is left
-    assert found.slope.startup[0] == pytest.approx(4 * ALPHA_Z * (2 / 3) / 5)
-    assert found.slope.se[0] == pytest.approx(found.slope.startup[0])
-    assert found.flags == ()
+    assert run_fit.slope.startup[0] == pytest.approx(4 * ALPHA_Z * (2 / 3) / 5)
+    assert run_fit.slope.se[0] == pytest.approx(run_fit.slope.startup[0])
+    assert run_fit.flags == ()
 
 
 def test_a_sand_is_fitted_over_its_linear_regime(paper_config):
@@ -115,10 +115,10 @@ def test_a_sand_is_fitted_over_its_linear_regime(paper_config):
     test = run(medium="yuma", beta=0.0, gamma=90.0)
     bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
     for end in (None, 1.5, 6.0):
-        found = fit_run(test, stroke(DOWN, bent), paper_config, end)
-        assert [found.depth_from_cm, found.depth_to_cm] == pytest.approx([0, end or 2])
-        assert (alpha(found)[0] > 1.1 * ALPHA_Z) == (end == 6)
-        assert alpha(found)[1] == pytest.approx(ALPHA_X, rel=1e-12)
+        run_fit = fit_run(test, stroke(DOWN, bent), paper_config, end)
+        assert [run_fit.depth_from_cm, run_fit.depth_to_cm] == pytest.approx([0, end or 2])
+        assert (alpha(run_fit)[0] > 1.1 * ALPHA_Z) == (end == 6)
+        assert alpha(run_fit)[1] == pytest.approx(ALPHA_X, rel=1e-12)
     short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
     assert codes_of(short).startswith("short-window")
     sand = paper_config.media["yuma"].model_copy(update={"linear_to_cm": None})
@@ -138,59 +138,59 @@ def test_one_saturated_sample_of_the_window_is_too_many(paper_config):
     np.testing.assert_allclose(alpha(outside), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     assert RowStatus(outside.why[50]) == RowStatus.SATURATED
     spoilt = stroke(DOWN, why=reasons({50: RowStatus.SATURATED, 500: RowStatus.SATURATED}))
-    found = fit_run(run(), spoilt, paper_config)
-    assert found.slope is None
-    assert found.reason == (remark("window-saturated", count=1),)
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (30, 45, ())
-    assert math.isnan(found.depth_from_cm)
-    assert math.isnan(found.depth_to_cm)
-    assert RowStatus(found.why[500]) == RowStatus.SATURATED
+    run_fit = fit_run(run(), spoilt, paper_config)
+    assert run_fit.slope is None
+    assert run_fit.reason == (remark("window-saturated", count=1),)
+    assert (run_fit.beta_deg, run_fit.gamma_deg, run_fit.flags) == (30, 45, ())
+    assert math.isnan(run_fit.depth_from_cm)
+    assert math.isnan(run_fit.depth_to_cm)
+    assert RowStatus(run_fit.why[500]) == RowStatus.SATURATED
 
 
 def test_how_much_of_a_tare_may_be_missing(paper_config):
     # the window has 655 samples: 0.02 of them and two more are 15.1
-    for missing, there in ((15, True), (16, False)):
+    for missing, has_alpha in ((15, True), (16, False)):
         why = reasons(dict.fromkeys(range(200, 200 + missing), RowStatus.UNTARED))
-        found = fit_run(run(), stroke(DOWN, why=why), paper_config)
-        assert (found.slope is not None) == there
-        assert found.reason == (() if there else (remark("tare-short", count=missing),))
-        if found.slope is not None:
-            assert found.slope.points == 655 - missing
+        run_fit = fit_run(run(), stroke(DOWN, why=why), paper_config)
+        assert (run_fit.slope is not None) == has_alpha
+        assert run_fit.reason == (() if has_alpha else (remark("tare-short", count=missing),))
+        if run_fit.slope is not None:
+            assert run_fit.slope.points == 655 - missing
 
 
-@pytest.mark.parametrize(("wanted", "least"), [(30, 30), (3, 8)])
-def test_too_few_points(paper_config, wanted, least):
-    fit = paper_config.fit.model_copy(update={"min_points": wanted})
+@pytest.mark.parametrize(("min_points", "least"), [(30, 30), (3, 8)])
+def test_too_few_points(paper_config, min_points, least):
+    fit = paper_config.fit.model_copy(update={"min_points": min_points})
     config = paper_config.model_copy(update={"fit": fit})
     enough = fit_run(run(), stroke(np.linspace(2, 7, least)), config)
     np.testing.assert_allclose(alpha(enough), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    found = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
-    assert found.slope is None
-    assert found.reason[0] == remark("few-points", found=least - 1, wanted=least)
+    run_fit = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
+    assert run_fit.slope is None
+    assert run_fit.reason[0] == remark("few-points", found=least - 1, wanted=least)
 
 
 def test_a_path_outside_of_the_container_is_told_as_that(paper_config):
     # an arm whose x counts from somewhere else
-    found = fit_run(run(), stroke(DOWN[::100], x=np.linspace(41, 32, 10)), paper_config)
-    assert codes_of(found.reason) == "few-points most-beyond-wall wall"
-    told = found.reason[1].values
-    assert (told["count"], told["size"], told["first"], told["last"]) == (6, 10, 41, 32)
-    assert told["high"] == -told["low"] == pytest.approx(4.2, abs=0.05)
+    run_fit = fit_run(run(), stroke(DOWN[::100], x=np.linspace(41, 32, 10)), paper_config)
+    assert codes_of(run_fit.reason) == "few-points most-beyond-wall wall"
+    values = run_fit.reason[1].values
+    assert (values["count"], values["size"], values["first"], values["last"]) == (6, 10, 41, 32)
+    assert values["high"] == -values["low"] == pytest.approx(4.2, abs=0.05)
 
 
 def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
-    for end, there in ((2.37, False), (2.3805, False), (2.39, True)):
-        found = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
-        assert (found.slope is not None) == there
-        assert codes_of(found.reason[:1]) == ("" if there else "short-window")
-        if not there:
-            assert f"covers {end - 2:.4g} cm of depth, 0.381 cm wanted" in str(found.reason[0])
+    for end, has_alpha in ((2.37, False), (2.3805, False), (2.39, True)):
+        run_fit = fit_run(run(), stroke(np.linspace(2.0, end, 400)), paper_config)
+        assert (run_fit.slope is not None) == has_alpha
+        assert codes_of(run_fit.reason[:1]) == ("" if has_alpha else "short-window")
+        if not has_alpha:
+            assert f"covers {end - 2:.4g} cm of depth, 0.381 cm wanted" in str(run_fit.reason[0])
     fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
     config = paper_config.model_copy(update={"fit": fit})
     assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ()
-    found = fit_run(run(), stroke(np.linspace(2.0, 2.29, 400)), config)
-    told = {"found": 0.29, "wanted": 0.3, "least": "fit.min_depth_cm"}
-    assert found.reason[0].values == told
+    run_fit = fit_run(run(), stroke(np.linspace(2.0, 2.29, 400)), config)
+    expected_values = {"found": 0.29, "wanted": 0.3, "least": "fit.min_depth_cm"}
+    assert run_fit.reason[0].values == expected_values
     # level motion has one depth, by its nature
     level = stroke(np.full(400, 5.08), path=np.linspace(0, 8, 400))
     assert fit_run(run("horizontal", gamma=0.0, depth_cm=5.08), level, paper_config).reason == ()
@@ -202,8 +202,8 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
 )
 def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, settings, cause):
     fit = paper_config.fit.model_copy(update=settings)
-    found = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
-    assert found.reason[1].codes == ("most-samples", cause)
+    run_fit = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
+    assert run_fit.reason[1].codes == ("most-samples", cause)
 
 
 def shared(reasons, *flags_of_runs):
@@ -212,7 +212,7 @@ def shared(reasons, *flags_of_runs):
     flags = [
         flag
         for name, of_run in zip(names, flags_of_runs, strict=True)
-        for flag in about(name, of_run)
+        for flag in attach_run(name, of_run)
     ]
     fits = pd.DataFrame({"run_id": names, "reason": reasons})
     return Flags(flag_table("poppy_LP", "tare", flags)).shared(fits)
@@ -241,55 +241,57 @@ def test_what_all_runs_share_is_told_once():
     ],
 )
 def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gamma, lacks):
-    one = run(direction, beta, gamma)
-    assert not lacks_force_x(paper_config, one)
+    sheet_run = run(direction, beta, gamma)
+    assert not lacks_force_x(paper_config, sheet_run)
     # the paper's mount has F2 along x
-    for channel, known in (("F2", lacks), ("F1", False)):
+    for channel, expected in (("F2", lacks), ("F1", False)):
         log = ForceLog.model_validate({"columns": {channel: {"constant": 0.0, "unit": "N"}}})
-        assert lacks_force_x(paper_config.model_copy(update={"force_log": log}), one) == known
+        assert (
+            lacks_force_x(paper_config.model_copy(update={"force_log": log}), sheet_run) == expected
+        )
 
 
 @pytest.mark.parametrize("depth", [[2.0], [1.0, 2.0, 4.0], [*range(1, 8), 2.0, 9.0]])
 def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
-    config = paper_config.model_copy(update={"table": Table(holds="stress")})
+    config = paper_config.model_copy(update={"table": TableSettings(holds="stress")})
     # no window of container and plate is cut out of a table
-    given = stroke(np.array(depth))
-    found = fit_run(run("extraction"), given, config)
+    samples = stroke(np.array(depth))
+    run_fit = fit_run(run("extraction"), samples, config)
     # exactly linear, so its scatter is not known; one depth has none to know
     exact = (remark("no-scatter"),) if len(depth) > 1 else ()
     # lift on the way up is energy that the medium gives
     flags = (*exact, remark("gives-back"))
-    assert (found.beta_deg, found.gamma_deg, found.flags) == (-30, -45, flags)
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
-    assert (found.depth_from_cm, found.depth_to_cm) == (min(depth), max(depth))
-    assert (found.why == RowStatus.GOOD).all()
-    assert found.slope is not None
-    assert np.isnan(found.slope.se).all()
-    assert found.slope.points == len(depth)
+    assert (run_fit.beta_deg, run_fit.gamma_deg, run_fit.flags) == (-30, -45, flags)
+    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
+    assert (run_fit.depth_from_cm, run_fit.depth_to_cm) == (min(depth), max(depth))
+    assert (run_fit.why == RowStatus.GOOD).all()
+    assert run_fit.slope is not None
+    assert np.isnan(run_fit.slope.se).all()
+    assert run_fit.slope.points == len(depth)
 
 
 def test_a_depth_of_0_alone_has_no_slope(paper_config):
-    config = paper_config.model_copy(update={"table": Table(holds="stress")})
-    found = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
-    assert codes_of(found.reason) == "zero-depths"
+    config = paper_config.model_copy(update={"table": TableSettings(holds="stress")})
+    run_fit = fit_run(run(), stroke(np.zeros(2), np.ones(2)), config)
+    assert codes_of(run_fit.reason) == "zero-depths"
 
 
 def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config):
     depth = np.linspace(2.0, 7.0, 501)
     lever = depth.sum() / (depth**2).sum()
     zero = np.array([[9e-4, 1e-4], [16e-4, 0.0]])  # N^2, of run and tare
-    found = fit_run(run(), stroke(depth, zero_variance=zero), paper_config)
-    assert found.slope is not None
-    np.testing.assert_allclose(found.slope.se, np.array([0.05, 0.01]) / AREA * lever, rtol=1e-9)
-    found = fit_run(run(), stroke(depth, depth_sd=0.02), paper_config)
-    assert found.slope is not None
+    run_fit = fit_run(run(), stroke(depth, zero_variance=zero), paper_config)
+    assert run_fit.slope is not None
+    np.testing.assert_allclose(run_fit.slope.se, np.array([0.05, 0.01]) / AREA * lever, rtol=1e-9)
+    run_fit = fit_run(run(), stroke(depth, depth_sd=0.02), paper_config)
+    assert run_fit.slope is not None
     np.testing.assert_allclose(
-        found.slope.se, 0.02 * lever * np.array([ALPHA_Z, ALPHA_X]), rtol=1e-9
+        run_fit.slope.se, 0.02 * lever * np.array([ALPHA_Z, ALPHA_X]), rtol=1e-9
     )
 
 
 @pytest.mark.parametrize(
-    ("gamma", "direction", "signs", "told"),
+    ("gamma", "direction", "signs", "code"),
     [
         (90.0, "intrusion", (1, 1), ""),
         (90.0, "intrusion", (-1, 1), "gives-back"),
@@ -302,13 +304,13 @@ def test_errors_of_zero_and_clock_are_those_of_the_stress(paper_config):
         (90.0, "extraction", (1, 1), "gives-back"),
     ],
 )
-def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, signs, told):
+def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, signs, code):
     depth = np.full(701, 5.08) if direction == "horizontal" else DOWN
-    given = stroke(depth, path=np.linspace(0, 7, depth.size))
-    turned = dataclasses.replace(given, force=given.force * np.array(signs)[:, None])
-    assert codes_of(fit_run(run(direction, 0.0, gamma), turned, paper_config).flags) == told
+    samples = stroke(depth, path=np.linspace(0, 7, depth.size))
+    turned = dataclasses.replace(samples, force=samples.force * np.array(signs)[:, None])
+    assert codes_of(fit_run(run(direction, 0.0, gamma), turned, paper_config).flags) == code
     # within the noise it is no sign
-    for size in (0.1, 10.0) if told else ():
+    for size in (0.1, 10.0) if code else ():
         noise = size * np.abs(turned.force).max() * np.random.default_rng(3).normal(size=depth.size)
         flags = fit_run(
             run(direction, 0.0, gamma),
@@ -322,10 +324,10 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
     used = DOWN[123:778]
     # a parabola lies Z / S - 1 above its own line at the end Z, S = sum z^3 / sum z^2
     percent = 100 * (used[-1] / ((used**3).sum() / (used**2).sum()) - 1)
-    found = fit_run(run(), stroke(DOWN, 0.05 * DOWN**2), paper_config)
-    (told,) = found.flags
-    assert (told.code, told.values["component"]) == ("not-linear", "z")
-    assert told.values["percent"] == pytest.approx(percent, abs=0.5)
+    run_fit = fit_run(run(), stroke(DOWN, 0.05 * DOWN**2), paper_config)
+    (flag,) = run_fit.flags
+    assert (flag.code, flag.values["component"]) == ("not-linear", "z")
+    assert flag.values["percent"] == pytest.approx(percent, abs=0.5)
     # the same curve below the noise of one sample, 0.05 N, bends nothing that could be measured
     small = 0.05 / AREA / (percent / 100) / used[-1] * (used**2).sum() / (used**3).sum()
     for factor, told_of in ((0.95, False), (1.05, True)):
@@ -342,16 +344,16 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
 def test_curvature_within_the_noise_is_not_told(paper_config):
     noise = np.random.default_rng(5).normal(0, 0.3, DOWN.size)
     bend = 0.004 * DOWN**2
-    told = [
+    flags = [
         fit_run(run(), stroke(DOWN, bend + size * noise), paper_config).flags for size in (0, 10)
     ]
-    assert told[0]
-    assert not told[1]
+    assert flags[0]
+    assert not flags[1]
 
 
 def test_alphas_are_stress_per_depth_of_any_plate(paper_config):
     plate = paper_config.intruders["plate"].model_copy(update={"width_cm": 5.08})
     config = paper_config.model_copy(update={"intruders": {"plate": plate}})
-    found = fit_run(run(), stroke(DOWN), config)
-    np.testing.assert_allclose(alpha(found), [ALPHA_Z / 2, ALPHA_X / 2], rtol=1e-12)
-    assert dataclasses.replace(found).slope is found.slope
+    run_fit = fit_run(run(), stroke(DOWN), config)
+    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z / 2, ALPHA_X / 2], rtol=1e-12)
+    assert dataclasses.replace(run_fit).slope is run_fit.slope

@@ -9,14 +9,14 @@ import rftfit
 from rftfit.measure.flags import (
     Flags,
     Remark,
-    about,
+    attach_run,
     codes_of,
     flag_table,
+    format_remarks,
     has,
     reason_columns,
     reason_of,
     remark,
-    say,
 )
 from rftfit.measure.sentences import CHECK_WORDS, FLAGS, SENTENCES
 from rftfit.measure.verdicts import CHECKS
@@ -47,11 +47,13 @@ def test_every_outcome_of_a_check_has_its_words_and_no_words_are_left_over():
 
 def test_flags_come_back_from_a_table():
     cell = {"beta_deg": 0.0, "gamma_deg": 90.0, "run_ids": "p1", "lost_run_ids": "p2"}
-    few = remark("few-depths", (0.0, 90.0), found=2, wanted=3)
+    few_depths = remark("few-depths", (0.0, 90.0), found=2, wanted=3)
     of_ingest = flag_table(
-        "sand", "ingest", [*about("p1", [DRIFT, ROWS, ROWS]), *about("p2", [CUT])]
+        "sand", "ingest", [*attach_run("p1", [DRIFT, ROWS, ROWS]), *attach_run("p2", [CUT])]
     )
-    of_checks = flag_table("sand", "checks", [*about("p1", [GAIN]), *about("p2", [GAIN]), few])
+    of_checks = flag_table(
+        "sand", "checks", [*attach_run("p1", [GAIN]), *attach_run("p2", [GAIN]), few_depths]
+    )
     assert list(of_ingest["code"]) == ["zero-drifted", "cut-rows", "motion-log-cut"]
     assert list(of_ingest["words"]) == [str(DRIFT), str(ROWS), str(CUT)]
     flags = Flags(of_ingest, of_checks)
@@ -59,8 +61,8 @@ def test_flags_come_back_from_a_table():
     assert flags.of_run("p3") == []
     assert flags.runs_with("motion-log-cut") == {"p2": CUT}
     # what stands out beside other runs is a doubt about runs that are used
-    told = say(flags.of_cell(cell))
-    assert told == f"p1: {DRIFT}, {ROWS}; p2: {CUT}; p1: {GAIN}; 2 of 3 depths"
+    sentence = format_remarks(flags.of_cell(cell))
+    assert sentence == f"p1: {DRIFT}, {ROWS}; p2: {CUT}; p1: {GAIN}; 2 of 3 depths"
     assert flags.of_cell_alone(cell) == [remark("few-depths", found=2, wanted=3)]
     assert Flags().of_cell(cell) == []
 
@@ -80,6 +82,6 @@ def test_a_reason_has_the_codes_of_what_it_names():
     assert row["reason_code"] == "tare-missing wrong-kind motion-log-cut"
     assert has(row, "wrong-kind")
     assert not has(row, "wrong")
-    assert say(reason_of(row)) == row["reason"]
+    assert format_remarks(reason_of(row)) == row["reason"]
     assert codes_of(reason_of(row)) == row["reason_code"]
     assert reason_of({"reason": float("nan")}) == reason_of({"reason": ""}) == ()

@@ -11,7 +11,7 @@ from campaign_room import plate_run
 from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
 from rftfit.logs.base import Log
 from rftfit.measure.lab_frame import path_in_lab_frame, sensor_to_lab
-from rftfit.measure.pairs import completed, mapped
+from rftfit.measure.log_columns import completed, map_columns
 
 
 def transducer(x, y, z, turn_deg):
@@ -66,6 +66,6 @@ def test_the_surface_is_stated_in_readings_after_factor_and_offset():
     log = Log(Path("stage.csv"), readings, {"t": "s", "p": "mm"}, 3)
     units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
     run = plate_run("push", medium="sand")
-    counted = completed(mapped(log, source, units, "motion_log"), run, units)
+    counted = completed(map_columns(log, source, units, "motion_log"), run, units)
     path = path_in_lab_frame(counted, run, Arm(surface_z_mm=-60))
     np.testing.assert_allclose(path.z, [2.0, 0.0, -4.0])

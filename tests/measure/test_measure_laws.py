@@ -13,13 +13,13 @@ NOTHING = np.zeros((1, 1)), np.ones((1, 1))
 def test_exact_laws_are_found():
     power = 0.3 * 5 * (DEPTH / 5) ** 1.25
     late = 0.2 * (DEPTH - 0.3)
-    found = other_laws(DEPTH, np.stack([power, late]), 5.0)
-    assert found is not None
-    assert found["power"][0].exponent == pytest.approx(1.25, abs=1e-5)
-    assert found["power"][0].alpha == pytest.approx(0.3, rel=1e-5)
-    assert found["free_intercept"][1].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
+    laws = other_laws(DEPTH, np.stack([power, late]), 5.0)
+    assert laws is not None
+    assert laws["power"][0].exponent == pytest.approx(1.25, abs=1e-5)
+    assert laws["power"][0].alpha == pytest.approx(0.3, rel=1e-5)
+    assert laws["free_intercept"][1].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
     # a line that begins deeper looks like a power above 1
-    assert found["power"][1].exponent > 1.05
+    assert laws["power"][1].exponent > 1.05
     assert other_laws(np.full(700, 5.0), np.ones((1, 700)), 5.0) is None
 
 
@@ -49,17 +49,17 @@ def test_the_chosen_law_covers_what_the_line_misses(law, truth, exponent, offset
         line = fit_slope(DEPTH, stress[None], *NOTHING)
         chosen = by_law(line, other_laws(DEPTH, stress[None], 5.0), law)
         lo, hi = chosen.interval(0.95)
-        at = truth * (1 - offset / 5)
-        inside.append(lo[0] <= at <= hi[0])
-        assert abs(line.alpha[0] - at) > 5 * line.se[0] or line.curvature[0] > 0
+        alpha_at_5cm = truth * (1 - offset / 5)
+        inside.append(lo[0] <= alpha_at_5cm <= hi[0])
+        assert abs(line.alpha[0] - alpha_at_5cm) > 5 * line.se[0] or line.curvature[0] > 0
     assert 0.90 <= np.mean(inside) <= 0.995
 
 
 @pytest.mark.parametrize("exponent", [0.4, 0.7, 1.9, 2.8])
 def test_exponents_far_from_1_are_found_too(exponent):
-    found = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
-    assert found is not None
-    (power,) = found["power"]
+    laws = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
+    assert laws is not None
+    (power,) = laws["power"]
     assert power.exponent == pytest.approx(exponent, abs=1e-4)
     assert power.alpha == pytest.approx(0.3, rel=1e-4)
     np.testing.assert_allclose(power.residual, 0, atol=1e-4)
@@ -72,21 +72,21 @@ def test_exponents_far_from_1_are_found_too(exponent):
 
 
 def test_a_component_that_is_not_felt_has_no_power():
-    found = other_laws(DEPTH, np.zeros((1, DEPTH.size)), 5.0)
-    assert found is not None
-    assert found["power"][0].alpha == 0
-    assert found["power"][0].exponent == pytest.approx(1.0)
+    laws = other_laws(DEPTH, np.zeros((1, DEPTH.size)), 5.0)
+    assert laws is not None
+    assert laws["power"][0].alpha == 0
+    assert laws["power"][0].exponent == pytest.approx(1.0)
 
 
 def test_a_stress_that_is_no_power_has_no_exponent():
     """Its alpha is that of the tangent to the powers at p = 1, by plain least squares."""
     tangent = np.stack([DEPTH, DEPTH * np.log(DEPTH / 5.0)], axis=1)
     for stress in (np.exp(-2 * DEPTH), np.exp(3 * DEPTH)):
-        found = other_laws(DEPTH, stress[None], 5.0)
-        assert found is not None
-        assert np.isnan(found["power"][0].exponent)
+        laws = other_laws(DEPTH, stress[None], 5.0)
+        assert laws is not None
+        assert np.isnan(laws["power"][0].exponent)
         (alpha, _), *_ = np.linalg.lstsq(tangent, stress, rcond=None)
-        assert found["power"][0].alpha == pytest.approx(alpha, rel=1e-6)
+        assert laws["power"][0].alpha == pytest.approx(alpha, rel=1e-6)
 
 
 @pytest.mark.parametrize("law", ["free_intercept", "power"])
@@ -104,17 +104,21 @@ def test_errors_of_zero_and_tare_by_another_law(law):
     assert 0.1 < share < 0.9
     laws = other_laws(DEPTH, stress, 5.0)
     assert laws is not None
-    found, own = (by_law(one, laws, law) for one in (line, bare))
+    with_zero, without_zero = (by_law(slope, laws, law) for slope in (line, bare))
     gain = float(laws[law][0].gain.sum())
-    np.testing.assert_allclose(found.se**2 - own.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6)
-    np.testing.assert_allclose(own.tare**2, share * own.se**2, rtol=1e-6)
-    np.testing.assert_allclose(found.tare**2, share * own.se**2 + 0.02**2 * gain**2, rtol=1e-6)
-    np.testing.assert_array_equal(found.curvature, [0])
+    np.testing.assert_allclose(
+        with_zero.se**2 - without_zero.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6
+    )
+    np.testing.assert_allclose(without_zero.tare**2, share * without_zero.se**2, rtol=1e-6)
+    np.testing.assert_allclose(
+        with_zero.tare**2, share * without_zero.se**2 + 0.02**2 * gain**2, rtol=1e-6
+    )
+    np.testing.assert_array_equal(with_zero.curvature, [0])
     # a surface that lies deeper by 0.1 mm: the line with a free intercept has found it
     moved = other_laws(DEPTH, (0.3 * (DEPTH + 0.01) + noise)[None], 5.0)
     assert moved is not None
-    change = 100 * (moved[law][0].alpha / found.alpha[0] - 1)
-    assert found.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
+    change = 100 * (moved[law][0].alpha / with_zero.alpha[0] - 1)
+    assert with_zero.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
     # of a single zero, that of the run, nothing is the tare's
     alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
     assert by_law(alone, laws, law).tare == 0

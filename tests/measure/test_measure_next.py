@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
 
@@ -50,10 +50,10 @@ def shares_inside(random, campaigns, repeats, fresh):
     """Share of fresh pushes inside the interval of the mean and of the next push."""
     inside = []
     for _ in range(campaigns):
-        table = alpha_table(measured(random, repeats), "m", 0.95, 3, Errors(**EXACT))
+        table = alpha_table(measured(random, repeats), "m", 0.95, 3, ErrorSettings(**EXACT))
         for cell in table.to_dict("records"):
-            found = pushes(random, cell["beta_deg"], cell["gamma_deg"], fresh)
-            for c, alpha in zip("zx", found, strict=True):
+            alphas = pushes(random, cell["beta_deg"], cell["gamma_deg"], fresh)
+            for c, alpha in zip("zx", alphas, strict=True):
                 for end in ("", "_next"):
                     low, high = cell[column(c, f"_lo{end}")], cell[column(c, f"_hi{end}")]
                     inside.append(np.mean((low <= alpha) & (alpha <= high)))
@@ -75,28 +75,28 @@ def half_widths(runs, errors=None, surface=None, outliers=None):
     return [cell[column("z", end)] - cell[column("z")] for end in ("_hi", "_hi_next")]
 
 
-def runs_of(alpha, se=0.0, **more):
+def runs_of(alpha, se=0.0, **columns):
     """Runs straight down with stated alpha_z."""
     rows = [
         {"run_id": f"r{k}", "beta_deg": 0, "gamma_deg": 90, "reason": "", "lever_per_cm": 0.2}
         | {"depth_from_cm": 1.0, "depth_to_cm": 8.0, "tare_run": "rod", "mirrored": False}
         | {column("z"): value, column("x"): 0.0, column("z", "_se"): se, column("x", "_se"): se}
         | {"alpha_z_dof": 1e6, "alpha_x_dof": 1e6}
-        | more
+        | columns
         for k, value in enumerate(alpha)
     ]
     return pd.DataFrame(rows)
 
 
 def test_each_error_of_a_run_comes_once_more_and_what_runs_share_does_not():
-    beds = Errors(**EXACT, bed_percent=4)
+    beds = ErrorSettings(**EXACT, bed_percent=4)
     z95 = 1.959964
     none = {"bed_percent": 0.0, "tare_percent": 0}
     # bed and noise of one run, averaged over four and once more
     of_mean, of_next = half_widths(runs_of([0.3] * 4, 0.006), beds)
-    one = z95 * math.hypot(0.04 * 0.3, 0.006)
-    assert of_mean == near(one / 2)
-    assert of_next == near(one * math.sqrt(1.25))
+    run_half_width = z95 * math.hypot(0.04 * 0.3, 0.006)
+    assert of_mean == near(run_half_width / 2)
+    assert of_next == near(run_half_width * math.sqrt(1.25))
     # a surface of a run, with its degrees of freedom, and one of all runs
     surface = SurfaceError(run=0.3, dof=4)
     of_mean, of_next = half_widths(runs_of([0.3]), beds, surface)
@@ -110,7 +110,7 @@ def test_each_error_of_a_run_comes_once_more_and_what_runs_share_does_not():
     tare = runs_of([0.3] * 2, 0.005, alpha_z_tare_N_per_cm3=0.005)
     assert half_widths(tare, beds)[1] == near(z95 * math.hypot(0.005, 0.012 * math.sqrt(1.5)))
     # also where an interval is of one bed as prepared, the next bed is another
-    of_mean, of_next = half_widths(runs_of([0.3]), Errors(angle_deg=0, turn_deg=0, **none))
+    of_mean, of_next = half_widths(runs_of([0.3]), ErrorSettings(angle_deg=0, turn_deg=0, **none))
     assert [of_mean, of_next] == near([0, z95 * 0.05 * 0.3])
 
 
@@ -119,8 +119,8 @@ def test_the_next_push_of_repeats_that_scatter():
     alpha = np.array([0.20, 0.30, 0.40])
     for outliers in (None, {"r2": (0.15, 0.0)}):
         of_mean, of_next = half_widths(runs_of(alpha, 0.001), None, None, outliers)
-        wanted = 4.302653 * 0.1 * math.sqrt(1 + 1 / 3)
-        assert of_next == near(wanted, rel=1e-3)
+        expected = 4.302653 * 0.1 * math.sqrt(1 + 1 / 3)
+        assert of_next == near(expected, rel=1e-3)
         assert of_mean == near(4.302653 * 0.1 / math.sqrt(3), rel=1e-3)
 
 

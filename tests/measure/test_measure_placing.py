@@ -13,7 +13,7 @@ from rftfit.errors import InputError
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import codes_of
 from rftfit.measure.ingest import ingest_medium, ingest_traces
-from rftfit.measure.ledger import RowStatus, check, join
+from rftfit.measure.ledger import RowStatus, check_ledger, join
 from rftfit.measure.readable import open_logs
 from rftfit.measure.tare import tare_medium
 
@@ -80,7 +80,7 @@ def alphas(loaded):
     traces, status, first = ingest_medium(loaded, "sand")
     tared, tares, second = tare_medium(loaded, "sand", traces, status)
     fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
-    check(join([first.table(), second.table(), third.table()]), status)
+    check_ledger(join([first.table(), second.table(), third.table()]), status)
     return (
         {str(row["run_id"]): row for row in fits.to_dict("records")},
         status,
@@ -151,8 +151,8 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     (folder / "runs.csv").write_text(rows)
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
-    found = open_logs(campaign(folder), "sand")
-    assert [(one.code, one.place.file) for one in found.problems] == [
+    logs = open_logs(campaign(folder), "sand")
+    assert [(problem.code, problem.place.file) for problem in logs.problems] == [
         ("logs.refused", "sand, 2 of 2 runs would be dropped, for example a (row 2)")
     ]
 
@@ -189,28 +189,28 @@ def test_the_yielding_machine(folder):
         ),
     )
     plain, *_ = alphas(campaign(folder))
-    named = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    put_right, *_ = alphas(campaign(folder, rigid_contact=named))
+    rigid_contact = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
+    put_right, *_ = alphas(campaign(folder, rigid_contact=rigid_contact))
     truth = STIFFNESS / (np.pi * 6.25)
     wrong = plain["a"]["alpha_z_N_per_cm3"]
     right = put_right["a"]["alpha_z_N_per_cm3"]
     assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
     assert right == pytest.approx(truth, rel=0.01)
     # beyond the force of the rigid push the depth is not known
-    traces, _, _ = ingest_traces(campaign(folder, rigid_contact=named), "sand")
+    traces, _, _ = ingest_traces(campaign(folder, rigid_contact=rigid_contact), "sand")
     assert not (traces[0].why == RowStatus.YIELDED).any()
 
 
 def test_a_rigid_contact_that_is_none(folder):
-    def named(name):
+    def logs_of(name):
         return {"force_log": f"{name}_force.csv", "motion_log": f"{name}_motion.csv"}
 
     with pytest.raises(InputError, match=r"rigid_contact.force_log: found 'gone_force"):
-        campaign(folder, rigid_contact=named("gone"))
+        campaign(folder, rigid_contact=logs_of("gone"))
     write(folder, "soft", make_push(3, stiffness=0.0, medium_N=0.0))
-    for part in ("force", "motion"):
-        (folder / "raw" / f"empty_{part}.csv").write_text("")
+    for quantity in ("force", "motion"):
+        (folder / "raw" / f"empty_{quantity}.csv").write_text("")
     for name in ("soft", "empty"):
-        fits, *_ = alphas(campaign(folder, rigid_contact=named(name)))
+        fits, *_ = alphas(campaign(folder, rigid_contact=logs_of(name)))
         assert {row["reason_code"] for row in fits.values()} == {"rigid-contact"}
         assert all(name in str(row["reason"]) for row in fits.values())

@@ -122,21 +122,21 @@ NO_BED = (0.0, REPEATS)
     ],
 )
 def test_what_data_do_not_determine(fitted, expected):
-    found = fitted()
-    if isinstance(expected, (float, list, np.ndarray)) and not isinstance(found, list):
-        np.testing.assert_allclose(found, expected, rtol=1e-9)
-    elif isinstance(found, list):
-        assert found[1] == expected[1]
-        np.testing.assert_allclose(found[0], expected[0])
+    fit_output = fitted()
+    if isinstance(expected, (float, list, np.ndarray)) and not isinstance(fit_output, list):
+        np.testing.assert_allclose(fit_output, expected, rtol=1e-9)
+    elif isinstance(fit_output, list):
+        assert fit_output[1] == expected[1]
+        np.testing.assert_allclose(fit_output[0], expected[0])
     else:
-        assert found == expected
+        assert fit_output == expected
 
 
-@pytest.mark.parametrize("known", [0.0, 1.0])
-def test_a_column_that_says_nothing_new_takes_no_freedom(known):
+@pytest.mark.parametrize("constant", [0.0, 1.0])
+def test_a_column_that_says_nothing_new_takes_no_freedom(constant):
     """Starts of runs on one path: a lag, which would move all alike, hides no run."""
     random = np.random.default_rng(1)
-    common = np.column_stack([np.ones(12), np.full(12, known)])
+    common = np.column_stack([np.ones(12), np.full(12, constant)])
     for start in random.normal(0, 0.05, (30, 12)):
         alone = shifted_runs(common[:, :1], start, np.full(12, 0.05))
         assert (shifted_runs(common, start, np.full(12, 0.05)) == alone).all()

@@ -79,9 +79,11 @@ def test_a_log_of_which_nobody_knows_the_good_readings_is_refused():
     log = log_of(
         time=time, F3=np.where(bad & (force > 5), force + 500 * random.random(force.size), force)
     )
-    with pytest.raises(LogError, match=r"of 700 readings of F3 stand alone.*allowed: 25%") as told:
+    with pytest.raises(
+        LogError, match=r"of 700 readings of F3 stand alone.*allowed: 25%"
+    ) as caught:
         without_spikes(log, ["F1", "F3"])
-    assert told.value.code == "spikes"
+    assert caught.value.code == "spikes"
 
 
 def test_rows_with_a_code_for_no_data_are_counted():
@@ -130,7 +132,7 @@ def test_positions_that_stand_alone_are_found_and_no_others(noise_cm):
     """Of an arm that goes down and back, rests in between, and does not move along x."""
     random = np.random.default_rng(5)
     way = np.interp(np.arange(900) / 50, [0, 2, 8, 9, 15, 18], [0, 0, 3, 3, 0, 0])
-    x, z = (part + random.normal(0, noise_cm, way.size) for part in (0 * way, -way))
+    x, z = (axis_way + random.normal(0, noise_cm, way.size) for axis_way in (0 * way, -way))
     assert not find_lone_positions(x, z).any()
     bad = [0, 40, 260, 402, 898]
     x[bad[::2]] += 0.6

@@ -8,17 +8,17 @@ import pytest
 from campaign_room import plate_run
 from pushes import estimate, make_push
 
-from rftfit.campaign.config import Arm, Clock
+from rftfit.campaign.config import Arm, ClockSettings
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
-from rftfit.measure.ingest import _gaps
 from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.pairs import FORCE_TO_N, completed, factor
+from rftfit.measure.log_columns import FORCE_TO_N, completed, factor
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import compliance_of, find_surface, place_surface
+from rftfit.measure.trace import _gaps
 
 NAN = float("nan")
 PUSH = plate_run("a", medium="sand")
@@ -41,8 +41,10 @@ def path(depth):
 def with_force(force, seed=8, depth=None, max_se_s=0.1):
     """Clocks of a push with another force, or another motion."""
     push = make_push(seed)
-    made = replace(push, force=force(push), depth=push.depth if depth is None else depth(push))
-    return estimate(made, max_se_s=max_se_s)
+    changed_push = replace(
+        push, force=force(push), depth=push.depth if depth is None else depth(push)
+    )
+    return estimate(changed_push, max_se_s=max_se_s)
 
 
 def waves(push):
@@ -149,9 +151,9 @@ def waves(push):
 def test_what_gives_no_number(measure, codes, values):
     with pytest.raises(Refused) as caught:
         measure()
-    found = caught.value.remark
-    assert found.code in codes.split()
-    assert found.values | values == found.values
+    refusal = caught.value.remark
+    assert refusal.code in codes.split()
+    assert refusal.values | values == refusal.values
 
 
 X = np.linspace(0, 5, 500)
@@ -190,8 +192,8 @@ def test_motions_that_hold_no_stroke(motion, run, arm, code, values):
     settings = Arm(**arm)
     with pytest.raises(Refused) as caught:
         find_stroke(motion, motion.spans(settings), replace(PUSH, **run), settings)
-    found = caught.value.remark
-    assert (found.code, found.values | values) == (code, found.values)
+    refusal = caught.value.remark
+    assert (refusal.code, refusal.values | values) == (code, refusal.values)
 
 
 def test_a_motion_up_toward_minus_x():
@@ -204,14 +206,18 @@ def test_a_motion_up_toward_minus_x():
 def test_a_sync_line_is_needed():
     readings = ForceReadings(TIME, np.stack([TIME] * 2), None, TIME < 0, np.stack([TIME] * 3))
     with pytest.raises(Refused) as caught:
-        find_clock(Clock(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None)
+        find_clock(
+            ClockSettings(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None
+        )
     assert caught.value.remark.code == "no-sync-line"
 
 
 def test_a_surface_that_cannot_be_found(paper_config):
     surface = paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1e-6})
     config = paper_config.model_copy(update={"surface": surface})
-    name = next(name for name, one in paper_config.intruders.items() if one.shape == "plate")
+    name = next(
+        name for name, intruder in paper_config.intruders.items() if intruder.shape == "plate"
+    )
     push = make_push(2)
     motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
     for beta, code in ((30.0, "surface-not-stated"), (0.0, "surface-uncertain")):
@@ -228,12 +234,14 @@ def test_a_pause_at_the_surface_does_not_hide_the_error_of_the_clocks(paper_conf
             "surface": paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1.0})
         }
     )
-    name = next(name for name, one in paper_config.intruders.items() if one.shape == "plate")
+    name = next(
+        name for name, intruder in paper_config.intruders.items() if intruder.shape == "plate"
+    )
     run, push = replace(PUSH, intruder=name, beta_deg=0.0), make_push(2, by_hand=False)
     motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
-    found = place_surface(config, run, motion, push.force_time, push.force, 0.1)[1]
-    assert found is not None
-    assert found.se_cm > 0.09
+    surface = place_surface(config, run, motion, push.force_time, push.force, 0.1)[1]
+    assert surface is not None
+    assert surface.se_cm > 0.09
 
 
 def test_x_is_counted_from_the_middle_of_the_container():
@@ -242,7 +250,7 @@ def test_x_is_counted_from_the_middle_of_the_container():
     units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
 
     def log(lacking=""):
-        columns = {name: np.array(one) for name, one in values.items() if name != lacking}
+        columns = {name: np.array(readings) for name, readings in values.items() if name != lacking}
         return Log(Path("m.csv"), columns, units, 2, {})
 
     np.testing.assert_allclose(path_in_lab_frame(log(), PUSH, arm).x, [1.0, -2.0])
@@ -273,5 +281,5 @@ def test_many_gaps_are_one_flag(holes, code, numbers):
 
 
 def test_every_row_status_has_its_sentence():
-    said = [str(remark(why.code)) for why in RowStatus if why != RowStatus.GOOD]
-    assert len(set(said)) == len(RowStatus) - 1
+    sentences = [str(remark(why.code)) for why in RowStatus if why != RowStatus.GOOD]
+    assert len(set(sentences)) == len(RowStatus) - 1

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.campaign.config import Clock
+from rftfit.campaign.config import ClockSettings
 from rftfit.measure.alignment import BUILD_UP_S
 from rftfit.measure.flags import Refused
 from rftfit.measure.session_clocks import (
@@ -17,7 +17,7 @@ from rftfit.measure.session_clocks import (
     flags_of_clock,
 )
 
-ESTIMATE = Clock(method="estimate")
+ESTIMATE = ClockSettings(method="estimate")
 START_S = 1.7e9
 TIME = np.array([0.0, 30.0])
 
@@ -58,14 +58,14 @@ def row(name, session=""):
 def test_offset_and_drift_of_a_session_come_back_within_their_errors():
     offset_pulls, drift_pulls = [], []
     for seed in range(200):
-        found = find_session_clock(pushes(12, seed=seed), ESTIMATE)
-        assert found.contradiction == ""
-        at = found.fit_at(START_S + 1000.0)
-        assert at.se_s is not None
+        session_clock = find_session_clock(pushes(12, seed=seed), ESTIMATE)
+        assert session_clock.contradiction == ""
+        clock_fit = session_clock.fit_at(START_S + 1000.0)
+        assert clock_fit.se_s is not None
         # what all pushes lag by is no scatter, so it is not in these made offsets either
-        own_se_s = math.sqrt(at.se_s**2 - BUILD_UP_S**2)
-        offset_pulls.append((at.offset_s - (-2.4 + 8e-6 * 1000)) / own_se_s)
-        drift_pulls.append((found.drift - 8e-6) / found.drift_se)
+        own_se_s = math.sqrt(clock_fit.se_s**2 - BUILD_UP_S**2)
+        offset_pulls.append((clock_fit.offset_s - (-2.4 + 8e-6 * 1000)) / own_se_s)
+        drift_pulls.append((session_clock.drift - 8e-6) / session_clock.drift_se)
     for pulls in (offset_pulls, drift_pulls):
         assert 0.75 < np.sqrt(np.mean(np.square(pulls))) < 1.1
         assert abs(np.mean(pulls)) < 0.2
@@ -88,88 +88,96 @@ def test_the_error_of_the_clock_is_shared_and_falls_with_the_pushes_down_to_the_
 
 def test_a_lone_push_keeps_its_own_offset_error_and_drift():
     alone = push("p", 0.0, 5.0, drift=4e-4, drift_se=2e-4)
-    found = find_session_clock([alone], ESTIMATE)
-    clock = found.fit_at(START_S)
+    session_clock = find_session_clock([alone], ESTIMATE)
+    clock = session_clock.fit_at(START_S)
     assert (clock.offset_s, clock.se_s) == pytest.approx((5.0, 0.03))
-    assert (found.drift, found.drift_se) == pytest.approx((4e-4, 2e-4))
+    assert (session_clock.drift, session_clock.drift_se) == pytest.approx((4e-4, 2e-4))
 
 
 def test_strokes_of_one_log_count_once():
-    one = pushes(6)
-    again = [push | {"run_id": f"{push['run_id']}b"} for push in one]
-    assert find_session_clock([*one, *again], ESTIMATE) == find_session_clock(one, ESTIMATE)
+    first_strokes = pushes(6)
+    again = [push | {"run_id": f"{push['run_id']}b"} for push in first_strokes]
+    assert find_session_clock([*first_strokes, *again], ESTIMATE) == find_session_clock(
+        first_strokes, ESTIMATE
+    )
 
 
 def test_pushes_that_scatter_more_than_their_errors_widen_that_of_the_clock():
     calm = find_session_clock(pushes(12), ESTIMATE)
     wide = pushes(12)
-    for place, one in enumerate(wide):
-        one["offset_s"] += 0.06 * (-1) ** place
+    for place, push in enumerate(wide):
+        push["offset_s"] += 0.06 * (-1) ** place
     wild = find_session_clock(wide, ESTIMATE)
     assert wild.contradiction == ""
     assert wild.covariance[0][0] > 4 * calm.covariance[0][0]
 
 
 def test_runs_that_show_no_offset_have_that_of_their_session():
-    found = clocks([*pushes(6), refused("weak rod")])
+    session_clocks = clocks([*pushes(6), refused("weak rod")])
     for name in ("weak rod", "slanted", "p03"):
-        clock = found.of_run(row(name), TIME + START_S, 0.1)
+        clock = session_clocks.of_run(row(name), TIME + START_S, 0.1)
         assert clock.offset_s == pytest.approx(-2.4, abs=0.05)
-        assert flags_of_clock(row(name), found) == ()
+        assert flags_of_clock(row(name), session_clocks) == ()
 
 
 def test_each_session_has_a_clock_of_its_own():
-    found = clocks([*pushes(4, session="a"), *pushes(4, offset_s=7.0, session="b")])
-    offsets = [found.of_run(row("r", one), TIME + START_S, 0.1).offset_s for one in "ab"]
+    session_clocks = clocks([*pushes(4, session="a"), *pushes(4, offset_s=7.0, session="b")])
+    offsets = [
+        session_clocks.of_run(row("r", session), TIME + START_S, 0.1).offset_s for session in "ab"
+    ]
     assert offsets == pytest.approx([-2.4, 7.0], abs=0.1)
     with pytest.raises(Refused, match="no push straight down shows how the clocks of session c"):
-        found.of_run(row("r", "c"), TIME + START_S, 0.1)
+        session_clocks.of_run(row("r", "c"), TIME + START_S, 0.1)
 
 
 def test_why_no_push_shows_the_clocks_is_said():
-    found = clocks([refused("p", why="the force never rises")])
+    session_clocks = clocks([refused("p", why="the force never rises")])
     with pytest.raises(Refused, match=r"runs without a session lie \(the force never rises\)"):
-        found.of_run(row("r"), TIME + START_S, 0.1)
+        session_clocks.of_run(row("r"), TIME + START_S, 0.1)
 
 
 def test_a_run_far_from_the_pushes_is_refused_with_the_value_that_was_found():
-    found = clocks(pushes(2))
+    session_clocks = clocks(pushes(2))
     with pytest.raises(
         Refused, match=r"differ by -2\.\d+ s, with a standard error of .* show it, 2:"
     ):
-        found.of_run(row("r"), TIME + START_S + 20_000, 0.1)
+        session_clocks.of_run(row("r"), TIME + START_S + 20_000, 0.1)
 
 
 RESTARTED = [
     *pushes(4),
-    *[one | {"run_id": f"q{one['run_id']}", "offset_s": one["offset_s"] + 7.5,
-             "reference_s": one["reference_s"] + 1200} for one in pushes(5, seed=1)],
+    *[push | {"run_id": f"q{push['run_id']}", "offset_s": push["offset_s"] + 7.5,
+             "reference_s": push["reference_s"] + 1200} for push in pushes(5, seed=1)],
 ]  # fmt: skip
 
 
 def test_a_clock_that_was_restarted_is_told_with_what_was_found_for_which_runs():
-    found = clocks(RESTARTED)
+    session_clocks = clocks(RESTARTED)
     with pytest.raises(Refused) as caught:
-        found.of_run(row("slanted"), TIME + START_S, 0.1)
-    told = str(caught.value)
+        session_clocks.of_run(row("slanted"), TIME + START_S, 0.1)
+    sentence = str(caught.value)
     assert caught.value.remark.code == "clocks-contradict"
-    assert "s in p00, p01, p02 and 1 more; +5." in told
-    assert "s in qp00, qp01, qp02 and 2 more" in told
-    assert "column session" in told
+    assert "s in p00, p01, p02 and 1 more; +5." in sentence
+    assert "s in qp00, qp01, qp02 and 2 more" in sentence
+    assert "column session" in sentence
     # a push that shows its own offset keeps it, and says so
-    clock = found.of_run(row("qp02"), TIME + START_S, 0.1)
+    clock = session_clocks.of_run(row("qp02"), TIME + START_S, 0.1)
     assert clock.offset_s == pytest.approx(5.1, abs=0.1)
     assert clock.shared_se_s == BUILD_UP_S < clock.se_s
-    assert [one.code for one in flags_of_clock(row("qp02"), found)] == ["clock-by-itself"]
+    assert [flag.code for flag in flags_of_clock(row("qp02"), session_clocks)] == [
+        "clock-by-itself"
+    ]
 
 
 def test_labels_of_the_sessions_are_the_cure():
-    labelled = [one | {"session": "12"[one["run_id"].startswith("q")]} for one in RESTARTED]
-    found = clocks(labelled)
-    assert found.of_run(row("r", "1"), TIME + START_S, 0.1).offset_s == pytest.approx(-2.4, abs=0.1)
-    assert found.of_run(row("r", "2"), TIME + START_S + 1200, 0.1).offset_s == pytest.approx(
-        5.1, abs=0.1
+    labelled = [push | {"session": "12"[push["run_id"].startswith("q")]} for push in RESTARTED]
+    session_clocks = clocks(labelled)
+    assert session_clocks.of_run(row("r", "1"), TIME + START_S, 0.1).offset_s == pytest.approx(
+        -2.4, abs=0.1
     )
+    assert session_clocks.of_run(
+        row("r", "2"), TIME + START_S + 1200, 0.1
+    ).offset_s == pytest.approx(5.1, abs=0.1)
 
 
 def test_two_pushes_that_need_an_impossible_drift_contradict_each_other():

@@ -40,8 +40,8 @@ def fit(depth, values, depth_sd=0.0):
     ids=["NoInt1", "NoInt2"],
 )
 def test_nist(x, y, alpha, se):
-    found = zero_intercept(np.array(x, float), np.array([y], float))
-    np.testing.assert_allclose(np.ravel(found), [alpha, se], rtol=5e-13)
+    alpha_and_se = zero_intercept(np.array(x, float), np.array([y], float))
+    np.testing.assert_allclose(np.ravel(alpha_and_se), [alpha, se], rtol=5e-13)
 
 
 @pytest.mark.parametrize("depth", [[], [3.0], [0.0, 0.0, 0.0]])
@@ -60,8 +60,8 @@ def test_too_few_for_an_autocorrelation():
 @given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
 def test_homogeneity_and_units(force, length):
     """Stress in other units scales all of it; depth in other units divides it."""
-    one = fit(DEPTH, stress())
-    other = fit(length * DEPTH, force * stress())
+    slope = fit(DEPTH, stress())
+    scaled = fit(length * DEPTH, force * stress())
     for name, power in (
         ("alpha", -1),
         ("se", -1),
@@ -69,38 +69,38 @@ def test_homogeneity_and_units(force, length):
         ("free_slope", -1),
         ("intercept", 0),
     ):
-        expected = getattr(one, name) * force * length**power
-        np.testing.assert_allclose(getattr(other, name), expected, rtol=1e-8, err_msg=name)
-    np.testing.assert_allclose(other.nonlinear_p, one.nonlinear_p, rtol=1e-6)
-    np.testing.assert_allclose(other.nonlinear_ratio, one.nonlinear_ratio, rtol=1e-6, atol=1e-10)
-    np.testing.assert_allclose(other.dof, one.dof, rtol=1e-8)
+        expected = getattr(slope, name) * force * length**power
+        np.testing.assert_allclose(getattr(scaled, name), expected, rtol=1e-8, err_msg=name)
+    np.testing.assert_allclose(scaled.nonlinear_p, slope.nonlinear_p, rtol=1e-6)
+    np.testing.assert_allclose(scaled.nonlinear_ratio, slope.nonlinear_ratio, rtol=1e-6, atol=1e-10)
+    np.testing.assert_allclose(scaled.dof, slope.dof, rtol=1e-8)
 
 
 def test_units_with_all_errors():
     variance = np.array([[1e-5, 2e-5], [3e-5, 1e-5]])
-    one = fit_slope(DEPTH, stress(), variance, NOTHING[1], 0.003)
+    slope = fit_slope(DEPTH, stress(), variance, NOTHING[1], 0.003)
     # N/cm^2 to Pa, cm to m
     si = fit_slope(DEPTH / 100, stress() * 1e4, variance * 1e8, NOTHING[1], 0.003 / 100)
-    np.testing.assert_allclose(si.se, one.se * 1e6, rtol=1e-10)
-    np.testing.assert_allclose(si.dof, one.dof, rtol=1e-10)
+    np.testing.assert_allclose(si.se, slope.se * 1e6, rtol=1e-10)
+    np.testing.assert_allclose(si.dof, slope.dof, rtol=1e-10)
 
 
 def test_what_does_not_change_a_fit():
-    one, other = fit(DEPTH, stress()), fit(DEPTH, -stress())
-    np.testing.assert_allclose(other.alpha, -one.alpha)
-    np.testing.assert_allclose(other.se, one.se)
-    np.testing.assert_allclose(other.nonlinear_ratio, -one.nonlinear_ratio)
+    slope, negated = fit(DEPTH, stress()), fit(DEPTH, -stress())
+    np.testing.assert_allclose(negated.alpha, -slope.alpha)
+    np.testing.assert_allclose(negated.se, slope.se)
+    np.testing.assert_allclose(negated.nonlinear_ratio, -slope.nonlinear_ratio)
     # one component does not mix with the other
     alone = fit_slope(DEPTH, stress()[:1], NOTHING[0][:, :1], NOTHING[1][:, :1])
     for name in ("alpha", "se", "dof", "intercept", "nonlinear_p"):
-        np.testing.assert_allclose(getattr(alone, name)[0], getattr(one, name)[0], rtol=1e-12)
+        np.testing.assert_allclose(getattr(alone, name)[0], getattr(slope, name)[0], rtol=1e-12)
     # the order of the samples does not touch the textbook part, nor a stroke upward anything
     order = np.random.default_rng(3).permutation(DEPTH.size)
     shuffled = zero_intercept(DEPTH[order], stress()[:, order])
     np.testing.assert_allclose(shuffled, zero_intercept(DEPTH, stress()), rtol=1e-12)
     back = fit(DEPTH[::-1], stress()[:, ::-1])
-    np.testing.assert_allclose(back.alpha, one.alpha, rtol=1e-12)
-    np.testing.assert_allclose(back.se, one.se, rtol=0.3)
+    np.testing.assert_allclose(back.alpha, slope.alpha, rtol=1e-12)
+    np.testing.assert_allclose(back.se, slope.se, rtol=0.3)
 
 
 def test_exact_line_has_no_error():
@@ -108,58 +108,58 @@ def test_exact_line_has_no_error():
     np.testing.assert_allclose([exact.alpha, exact.free_slope], [[0.3, 0]] * 2, atol=1e-12)
     np.testing.assert_allclose([exact.se, exact.intercept], 0, atol=1e-12)
     depth = np.arange(1.0, 11.0)
-    found = fit(depth, np.stack([2 + 3 * depth, 5 - depth]))
-    np.testing.assert_allclose(found.intercept, [2, 5])
-    np.testing.assert_allclose(found.free_slope, [3, -1])
+    slope = fit(depth, np.stack([2 + 3 * depth, 5 - depth]))
+    np.testing.assert_allclose(slope.intercept, [2, 5])
+    np.testing.assert_allclose(slope.free_slope, [3, -1])
 
 
 def test_curvature_is_found_and_its_size_is_right():
     bent = stress() + 0.02 * DEPTH**2
-    found = fit(DEPTH, bent)
-    assert (found.nonlinear_p < 1e-6).all()
+    slope = fit(DEPTH, bent)
+    assert (slope.nonlinear_p < 1e-6).all()
     # the parabola through zero that is fitted lies that much above the line at the deepest sample
-    line = found.alpha * DEPTH[-1]
+    line = slope.alpha * DEPTH[-1]
     curve = np.array([0.3, -0.1]) * DEPTH[-1] + 0.02 * DEPTH[-1] ** 2
-    np.testing.assert_allclose(found.nonlinear_ratio, (curve - line) / np.abs(line), rtol=0.01)
+    np.testing.assert_allclose(slope.nonlinear_ratio, (curve - line) / np.abs(line), rtol=0.01)
 
 
 def test_error_of_a_curvature_is_what_noise_does_not_explain():
     bent = stress() + 0.02 * DEPTH**2
     zero = np.full((2, 1, 2), np.array([0.0, 0.01])[:, None, None])
-    sure, unsure = (fit_slope(DEPTH, bent, one, np.full((1, 2), 1e9)) for one in zero)
+    sure, unsure = (fit_slope(DEPTH, bent, variance, np.full((1, 2), 1e9)) for variance in zero)
     at_end = np.abs(sure.nonlinear_ratio * sure.alpha)
     np.testing.assert_allclose(sure.curvature, at_end / np.sqrt(3), rtol=1e-3)
     # a zero that is off by 0.1 N/cm^2 bends the line through zero by this much, once in a hundred times
     bend = DEPTH**2 - DEPTH * (DEPTH**2 @ DEPTH) / (DEPTH @ DEPTH)
     by_zero = 2.5758 * 0.1 * abs(bend.sum() / (bend @ bend) * bend[-1] / DEPTH[-1])
-    rest = np.sqrt(np.maximum(at_end**2 - by_zero**2, 0))
-    assert (rest < 0.9 * at_end).all()
-    np.testing.assert_allclose(unsure.curvature, rest / np.sqrt(3), rtol=1e-2)
+    unexplained = np.sqrt(np.maximum(at_end**2 - by_zero**2, 0))
+    assert (unexplained < 0.9 * at_end).all()
+    np.testing.assert_allclose(unsure.curvature, unexplained / np.sqrt(3), rtol=1e-2)
 
 
 @settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     slow=st.floats(0, 0.01),
-    more=st.floats(1e-5, 0.01),
+    increase=st.floats(1e-5, 0.01),
     bend=st.floats(0, 0.004),
 )
-def test_a_less_certain_zero_never_narrows_an_interval(seed, slow, more, bend):
+def test_a_less_certain_zero_never_narrows_an_interval(seed, slow, increase, bend):
     """Of bent lines too, whose curvature it explains."""
     walk = np.random.default_rng(seed).normal(0, 0.0005, (4, DEPTH.size)).cumsum(axis=1)
     bent = 0.1 * DEPTH + bend * DEPTH**2 + walk
-    parts = (np.full((1, 4), zero**2) for zero in (slow, slow + more))
-    fits = [fit_slope(DEPTH, bent, part, np.full((1, 4), 20.0)) for part in parts]
-    less, larger = (np.subtract(*one.interval(0.95)[::-1]) for one in fits)
+    variances = (np.full((1, 4), zero**2) for zero in (slow, slow + increase))
+    fits = [fit_slope(DEPTH, bent, variance, np.full((1, 4), 20.0)) for variance in variances]
+    less, larger = (np.subtract(*slope.interval(0.95)[::-1]) for slope in fits)
     assert (larger >= less * (1 - 1e-9)).all()
 
 
 def test_curvature_test_rejects_straight_lines_rarely():
     noise = np.random.default_rng(8).normal(0, 0.005, (1000, DEPTH.size))
-    found = fit_slope(DEPTH, 0.3 * DEPTH + noise, np.zeros((1, 1000)), np.full((1, 1000), 12.0))
+    slope = fit_slope(DEPTH, 0.3 * DEPTH + noise, np.zeros((1, 1000)), np.full((1, 1000), 12.0))
     # a quality figure: its p is a little too small, never wildly so
-    assert 0.03 < np.mean(found.nonlinear_p < 0.05) < 0.1
-    assert np.mean(found.nonlinear_p < 0.01) < 0.03
+    assert 0.03 < np.mean(slope.nonlinear_p < 0.05) < 0.1
+    assert np.mean(slope.nonlinear_p < 0.01) < 0.03
 
 
 def test_horizontal_run_has_no_slope_to_free_and_no_curvature():
@@ -196,13 +196,13 @@ def test_errors_of_zero_and_depth_add_in_quadrature():
 def test_a_few_depths_are_fitted_with_the_textbook_error():
     """Of a table of stress: independent means, without log, zero or tare."""
     depth = np.array([1.0, 2.0, 4.0])
-    found = fit_few(depth, np.array([[1.0, 2.0, 3.5], [-0.5, -1.0, -2.0]]))
+    few_fit = fit_few(depth, np.array([[1.0, 2.0, 3.5], [-0.5, -1.0, -2.0]]))
     # by hand: sum of products 19 and -10.5, of squares 21
     alpha = np.array([19 / 21, -0.5])
     left = np.array([1.0, 2.0, 3.5]) - alpha[0] * depth
     se = [np.sqrt(left @ left / 2 / 21), 0.0]
     slope, intercept = np.polyfit(depth, [1.0, 2.0, 3.5], 1)
-    wanted: dict[str, Any] = {
+    expected: dict[str, Any] = {
         "alpha": alpha,
         "se": se,
         "ols_se": se,
@@ -212,11 +212,11 @@ def test_a_few_depths_are_fitted_with_the_textbook_error():
     }
     unknown = ("nonlinear_p", "nonlinear_ratio", "offset", "offset_se")
     nothing = ("startup", "tare", "curvature", "shift", "shift_of_tare")
-    wanted |= dict.fromkeys(unknown, np.nan) | dict.fromkeys(nothing, 0)
-    for name, values in wanted.items():
-        np.testing.assert_allclose(getattr(found, name), values, atol=1e-12, err_msg=name)
-    assert found.points == 3
-    assert found.lever == pytest.approx(7 / 21)
+    expected |= dict.fromkeys(unknown, np.nan) | dict.fromkeys(nothing, 0)
+    for name, values in expected.items():
+        np.testing.assert_allclose(getattr(few_fit, name), values, atol=1e-12, err_msg=name)
+    assert few_fit.points == 3
+    assert few_fit.lever == pytest.approx(7 / 21)
 
 
 def test_two_depths_have_no_line_besides_and_one_has_no_error():
@@ -225,18 +225,18 @@ def test_two_depths_have_no_line_besides_and_one_has_no_error():
     np.testing.assert_allclose(two.se, [np.sqrt((0.2**2 + 0.1**2) / 1 / 5)])
     assert two.dof == [1]
     assert np.isnan([*two.intercept, *two.free_slope]).all()
-    one = fit_few(np.array([2.0]), np.array([[1.0], [3.0]]))
-    np.testing.assert_allclose(one.alpha, [0.5, 1.5])
-    assert np.isnan(one.se).all()
-    np.testing.assert_array_equal(one.dof, [1, 1])
+    single = fit_few(np.array([2.0]), np.array([[1.0], [3.0]]))
+    np.testing.assert_allclose(single.alpha, [0.5, 1.5])
+    assert np.isnan(single.se).all()
+    np.testing.assert_array_equal(single.dof, [1, 1])
 
 
 def test_interval():
-    found = fit(DEPTH, stress())
-    lo, hi = found.interval(0.95)
-    np.testing.assert_allclose((lo + hi) / 2, found.alpha)
-    np.testing.assert_allclose((hi - lo) / 2, 2.17881283 * found.se, rtol=1e-7)
-    wide = found.interval(0.99)
+    slope = fit(DEPTH, stress())
+    lo, hi = slope.interval(0.95)
+    np.testing.assert_allclose((lo + hi) / 2, slope.alpha)
+    np.testing.assert_allclose((hi - lo) / 2, 2.17881283 * slope.se, rtol=1e-7)
+    wide = slope.interval(0.99)
     assert (wide[0] < lo).all()
     assert (wide[1] > hi).all()
 

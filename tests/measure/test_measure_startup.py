@@ -47,11 +47,11 @@ def test_an_exponential_is_found():
     decay_cm, steady, size = 0.4, 0.3, 0.2
     stress = steady + size * np.exp(-path / decay_cm) * np.array([[1.0], [-2.0]])
     window = path >= 2.0
-    found = startup_bias(path, stress, window, 2.0)
+    bias = startup_bias(path, stress, window, 2.0)
     # integral of the exponential from 2 cm on, over the 38 cm of the window
     exact = size * decay_cm * np.exp(-2.0 / decay_cm) / 38
-    np.testing.assert_allclose(found, [exact, -2 * exact], rtol=0.01)
-    np.testing.assert_allclose(stress[:, window].mean(axis=1) - steady, found, rtol=0.01)
+    np.testing.assert_allclose(bias, [exact, -2 * exact], rtol=0.01)
+    np.testing.assert_allclose(stress[:, window].mean(axis=1) - steady, bias, rtol=0.01)
 
 
 def test_seven_samples_tell_nothing():
@@ -64,8 +64,8 @@ def test_seven_samples_tell_nothing():
     first = whole.copy()
     first[0, PATH < 1.0] = np.nan
     assert left(first) == left(whole)
-    few = np.flatnonzero(PATH >= SKIP)[:7]
-    steady = np.isin(np.arange(PATH.size), few)
+    first_seven = np.flatnonzero(PATH >= SKIP)[:7]
+    steady = np.isin(np.arange(PATH.size), first_seven)
     assert startup_bias(PATH, whole, steady, SKIP)[0] == 0
 
 
@@ -75,5 +75,5 @@ def test_a_sample_without_one_component_is_not_used():
     spike[0, PATH == 2.5] = 50.0
     spike[1, PATH == 2.5] = np.nan
     assert (startup_bias(PATH, spike, PATH >= SKIP, SKIP) == 0).all()
-    found = startup_bias(PATH, both, PATH >= SKIP, SKIP)
-    np.testing.assert_allclose(found, [1 / 15, 1 / 5])
+    bias = startup_bias(PATH, both, PATH >= SKIP, SKIP)
+    np.testing.assert_allclose(bias, [1 / 15, 1 / 5])

@@ -23,16 +23,16 @@ FEW = 12
 @pytest.mark.parametrize("begins", ["air", "contact", "below"])
 def test_a_push_that_comes_straight_back(rate_Hz, gamma_deg, begins):
     pushes = Pushes(gamma_deg, (5.0,), begins, rate_Hz=rate_Hz)
-    assert {how for how, _ in pushes.judge()} == {RIGHT}
+    assert {verdict for verdict, _ in pushes.judge()} == {RIGHT}
     assert len(pushes.strokes()) == 1
 
 
 @pytest.mark.parametrize(("noise_cm", "lone"), [(None, 0), (0.0, 3), (0.02, 3)])
 def test_any_motion_gives_its_strokes_or_the_true_reason(noise_cm, lone):
     logs = [any_pushes(seed, noise_cm, lone) for seed in range(FEW)]
-    told = Counter(how for pushes in logs for how, _ in pushes.judge())
-    assert told[WRONG] == 0
-    assert told[REFUSED] <= 0.03 * told[RIGHT]
+    counts = Counter(verdict for pushes in logs for verdict, _ in pushes.judge())
+    assert counts[WRONG] == 0
+    assert counts[REFUSED] <= 0.03 * counts[RIGHT]
 
 
 def test_a_noise_that_hides_strokes_is_the_reason():
@@ -40,7 +40,7 @@ def test_a_noise_that_hides_strokes_is_the_reason():
     pushes = Pushes(lengths_cm=(4.0,), rate_Hz=10, noise_cm=(0.05, 0.0))
     assert "noisy-position: the position has 0.5" in refusal(pushes.motion(), row(90), pushes.arm)
     often = replace(pushes, rate_Hz=100)
-    assert {how for how, _ in often.judge()} == {RIGHT}
+    assert {verdict for verdict, _ in often.judge()} == {RIGHT}
 
 
 def refusal(motion, run, arm):
@@ -70,7 +70,10 @@ SEVERAL = [
 def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, words):
     arm = Arm()
     assert words in refusal(motion, run, arm)
-    ends = [find_stroke(motion, motion.spans(arm), replace(run, stroke=one), arm) for one in (1, 2)]
+    ends = [
+        find_stroke(motion, motion.spans(arm), replace(run, stroke=number), arm)
+        for number in (1, 2)
+    ]
     assert ends[0][1] <= ends[1][0]
 
 
@@ -85,7 +88,7 @@ def test_pushes_by_hand():
 def test_two_directions_in_one_log():
     down, slanted = Pushes(lengths_cm=(5.0,)).motion(), Pushes(45.0, (6.0,)).motion()
     parts = zip(vars(down).values(), vars(slanted).values(), strict=True)
-    time, x, z, angle = (np.concatenate(part) for part in parts)
+    time, x, z, angle = (np.concatenate(columns) for columns in parts)
     time[down.time.size :] += down.time[-1] + 1
     both, arm = IntruderPath(time, x, z, angle), Arm()
     ends = [find_stroke(both, both.spans(arm), row(gamma, 1), arm) for gamma in (90, 45)]
@@ -128,5 +131,5 @@ def test_out_and_back_of_real_machines(file, columns, speed_cm_per_s, ends):
     motion = IntruderPath(time, 0 * time, -0.3 - down / 10, 0 * time)
     arm = Arm(speed_cm_per_s=speed_cm_per_s)
     runs = row(90), row(90, way="extraction")
-    found = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]
-    np.testing.assert_allclose(found, ends, atol=0.25)
+    stroke_ends = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]
+    np.testing.assert_allclose(stroke_ends, ends, atol=0.25)

@@ -20,9 +20,9 @@ def test_bias_and_coverage(stiffness, bend):
     errors, covered = [], 0
     for seed in range(20):
         depth, force, truth = pushed(seed, stiffness=stiffness, bend=bend)
-        found = find_surface(depth, force, 1.5, 0.05)
-        errors.append(found.depth_cm - truth)
-        lo, hi = found.interval()
+        surface = find_surface(depth, force, 1.5, 0.05)
+        errors.append(surface.depth_cm - truth)
+        lo, hi = surface.interval()
         covered += lo <= truth <= hi
     assert abs(np.mean(errors)) < 0.01  # a tenth of a millimetre
     assert np.std(errors) < 0.05
@@ -32,12 +32,12 @@ def test_bias_and_coverage(stiffness, bend):
 
 def test_a_force_in_air_does_not_matter_and_the_clocks_error_does():
     depth, force, _ = pushed(1)
-    one = find_surface(depth, force, 1.5, 0.05)
-    other = find_surface(depth, force + 40, 1.5, 0.05, 0.03)
-    assert other.depth_cm == pytest.approx(one.depth_cm, abs=1e-6)
-    assert other.air_N - one.air_N == pytest.approx(40, abs=1e-6)
-    assert one.growth_N_per_cm == pytest.approx(25, rel=0.1)
-    assert other.se_cm == pytest.approx(np.hypot(one.se_cm, 0.03))
+    surface = find_surface(depth, force, 1.5, 0.05)
+    shifted = find_surface(depth, force + 40, 1.5, 0.05, 0.03)
+    assert shifted.depth_cm == pytest.approx(surface.depth_cm, abs=1e-6)
+    assert shifted.air_N - surface.air_N == pytest.approx(40, abs=1e-6)
+    assert surface.growth_N_per_cm == pytest.approx(25, rel=0.1)
+    assert shifted.se_cm == pytest.approx(np.hypot(surface.se_cm, 0.03))
 
 
 def test_no_surface_in_air():

@@ -11,9 +11,10 @@ from campaign_room import plate_run
 
 from rftfit.campaign.config import ForceLog
 from rftfit.campaign.load import Campaign
-from rftfit.measure.fits import FIT_COLUMNS, LEG_COLUMNS, fit_medium, leg_curves
-from rftfit.measure.flags import about, remark
+from rftfit.measure.fits import FIT_COLUMNS, fit_medium
+from rftfit.measure.flags import attach_run, remark
 from rftfit.measure.ledger import RowStatus
+from rftfit.measure.leg_curves import LEG_COLUMNS, leg_curves
 
 AREA = 3.81 * 2.54
 ALPHA = np.array([0.31, -0.12])
@@ -26,12 +27,12 @@ INSIDE = DOWN[123:778]
 ODD = remark("zero-drifted", newtons=0.3)
 
 
-def run(run_id, kind="plate", **more):
+def run(run_id, kind="plate", **changes):
     usual = {"beta_deg": 30.0, "gamma_deg": 45.0, "tare_run": "air", "tare_shared": True}
-    return plate_run(run_id, kind=kind, **usual | more)
+    return plate_run(run_id, kind=kind, **usual | changes)
 
 
-def fact(run_id, **more):
+def fact(run_id, **changes):
     """What the ingest stage says about a run that has no error."""
     values: dict[str, Any] = {
         "run_id": run_id,
@@ -45,10 +46,10 @@ def fact(run_id, **more):
         "zero_var_x_N2": 0.0,
         "zero_dof": 12.0,
     }
-    return values | more
+    return values | changes
 
 
-def samples(run_id, depth=DOWN, **more):
+def samples(run_id, depth=DOWN, **changes):
     """Tared samples of a stress, and of a force on the rod, that are exactly linear in depth."""
     force, rod = AREA * ALPHA[:, None] * depth, AREA * ROD[:, None] * depth
     columns: dict[str, Any] = {
@@ -63,7 +64,7 @@ def samples(run_id, depth=DOWN, **more):
         "tare_z_N": rod[0],
         "tare_x_N": rod[1],
     }
-    return pd.DataFrame(columns | more)
+    return pd.DataFrame(columns | changes)
 
 
 def together(*parts):
@@ -71,12 +72,12 @@ def together(*parts):
     return table.astype({"run_id": "category"})
 
 
-def fitted(config, runs, tared, facts=None, lost=None, medium="poppy_LP", **more):
+def fitted(config, runs, tared, facts=None, lost=None, medium="poppy_LP", **options):
     """Table of the fits by run, windows, and ledger; `lost`: runs whose tare gave nothing, with the reason."""
-    status = pd.DataFrame(facts or [fact(one.run_id) for one in runs])
+    status = pd.DataFrame(facts or [fact(run.run_id) for run in runs])
     tares = pd.DataFrame({"run_id": list(lost or {}), "reason": list((lost or {}).values())})
     campaign = Campaign(Path(), Path(), Path(), config, tuple(runs))
-    fits, windows, ledger = fit_medium(campaign, medium, status, tared, tares, **more)
+    fits, windows, ledger = fit_medium(campaign, medium, status, tared, tares, **options)
     assert list(fits.columns) == FIT_COLUMNS
     return fits.set_index("run_id"), windows, ledger
 
@@ -100,8 +101,8 @@ def test_the_row_of_a_run_tells_its_cell_and_its_slopes(paper_config, direction,
     )
     row = fits.loc["a"]
     assert (row["beta_deg"], row["gamma_deg"], row["mirrored"]) == (30 * sign, 45 * sign, sign < 0)
-    told = (row["medium"], row["direction"], row["tare_run"], row["note"], row["reason"])
-    assert told == ("poppy_LP", direction, "air", "rain", "")
+    labels = (row["medium"], row["direction"], row["tare_run"], row["note"], row["reason"])
+    assert labels == ("poppy_LP", direction, "air", "rain", "")
     # an extraction is fitted after its first 0.1 cm
     used = depth if sign > 0 else depth[10:]
     assert row["n_points"] == used.size
@@ -143,22 +144,27 @@ def test_other_laws_are_told_beside_the_line_through_zero(paper_config):
     straight = np.polynomial.Polynomial.fit(depth, power, 1)
     # a rest that none of the laws can take up, so that it stays the same under all of them
     laws = np.stack([np.ones(60), depth, shape, shape * np.log(depth / 5)], axis=1)
-    rest = 1e-2 * np.sin(40 * depth)
-    rest -= laws @ np.linalg.lstsq(laws, rest)[0]
-    tared = together(samples("a", depth, force_z_N=AREA * (power + rest), force_x_N=0.0))
+    residual = 1e-2 * np.sin(40 * depth)
+    residual -= laws @ np.linalg.lstsq(laws, residual)[0]
+    tared = together(samples("a", depth, force_z_N=AREA * (power + residual), force_x_N=0.0))
     row = fitted(paper_config, [run("a")], tared)[0].loc["a"]
-    line = ((power + rest) @ depth) / (depth @ depth)
+    line = ((power + residual) @ depth) / (depth @ depth)
     assert row["alpha_z_N_per_cm3"] == pytest.approx(line)
     assert row["exponent_z"] == pytest.approx(1.25, abs=1e-5)
     assert row["power_stress_z_percent"] == pytest.approx(100 * (0.3 / line - 1), abs=1e-3)
     free = straight(5.0) / 5
     assert row["free_stress_z_percent"] == pytest.approx(100 * (free / line - 1), abs=1e-6)
     missed = ((power - straight(depth)) ** 2).sum()
-    misfit = (rest @ rest) / (missed + rest @ rest)
+    misfit = (residual @ residual) / (missed + residual @ residual)
     assert row["power_misfit_z_ratio"] == pytest.approx(misfit, rel=1e-4)
     # a component that is not felt has no other law
-    told = ("free_stress_x_percent", "exponent_x", "power_stress_x_percent", "power_misfit_x_ratio")
-    assert row[[*told]].isna().all()
+    columns = (
+        "free_stress_x_percent",
+        "exponent_x",
+        "power_stress_x_percent",
+        "power_misfit_x_ratio",
+    )
+    assert row[[*columns]].isna().all()
 
 
 def test_a_horizontal_run_has_no_other_law(paper_config):
@@ -167,8 +173,13 @@ def test_a_horizontal_run_has_no_other_law(paper_config):
     tared = together(samples("a", np.full(701, 5.08), path_cm=path))
     row = fitted(paper_config, [level], tared)[0].loc["a"]
     assert row["alpha_z_N_per_cm3"] == pytest.approx(ALPHA[0])
-    told = ("free_stress_z_percent", "exponent_z", "power_stress_z_percent", "power_misfit_z_ratio")
-    assert row[[*told]].isna().all()
+    columns = (
+        "free_stress_z_percent",
+        "exponent_z",
+        "power_stress_z_percent",
+        "power_misfit_z_ratio",
+    )
+    assert row[[*columns]].isna().all()
 
 
 def test_runs_without_samples_keep_their_reason(paper_config):
@@ -197,7 +208,7 @@ def test_each_run_says_which_of_several_plates_it_has(paper_config):
     plates = {"a": "plate", "b": "other"}
     assert ledger.flags == [
         *(
-            about(name, [remark("several-plates", plate=plate, count=2)])[0]
+            attach_run(name, [remark("several-plates", plate=plate, count=2)])[0]
             for name, plate in plates.items()
         )
     ]
@@ -272,14 +283,14 @@ def test_a_leg_curve_is_the_mean_force_of_each_degree(paper_config):
         fact("plate"),
     ]
     curves, ledger = legs(config, runs, together(turned, once, samples("plate")), facts)
-    wanted = pd.DataFrame(
+    expected = pd.DataFrame(
         [["poppy_LP", "c_leg", "a", -1.0, 1.5, -0.5, 2, 0.05, 0.13, "", ""],
          ["poppy_LP", "c_leg", "a", 0.0, 5.0, -4.0, 2, 0.05, 0.13, "", ""],
          ["poppy_LP", "c_leg", "a", 1.0, 8.0, -7.0, 1, 0.05, 0.13, "", ""],
          ["poppy_LP", "flat_leg", "b", 3.0, 2.5, 0.5, 1, 0.02, 0.0, "", ""]],
         columns=LEG_COLUMNS,
     )  # fmt: skip
-    pd.testing.assert_frame_equal(curves, wanted)
+    pd.testing.assert_frame_equal(curves, expected)
     assert fates(ledger, "a") == {("used", "leg-curve"): 5}
     assert fates(ledger, "b") == {("used", "leg-curve"): 1}
     none, _ = legs(config, runs[-1:], together(samples("plate")), facts[-1:])

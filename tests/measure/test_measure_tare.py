@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from campaign_room import plate_run
 
-from rftfit.measure.flags import REASON, about, remark
+from rftfit.measure.flags import REASON, attach_run, remark
 from rftfit.measure.lab_frame import is_symmetric
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
@@ -138,9 +138,9 @@ def test_what_becomes_of_each_run_of_a_medium():
         holds_tare=lambda run: run.run_id == "bare",
     )
     tared, tares, ledger = tare_medium(campaign, "sand", read, status)
-    assert ledger.flags == about("bare", [remark("no-tare")])
-    told: Any = tares.set_index("run_id")
-    assert dict(told["reason_code"]) == {
+    assert ledger.flags == attach_run("bare", [remark("no-tare")])
+    tares_by_run: Any = tares.set_index("run_id")
+    assert dict(tares_by_run["reason_code"]) == {
         "short": "tare-empty",
         "tared": "",
         "bare": "",
@@ -150,21 +150,25 @@ def test_what_becomes_of_each_run_of_a_medium():
         "on_torn": "tare-missing tare-unusable empty",
         "far": "no-sample untared",
     }
-    assert told.loc["on_torn", "reason"] == "no tare: torn cannot be used: its log is empty"
-    assert told.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == ["depth_cm", 1, 3]
-    assert told.loc["leg", "abscissa"] == "angle_deg"
-    assert told.loc["short"].isna().sum() == 4
+    assert tares_by_run.loc["on_torn", "reason"] == "no tare: torn cannot be used: its log is empty"
+    assert tares_by_run.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == [
+        "depth_cm",
+        1,
+        3,
+    ]
+    assert tares_by_run.loc["leg", "abscissa"] == "angle_deg"
+    assert tares_by_run.loc["short"].isna().sum() == 4
     square = float(np.sqrt(np.mean(place**2)))
-    assert told.loc["tared", ["force_rms_N", "tare_rms_N"]].tolist() == pytest.approx(
+    assert tares_by_run.loc["tared", ["force_rms_N", "tare_rms_N"]].tolist() == pytest.approx(
         [5 * square, 2 * square]
     )
-    parts = {str(name): part for name, part in tared.groupby("run_id", observed=True)}
-    assert sorted(parts) == ["bare", "far", "leg", "tared"]
+    rows_by_run = {str(name): rows for name, rows in tared.groupby("run_id", observed=True)}
+    assert sorted(rows_by_run) == ["bare", "far", "leg", "tared"]
     for name, left, taken in (("tared", 3.0, 2.0), ("bare", 5.0, 0.0), ("leg", 4.0, 1.0)):
         for c, sign in (("z", 1), ("x", -1)):
-            np.testing.assert_allclose(parts[name][f"force_{c}_N"], sign * left * place)
-            np.testing.assert_allclose(parts[name][f"tare_{c}_N"], sign * taken * place)
-    assert (parts["far"]["why"] == RowStatus.UNTARED).all()
+            np.testing.assert_allclose(rows_by_run[name][f"force_{c}_N"], sign * left * place)
+            np.testing.assert_allclose(rows_by_run[name][f"tare_{c}_N"], sign * taken * place)
+    assert (rows_by_run["far"]["why"] == RowStatus.UNTARED).all()
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
         ("rod.csv", USED): 21,
@@ -179,7 +183,7 @@ def test_what_becomes_of_each_run_of_a_medium():
     columns["F2"] = SimpleNamespace(constant=0.0)
     flags = tare_medium(campaign, "sand", read, status)[2].flags
     unmeasured = {flag.run_id for flag in flags if flag.code == "no-force-x"}
-    assert unmeasured == {name for name in parts if not is_symmetric(by_id[name])}
+    assert unmeasured == {name for name in rows_by_run if not is_symmetric(by_id[name])}
     # a campaign that refuses runs without a tare
     fit.missing_tare = "refuse"
     refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")

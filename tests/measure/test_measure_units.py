@@ -10,13 +10,13 @@ from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.config import ForceLog
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
-from rftfit.measure import pairs
+from rftfit.measure import log_columns
 
 
 def test_factors_are_those_of_the_definitions():
     inch_cm = 2.54
     pound_kg, standard_gravity = 0.45359237, 9.80665
-    assert dict(pairs.FORCE_TO_N) == {
+    assert dict(log_columns.FORCE_TO_N) == {
         "N": 1,
         "mN": 0.001,
         "kN": 1000,
@@ -25,9 +25,15 @@ def test_factors_are_those_of_the_definitions():
         "kgf": standard_gravity,
         "gf": pytest.approx(standard_gravity / 1000),
     }
-    assert dict(pairs.LENGTH_TO_CM) == {"um": 1e-4, "mm": 0.1, "cm": 1, "m": 100, "in": inch_cm}
-    assert dict(pairs.ANGLE_TO_RAD) == {"deg": pytest.approx(2 * math.pi / 360), "rad": 1}
-    assert dict(pairs.TIME_TO_S) == {
+    assert dict(log_columns.LENGTH_TO_CM) == {
+        "um": 1e-4,
+        "mm": 0.1,
+        "cm": 1,
+        "m": 100,
+        "in": inch_cm,
+    }
+    assert dict(log_columns.ANGLE_TO_RAD) == {"deg": pytest.approx(2 * math.pi / 360), "rad": 1}
+    assert dict(log_columns.TIME_TO_S) == {
         "s": 1,
         "ms": 1e-3,
         "us": 1e-6,
@@ -35,17 +41,17 @@ def test_factors_are_those_of_the_definitions():
         "min": 60,
         "h": 60 * 60,
     }
-    assert dict(pairs.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
+    assert dict(log_columns.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
 
 
 def test_log_and_config_have_to_agree():
-    assert pairs.factor(pairs.LENGTH_TO_CM, "in", "in", "depth") == 2.54
+    assert log_columns.factor(log_columns.LENGTH_TO_CM, "in", "in", "depth") == 2.54
     with pytest.raises(ValueError, match=r"^depth in mm, but the config says in$"):
-        pairs.factor(pairs.LENGTH_TO_CM, "mm", "in", "depth")
+        log_columns.factor(log_columns.LENGTH_TO_CM, "mm", "in", "depth")
     with pytest.raises(ValueError, match=r"^depth in no unit, but the config says in$"):
-        pairs.factor(pairs.LENGTH_TO_CM, "", "in", "depth")
+        log_columns.factor(log_columns.LENGTH_TO_CM, "", "in", "depth")
     with pytest.raises(ValueError, match=r"^torque in lbf in; allowed: N m, N mm$"):
-        pairs.factor(pairs.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
+        log_columns.factor(log_columns.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
 
 
 def log_of(unit):
@@ -55,10 +61,10 @@ def log_of(unit):
 
 @pytest.mark.parametrize("unit", ["V", "counts", "klb", ""])
 def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
-    wanted = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
-    source = ForceLog.model_validate({"columns": {"F3": wanted}})
+    column = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
+    source = ForceLog.model_validate({"columns": {"F3": column}})
     units = {"F3": "N", "time": "s"}
-    log = pairs.mapped(log_of(unit), source, units, "force_log")
+    log = log_columns.map_columns(log_of(unit), source, units, "force_log")
     np.testing.assert_allclose(log.columns["F3"], [10, 30, 70])
     assert log.units["F3"] == "N"
 
@@ -74,11 +80,11 @@ def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
 def test_a_unit_is_never_guessed(unit, column, why):
     source = ForceLog.model_validate({"columns": {"F3": {"column": "Fz", **column}}})
     with pytest.raises(LogError, match=why):
-        pairs.mapped(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
+        log_columns.map_columns(log_of(unit), source, {"F3": "N", "time": "s"}, "force_log")
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "sentences"),
     [
         (
             "load,unit,G0,G1\nF1,N,1,2\nF2,Nm,1,2\nF2,N,1\nF4,N,1,2\nF3,N,1,x\n",
@@ -89,20 +95,20 @@ def test_a_unit_is_never_guessed(unit, column, why):
         (f"load,unit,G1\nF1,N,{'1' * 200_000}\n", ("cannot be split into cells",)),
     ],
 )
-def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, said):
+def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, sentences):
     path = tmp_path / "calibration.csv"
     path.write_text(text)
     with pytest.raises(InputError) as error:
         read_calibration(path)
-    assert all(words in str(error.value) for words in said)
+    assert all(words in str(error.value) for words in sentences)
 
 
 def test_loads_are_sums_of_gauges():
     calibration = Calibration(
         ("time", "Fz"), (("F1", "mN", (0.0, 500.0)), ("T3", "N mm", (1.0, 0.0)))
     )
-    log = pairs.loads(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
+    log = log_columns.loads(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
     np.testing.assert_allclose(log.columns["F1"], [0.5, 1, 2])
     np.testing.assert_allclose(log.columns["T3"], [0, 1e-3, 2e-3])
     with pytest.raises(LogError, match=r"column.*'G7'"):
-        pairs.loads(log_of("V"), Calibration(("G7",), ()), {})
+        log_columns.loads(log_of("V"), Calibration(("G7",), ()), {})

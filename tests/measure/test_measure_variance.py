@@ -37,17 +37,17 @@ def test_variance_of_correlated_errors(rho, weight):
 def test_short_series_have_fewer_degrees_of_freedom(n, dof):
     # one sample in eight goes into the autoregression, at most five; four are needed a cosine
     errors = correlated(0.0, 5, n)
-    variance, found = weighted_sum_variance(errors - errors.mean(axis=1)[:, None], np.ones(n))
-    assert found == dof
+    variance, series_dof = weighted_sum_variance(errors - errors.mean(axis=1)[:, None], np.ones(n))
+    assert series_dof == dof
     assert np.isfinite(variance).all()
     assert (variance > 0).all()
 
 
 def test_units_of_errors_and_weights():
     errors, weight = correlated(0.6, 8)[:4], np.linspace(1, 4, N)
-    one, _ = weighted_sum_variance(errors, weight)
-    other, _ = weighted_sum_variance(1000 * errors, weight / 10)
-    np.testing.assert_allclose(other, 1e4 * one, rtol=1e-9)
+    variance, _ = weighted_sum_variance(errors, weight)
+    scaled_variance, _ = weighted_sum_variance(1000 * errors, weight / 10)
+    np.testing.assert_allclose(scaled_variance, 1e4 * variance, rtol=1e-9)
     none, _ = weighted_sum_variance(np.zeros((2, N)), weight)
     assert (none == 0).all()
 
@@ -76,28 +76,28 @@ def test_an_error_of_the_zero_is_no_curvature():
     variance, dof = np.full((1, SERIES), zero_sd**2), np.full((1, SERIES), 1000.0)
     p = fit_slope(depth, stress, variance, dof).nonlinear_p
     assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.013)
-    told = fit_slope(depth, stress, 0 * variance, dof).nonlinear_p
-    assert np.mean(told < 0.05) > 0.5
+    p_without_zero = fit_slope(depth, stress, 0 * variance, dof).nonlinear_p
+    assert np.mean(p_without_zero < 0.05) > 0.5
 
 
 def test_no_stress_is_straight():
-    found = fit_slope(np.linspace(1, 5, 50), np.zeros((2, 50)), np.zeros((1, 2)), np.ones((1, 2)))
-    np.testing.assert_array_equal(found.alpha, 0)
-    np.testing.assert_array_equal(found.nonlinear_ratio, 0)
-    np.testing.assert_array_equal(found.nonlinear_p, 1)
-    np.testing.assert_array_equal(found.se, 0)
+    slope = fit_slope(np.linspace(1, 5, 50), np.zeros((2, 50)), np.zeros((1, 2)), np.ones((1, 2)))
+    np.testing.assert_array_equal(slope.alpha, 0)
+    np.testing.assert_array_equal(slope.nonlinear_ratio, 0)
+    np.testing.assert_array_equal(slope.nonlinear_p, 1)
+    np.testing.assert_array_equal(slope.se, 0)
 
 
 def test_startup_widens_by_the_lever_of_the_depth():
     depth = np.concatenate([np.full(20, 2.0), np.full(20, 4.0)])
     # sum z / sum z^2 = (2 + 4) / (4 + 16)
     startup = np.array([0.02, -0.01])
-    found = fit_slope(
+    slope = fit_slope(
         depth, np.outer([0.3, 0.1], depth), np.zeros((1, 2)), np.ones((1, 2)), 0.0, startup
     )
-    np.testing.assert_allclose(found.startup, 0.3 * startup)
-    np.testing.assert_allclose(found.se, 0.3 * np.abs(startup), rtol=1e-9)
-    np.testing.assert_allclose(found.alpha, [0.3, 0.1])
+    np.testing.assert_allclose(slope.startup, 0.3 * startup)
+    np.testing.assert_allclose(slope.se, 0.3 * np.abs(startup), rtol=1e-9)
+    np.testing.assert_allclose(slope.alpha, [0.3, 0.1])
 
 
 def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say():

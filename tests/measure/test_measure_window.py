@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
-from rftfit.measure.fits import half_extent, window
+from rftfit.measure.fits import classify_samples
+from rftfit.measure.lab_frame import half_extent
 from rftfit.measure.ledger import RowStatus
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
@@ -26,10 +27,10 @@ HAND = [
 
 
 def whys(depth, x, beta_deg, fit, direction="intrusion", path=0.0, to=None, plate=PLATE):
-    depth, x, path = (one + np.zeros(len(depth)) for one in map(np.array, (depth, x, path)))
+    depth, x, path = (values + np.zeros(len(depth)) for values in map(np.array, (depth, x, path)))
     run: Any = SimpleNamespace(beta_deg=beta_deg, direction=direction)
     stroke: Any = SimpleNamespace(depth=depth, x=x, path=path)
-    codes = window(run, stroke, plate, BOX, fit, to)
+    codes = classify_samples(run, stroke, plate, BOX, fit, to)
     return " ".join(RowStatus(code).name for code in codes)
 
 
@@ -62,8 +63,8 @@ def test_half_extent():
 
 def test_horizontal():
     x, travel = [4.0, 2.0, 2.0, -4.1, 4.1], [0.0, 1.99, 2.01, 7.0, 1.0]
-    found = whys([5.0] * 5, x, 0, Fit(), "horizontal", travel)
-    assert found == "STARTUP STARTUP GOOD WALL STARTUP"
+    statuses = whys([5.0] * 5, x, 0, Fit(), "horizontal", travel)
+    assert statuses == "STARTUP STARTUP GOOD WALL STARTUP"
 
 
 def test_linear_regime_of_a_sand():
@@ -72,8 +73,8 @@ def test_linear_regime_of_a_sand():
 
 def test_a_sand_keeps_to_the_stated_window():
     stated = Fit(submergence_cm=0.5, max_depth_cm=1.5)
-    found = whys([0.4, 0.6, 1.4, 1.6, 2.1], 0.0, 0, stated, to=2.0)
-    assert found == "TOO_SHALLOW GOOD GOOD TOO_DEEP TOO_DEEP"
+    statuses = whys([0.4, 0.6, 1.4, 1.6, 2.1], 0.0, 0, stated, to=2.0)
+    assert statuses == "TOO_SHALLOW GOOD GOOD TOO_DEEP TOO_DEEP"
 
 
 def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.config import Leg, Plate, Transducer
-from rftfit.campaign.config import Zero as Stated
+from rftfit.campaign.config import ZeroSettings as Stated
 from rftfit.measure.flags import Refused
-from rftfit.measure.zero import find_zero, height_needed, stated_zero
+from rftfit.measure.lab_frame import find_zero, height_needed, stated_zero
 
 TIME = np.arange(2000) / 100
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
@@ -23,10 +23,10 @@ LEG = Leg(
 
 
 def stretches(*pairs):
-    found = np.zeros(TIME.size, dtype=bool)
+    in_stretch = np.zeros(TIME.size, dtype=bool)
     for start, end in pairs:
-        found |= (start <= TIME) & (end > TIME)
-    return found
+        in_stretch |= (start <= TIME) & (end > TIME)
+    return in_stretch
 
 
 FORCE = np.stack([np.full(TIME.size, 1.25), np.full(TIME.size, -0.5)])

@@ -35,8 +35,8 @@ def on_trial(room, alpha, legs):
     if alpha is None:
         alpha = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     flags = flag_table("poppy_LP", "checks", [])
-    for part, table in (("alpha", alpha), ("legs", legs), ("flags", flags)):
-        write_csv(table, room.folder / "results" / part / "poppy_LP.csv")
+    for stage, table in (("alpha", alpha), ("legs", legs), ("flags", flags)):
+        write_csv(table, room.folder / "results" / stage / "poppy_LP.csv")
     with few_draws():
         return legs_predicted(open_results(room.folder))[:2]
 
@@ -118,7 +118,7 @@ def test_leg_log_that_breaks_off(room, run, kinds):
     codes = results.book[results.book["run_id"] == LEG]["reason_code"]
     assert codes.str.contains("nothing-to-match").any()
     # another leg has a curve, so that the trial is held at all
-    other = pd.DataFrame(
+    flat_leg = pd.DataFrame(
         {
             "medium": "poppy_LP",
             "leg": "flat_leg",
@@ -134,7 +134,7 @@ def test_leg_log_that_breaks_off(room, run, kinds):
             **dict.fromkeys(MARKS, ""),
         }
     )
-    _, errors = on_trial(room, None, other)
+    _, errors = on_trial(room, None, flat_leg)
     rows = of_c_leg(errors)
     assert (rows["reason_code"] == "not-measured").all()
     assert rows["peak_error_percent"].isna().all()
@@ -155,8 +155,8 @@ def test_missing_cell_reaches_the_tables(room):
     for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N", "force_x_lo_N"):
         np.testing.assert_array_equal(curve[name].isna(), unknown)
     # what does not need the cell is what it was: nothing is put in its place
-    known = curve["force_z_N"].to_numpy()[~unknown]
-    np.testing.assert_array_equal(known, full["force_z_N"].to_numpy()[~unknown])
+    known_force = curve["force_z_N"].to_numpy()[~unknown]
+    np.testing.assert_array_equal(known_force, full["force_z_N"].to_numpy()[~unknown])
     assert curve[unknown]["reason"].str.contains(f"(30, 45): {WHY_HOLE}", regex=False).all()
     rows = of_c_leg(errors)
     assert rows["reason"].str.contains(WHY_HOLE).all()

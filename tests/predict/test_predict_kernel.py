@@ -56,12 +56,12 @@ ARM = (0.7, -0.4)
 
 def compiled(profile, elements):
     """Force z, x and moment about a point beside it, of each element as an outline of its own."""
-    found = []
+    forces = []
     for x, z, tx, tz, half, area, vx, vz in elements.tolist():
         body = np.array([[*ARM, tx, tz, half]])
         pose = np.array([[x - ARM[0], z - ARM[1], 0.0, vx, vz, 0.0]])
-        found.append(kernel.pose_forces(profile.pack, body, area / half / 2, False, pose)[0])
-    return np.array(found)
+        forces.append(kernel.pose_forces(profile.pack, body, area / half / 2, False, pose)[0])
+    return np.array(forces)
 
 
 def plain(profile, elements):
@@ -69,7 +69,7 @@ def plain(profile, elements):
     return reference_kernel.net(forces, elements[:, 0] - ARM[0], elements[:, 1] - ARM[1])
 
 
-def one(profile, z, beta=0, gamma=90, half=1e-9, area=1.0, fast=1.0):
+def force_on_element(profile, z, beta=0, gamma=90, half=1e-9, area=1.0, fast=1.0):
     """Force z, x on an element."""
     return compiled(profile, elements_of([(0.0, z, beta, half, area, gamma, fast)]))[0, :2]
 
@@ -120,16 +120,16 @@ def test_missing_poses_are_missing_as_in_plain_numpy(profile, column):
     ("beta", "gamma", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.0, 0.0)]
 )
 def test_golden_values(beta, gamma, alpha_z, alpha_x):
-    found = one(scaled_generic(0.25, M0), -2.0, beta, gamma, area=3.0)
-    np.testing.assert_allclose(found, 0.25 * 2 * 3 * np.array([alpha_z, alpha_x]), atol=8e-4)
+    force = force_on_element(scaled_generic(0.25, M0), -2.0, beta, gamma, area=3.0)
+    np.testing.assert_allclose(force, 0.25 * 2 * 3 * np.array([alpha_z, alpha_x]), atol=8e-4)
 
 
 @each_profile
 def test_no_motion_or_no_sand_is_no_force(profile):
-    assert (one(profile, -3.0, 30, 45, 0.5, fast=0.0) == 0).all()
+    assert (force_on_element(profile, -3.0, 30, 45, 0.5, fast=0.0) == 0).all()
     for height in (0.0, 1e-9, 5.0):
-        assert (one(profile, height, 0, 90, 0.5) == 0).all()
-    assert (one(profile, 0.5001, 90, 90, 0.5) == 0).all()
+        assert (force_on_element(profile, height, 0, 90, 0.5) == 0).all()
+    assert (force_on_element(profile, 0.5001, 90, 90, 0.5) == 0).all()
 
 
 @each_profile
@@ -138,13 +138,13 @@ def test_exact_axes_and_diagonals(profile, velocity):
     """Where components of the velocity are equal or 0 to the last digit."""
     parts = [[1.0, -2.0, *tangent(np.radians(beta)), 0.5, 2.0, *velocity] for beta in (-30, 60, 90)]
     elements = np.array(parts, dtype=float)
-    found = compiled(profile, elements)
-    np.testing.assert_allclose(found, plain(profile, elements), rtol=1e-12, atol=1e-12)
+    forces = compiled(profile, elements)
+    np.testing.assert_allclose(forces, plain(profile, elements), rtol=1e-12, atol=1e-12)
     if isinstance(profile, DepthOnlyProfile):
         # each component opposes its own velocity, and there is none without it
-        assert (np.sign(found[:, 1]) == -velocity[0]).all()
+        assert (np.sign(forces[:, 1]) == -velocity[0]).all()
         level = np.abs(elements[:, 2]) > 1e-9
-        assert (np.sign(found[level, 0]) == -velocity[1]).all()
+        assert (np.sign(forces[level, 0]) == -velocity[1]).all()
 
 
 @each_profile
@@ -152,9 +152,9 @@ def test_missing_numbers_stay_missing(profile):
     elements = elements_of([(0.0, -2.0, 20, 0.1, 1.0, 30, 1.0)] * 8)
     for column in range(1, 8):
         elements[column, column] = np.nan
-    found = compiled(profile, elements)
-    assert np.isfinite(found[0]).all()
-    assert np.isnan(found[1:, :2]).any(axis=1).all()
+    forces = compiled(profile, elements)
+    assert np.isfinite(forces[0]).all()
+    assert np.isnan(forces[1:, :2]).any(axis=1).all()
 
 
 @pytest.mark.parametrize("beta", [90, 30, -50, 2])
@@ -186,10 +186,10 @@ def test_half_submerged_by_hand():
     alpha_z, alpha_x = (float(value) for value in profile.alpha(math.pi / 2, math.pi / 4))
     body, v = np.array([[0.0, 0.0, *tangent(math.pi / 2), 0.5]]), direction(math.pi / 4)
     pose = np.array([[3.0, 0.0, 0.0, *v, 0.0]])
-    found = kernel.pose_forces(profile.pack, body, 2.0, False, pose)[0]
+    force = kernel.pose_forces(profile.pack, body, 2.0, False, pose)[0]
     # half of the area, its middle 0.25 cm deep
-    wanted = [0.25 * alpha_z, 0.25 * alpha_x, -0.25 * 0.25 * alpha_x]
-    np.testing.assert_allclose(found, wanted, atol=1e-15)
+    expected = [0.25 * alpha_z, 0.25 * alpha_x, -0.25 * 0.25 * alpha_x]
+    np.testing.assert_allclose(force, expected, atol=1e-15)
 
 
 @each_profile
@@ -207,7 +207,7 @@ def test_forces_are_homogeneous_and_mirror(profile):
         ]
     )
     elements = elements_of(rows)
-    found = compiled(profile, elements)[:, :2]
+    forces = compiled(profile, elements)[:, :2]
     for change, factor in (
         # twice the area; neither speed matters, nor the end from which an element is seen
         ([1, 1, -1, -1, 1, 2, 7.3, 7.3], 2),
@@ -215,16 +215,18 @@ def test_forces_are_homogeneous_and_mirror(profile):
         ([-1, 1, -1, 1, 1, 1, -1, 1], np.array([1, -1])),
     ):
         changed = compiled(profile, elements * change)[:, :2]
-        np.testing.assert_allclose(changed, factor * found, atol=1e-12)
+        np.testing.assert_allclose(changed, factor * forces, atol=1e-12)
 
 
 def test_a_missing_corner_spoils_only_its_own_cells():
     alpha = np.array(reference.alpha_grid("poppy_LP"))
     alpha[:, [2, 4], -1] = np.nan  # (+-30, 90) degrees
     profile = TableProfile(*alpha)
-    assert one(profile, -1.0, 0, 90)[0] == pytest.approx(float(TABLE.alpha(0, np.pi / 2)[0]))
-    assert np.isnan(one(profile, -1.0, 1, 90)).all()
-    assert (one(profile, 1.0, 1, 90) == 0).all()
+    assert force_on_element(profile, -1.0, 0, 90)[0] == pytest.approx(
+        float(TABLE.alpha(0, np.pi / 2)[0])
+    )
+    assert np.isnan(force_on_element(profile, -1.0, 1, 90)).all()
+    assert (force_on_element(profile, 1.0, 1, 90) == 0).all()
 
 
 def test_importing_compiles_nothing():

@@ -21,15 +21,15 @@ def limits(path, window=(1, 9), **box):
     config: Any = SimpleNamespace(
         container=SimpleNamespace(**size), fit=SimpleNamespace(wall_clearance_cm=6.0)
     )
-    found = rftfit.beyond_measured(profile, PLATE, motion, config if box else None)
-    return [one.partition(":")[0] for one in found if "own error" not in one]
+    remarks = rftfit.beyond_measured(profile, PLATE, motion, config if box else None)
+    return [remark.partition(":")[0] for remark in remarks if "own error" not in remark]
 
 
 DOWN = [(0.0, -depth) for depth in (2.0, 4.0, 6.0)]
 
 
 @pytest.mark.parametrize(
-    ("path", "words", "said"),
+    ("path", "words", "expected"),
     [
         (DOWN, {}, []),
         (DOWN, {"depth_cm": 15.0}, []),
@@ -43,8 +43,8 @@ DOWN = [(0.0, -depth) for depth in (2.0, 4.0, 6.0)]
         ([(0.0, 1.0), (0.0, 2.0)], {}, []),
     ],
 )
-def test_each_limit_is_told(path, words, said):
-    assert limits(path, **words) == said
+def test_each_limit_is_told(path, words, expected):
+    assert limits(path, **words) == expected
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def test_each_limit_is_told(path, words, said):
 def test_what_the_error_of_the_model_was_not_tested_on_is_told(length_cm, rate, words):
     blade = rftfit.polyline([(0, 0), (0, -length_cm)], 2.54, elements=30)
     motion = rftfit.rotation([0.0], 0.0, rate)
-    said = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), blade, motion)
-    tested = [text for text in said if "own error" in text]
+    remarks = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), blade, motion)
+    tested = [text for text in remarks if "own error" in text]
     assert len(tested) == len(words)
     assert all(
         word.split()[0] in text

@@ -7,7 +7,7 @@ import pytest
 import rftfit
 from rftfit.model import model_error as errors
 from rftfit.model.draws import end_names, model_end_names, next_end_names
-from rftfit.model.mesh_prediction import mesh_forces
+from rftfit.model.mesh_prediction import compiled_mesh_forces
 from rftfit.model.prediction import QUANTITIES, find_peaks, predict_with_peaks
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.reference_kernel import element_forces, place
@@ -30,14 +30,14 @@ def test_the_process_has_variance_one_and_the_correlation_of_matern():
     np.testing.assert_allclose(g.std(axis=0), 1, atol=0.03)
     np.testing.assert_allclose(g.mean(axis=0), 0, atol=1e-12)
     for place_of, distance in ((1, 0.25), (2, 1.0), (3, 3.0)):
-        wanted = (1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance)
-        assert np.corrcoef(g[:, 0], g[:, place_of])[0, 1] == pytest.approx(wanted, abs=0.02)
+        expected = (1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance)
+        assert np.corrcoef(g[:, 0], g[:, place_of])[0, 1] == pytest.approx(expected, abs=0.02)
 
 
 def test_the_correlation_hangs_on_the_way_and_not_on_the_number_of_poses():
     fine = paths(np.linspace(0, 1, 101), 20_000)
-    wanted = (1 + np.sqrt(3)) * np.exp(-np.sqrt(3))
-    assert np.corrcoef(fine[:, 0], fine[:, -1])[0, 1] == pytest.approx(wanted, abs=0.02)
+    expected = (1 + np.sqrt(3)) * np.exp(-np.sqrt(3))
+    assert np.corrcoef(fine[:, 0], fine[:, -1])[0, 1] == pytest.approx(expected, abs=0.02)
     np.testing.assert_array_equal(
         paths(np.linspace(0, 1, 101)), paths(np.linspace(0, 1, 101), step=7)
     )
@@ -66,10 +66,10 @@ def bare_load(profile, pose):
 def test_the_error_is_eps_times_the_load_without_cancellation():
     table = rftfit.predict(POPPY, LEG, TURN)
     loads = np.array([bare_load(POPPY, pose) for pose in TURN.poses])
-    wanted = 1.96 * 0.28 * np.hypot(loads, 0.2 * loads.max()) * (loads > 0)
+    expected = 1.96 * 0.28 * np.hypot(loads, 0.2 * loads.max()) * (loads > 0)
     for name in ("force_z_N", "force_x_N"):
         lo, hi = (table[end].to_numpy() for end in model_end_names(name))
-        np.testing.assert_allclose((hi - lo) / 2, wanted, rtol=0.02, atol=1e-12)
+        np.testing.assert_allclose((hi - lo) / 2, expected, rtol=0.02, atol=1e-12)
         np.testing.assert_allclose((hi + lo) / 2, table[name], atol=1e-9)
 
 
@@ -132,10 +132,10 @@ def test_a_moment_errs_as_the_forces_at_the_centre_of_the_load():
     blade = rftfit.polyline([(9.99, 0), (10.01, 0)], 2.0)
     down = rftfit.path([0, 1, 2], [0, 0, 0], [-1, -2, -3], [0, 0, 0])
     table = rftfit.predict(POPPY, blade, down)
-    for end, other in zip(
+    for end, force_end in zip(
         model_end_names("moment_N_cm"), model_end_names("force_z_N")[::-1], strict=True
     ):
-        np.testing.assert_allclose(table[end], -10 * table[other], rtol=1e-3)
+        np.testing.assert_allclose(table[end], -10 * table[force_end], rtol=1e-3)
 
 
 def test_a_mesh_of_an_outline_has_the_errors_of_the_outline():
@@ -146,17 +146,20 @@ def test_a_mesh_of_an_outline_has_the_errors_of_the_outline():
     height = np.tile([0.0, 0.0, 2.0], (271, 1))
     motion = rftfit.Motion3D.path(np.radians(TURN.columns["theta_deg"]) / 0.2, height, turned)
     space = rftfit.predict(POPPY, rftfit.Mesh.extrude(LEG), motion)
-    for name, other in (
+    for name, plane_name in (
         ("force_z_N", "force_z_N"),
         ("force_x_N", "force_x_N"),
         ("moment_y_N_cm", "moment_N_cm"),
     ):
         in_space, in_plane = (
             (table[hi] - table[lo]).sum()
-            for table, (lo, hi) in ((space, model_end_names(name)), (plane, model_end_names(other)))
+            for table, (lo, hi) in (
+                (space, model_end_names(name)),
+                (plane, model_end_names(plane_name)),
+            )
         )
         assert in_space == pytest.approx(in_plane, rel=0.05)
-    bare = mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
+    bare = compiled_mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
     assert np.hypot(bare[0], bare[1]) == pytest.approx(bare_load(POPPY, TURN.poses[100]), rel=0.02)
 
 
@@ -164,8 +167,8 @@ def test_draws_of_alpha_carry_their_own_load():
     """Twice the size of a draw is twice its error: without alpha's error of shape the widths follow the sizes."""
     profile = TableProfile.published("poppy_LP")
     alpha_z, alpha_x = (
-        np.stack([size * one for size in np.linspace(0.5, 1.5, 400)])
-        for one in (profile.alpha_z, profile.alpha_x)
+        np.stack([size * alpha for size in np.linspace(0.5, 1.5, 400)])
+        for alpha in (profile.alpha_z, profile.alpha_x)
     )
     spread = TableProfile(alpha_z, alpha_x, profile.beta[:, None], profile.gamma)
     load = errors.outline_load(spread, LEG, TURN.poses)
@@ -190,10 +193,10 @@ def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
 
 def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
     """A flat curve with independent draws in every pose: their maxima lie above it, their interval does not."""
-    from rftfit.model.peaks import DrawStatistics, Extreme
+    from rftfit.model.peaks import DrawStatistics, PeakTarget
 
     random = np.random.default_rng(0)
-    lift = Extreme("lift", "force_z_N", 1)
+    lift = PeakTarget("lift", "force_z_N", 1)
     spread = DrawStatistics(["force_z_N"], [lift], 0.95)
     spread.add({"force_z_N": 10 + random.standard_normal((1000, 300))}, np.ones(300, bool))
     lo, hi = spread.peak_ends(lift, 10.0)

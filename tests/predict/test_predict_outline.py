@@ -12,7 +12,7 @@ from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import (
     Outline,
     arc,
-    crossings,
+    crossing_pieces,
     leg_outline,
     model_leg,
     polyline,
@@ -75,8 +75,8 @@ def test_leg_turns_as_the_design_says():
     theta = np.radians([-90.0, 0.0, 30.0])
     elements = place(model_leg("flat_leg", 1000).body, 2.54, rotation_poses(theta))
     tip = elements[:, -1]
-    wanted = 2 * R * np.column_stack([-np.sin(theta), -np.cos(theta)]) + [0, 2.0]
-    np.testing.assert_allclose(tip[:, :2], wanted, atol=0.005)
+    expected = 2 * R * np.column_stack([-np.sin(theta), -np.cos(theta)]) + [0, 2.0]
+    np.testing.assert_allclose(tip[:, :2], expected, atol=0.005)
     # in front it moves down, below the axle it moves backward
     assert tip[0, 7] < 0
     assert tip[0, 6] == pytest.approx(0, abs=1e-12)
@@ -118,8 +118,8 @@ def test_read_outline(tmp_path):
     np.testing.assert_allclose(outline.body[-1], [2.85, -6, 1, 0, 0.15])
     # a dense part of the outline takes no element away from the others
     assert len(read_outline(path, 2.0, 1).body) == 2
-    other = written(tmp_path, "0;0;a\n0;-6;b\n3;-6;c\n", "x_cm;z_cm;note")
-    np.testing.assert_array_equal(read_outline(other, 2.0).body, outline.body)
+    semicolon_path = written(tmp_path, "0;0;a\n0;-6;b\n3;-6;c\n", "x_cm;z_cm;note")
+    np.testing.assert_array_equal(read_outline(semicolon_path, 2.0).body, outline.body)
 
 
 def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path):
@@ -151,8 +151,8 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path):
 )
 def test_bad_outlines_are_refused_with_their_rows(tmp_path, rows, expected):
     text = message(written(tmp_path, rows))
-    for part in expected:
-        assert part in text
+    for phrase in expected:
+        assert phrase in text
 
 
 def test_rows_are_counted_with_comments(tmp_path, monkeypatch):
@@ -166,10 +166,10 @@ def test_crossings_against_brute_force():
     random = np.random.default_rng(5)
     for _ in range(200):
         points = random.normal(size=(6, 2))
-        wanted = set()
+        expected = set()
         for i, j in ((0, 2), (0, 3), (0, 4), (1, 3), (1, 4), (2, 4)):
             a, b, c, d = points[[i, i + 1, j, j + 1]]
             s, t = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
             if 0 <= s <= 1 and 0 <= t <= 1:
-                wanted.add((i, j))
-        assert set(crossings(points)) == wanted
+                expected.add((i, j))
+        assert set(crossing_pieces(points)) == expected

@@ -29,10 +29,10 @@ def test_a_turning_leg_is_a_path(tmp_path):
     motion = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
     np.testing.assert_allclose(motion.poses[:, 5], 0.2, rtol=1e-8)
     for leg in ("c_leg", "flat_leg"):
-        table, wanted = predict(TABLE, model_leg(leg), motion), sweep(TABLE, model_leg(leg))
+        table, expected = predict(TABLE, model_leg(leg), motion), sweep(TABLE, model_leg(leg))
         for name in ("force_z_N", "force_x_N", "moment_N_cm"):
-            np.testing.assert_allclose(table[name], getattr(wanted, name), atol=1e-6)
-        assert (wanted.moment_N_cm <= 1e-12).all()  # sand resists the motor
+            np.testing.assert_allclose(table[name], getattr(expected, name), atol=1e-6)
+        assert (expected.moment_N_cm <= 1e-12).all()  # sand resists the motor
 
 
 def test_a_plate_pushed_down_and_pulled_up(tmp_path):
@@ -48,8 +48,8 @@ def test_a_plate_pushed_down_and_pulled_up(tmp_path):
     np.testing.assert_allclose(table["force_x_N"], 0, atol=1e-12)
     tilted = motion.poses[3:4].copy()
     tilted[:, 2] = np.radians(30)  # the angle of a plate along x is its beta
-    wanted = TABLE.alpha(np.radians(30), np.pi / 2)[0] * 3 * area
-    np.testing.assert_allclose(forces_on(TABLE, plate, tilted).force_z_N, wanted)
+    expected = TABLE.alpha(np.radians(30), np.pi / 2)[0] * 3 * area
+    np.testing.assert_allclose(forces_on(TABLE, plate, tilted).force_z_N, expected)
 
 
 def test_angles_may_wrap():
@@ -79,9 +79,9 @@ def test_uneven_times_keep_a_steady_velocity():
 def test_bad_paths_are_refused_with_their_rows(tmp_path, rows, expected):
     with pytest.raises(CampaignError) as error:
         read_path(written(tmp_path, HEADER + rows))
-    said = [str(error.value), *(one.code for one in error.value.problems)]
-    for part in ("path.csv", *expected):
-        assert part in " ".join(said)
+    texts = [str(error.value), *(problem.code for problem in error.value.problems)]
+    for phrase in ("path.csv", *expected):
+        assert phrase in " ".join(texts)
 
 
 def test_a_missing_cell_says_why():
@@ -104,8 +104,8 @@ def test_solid_body_feels_the_sand_ahead_only():
     box = polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)], 2.0, elements=80)
     poses = np.array([[0, -3.0, 0, 0, -1.0, 0]])
     forces = forces_on(TABLE, box, poses)
-    each = element_forces(TABLE, place(box.body, box.width_cm, poses), box.solid)
-    np.testing.assert_array_equal(each[0, :, 0] != 0, box.body[:, 1] == -1)
+    forces_on_elements = element_forces(TABLE, place(box.body, box.width_cm, poses), box.solid)
+    np.testing.assert_array_equal(forces_on_elements[0, :, 0] != 0, box.body[:, 1] == -1)
     alone = forces_on(TABLE, polyline([(-1, -1), (1, -1)], 2.0), poses)
     assert forces.force_z_N[0] == pytest.approx(float(alone.force_z_N[0]), rel=1e-12)
     np.testing.assert_allclose(force_draws(TABLE, box, poses).force_z_N, forces.force_z_N)
@@ -115,13 +115,16 @@ def test_no_poses_and_wrong_ones():
     with pytest.raises(ValueError, match="shape"):
         forces_on(TABLE, model_leg("c_leg"), np.zeros((3, 5)))
     many = TableProfile(*np.repeat(np.array(reference.alpha_grid("poppy_LP"))[:, None], 3, axis=1))
-    for found, shape in (
+    for forces, shape in (
         (force_draws(many, model_leg("c_leg"), np.zeros((0, 6))), (3, 0)),
         (force_draws(TABLE, model_leg("c_leg"), np.zeros((0, 6))), (0,)),
         (forces_on(TABLE, model_leg("c_leg"), np.zeros((0, 6))), (0,)),
     ):
-        shapes = {one.shape for one in (found.force_z_N, found.force_x_N, found.moment_N_cm)}
-        assert (shapes, found.reason) == ({shape}, "")
+        shapes = {
+            component.shape
+            for component in (forces.force_z_N, forces.force_x_N, forces.moment_N_cm)
+        }
+        assert (shapes, forces.reason) == ({shape}, "")
 
 
 @pytest.mark.parametrize("most", [1, 2_000_000])
@@ -131,13 +134,13 @@ def test_draws_have_the_forces_and_the_moment_of_a_single_profile(monkeypatch, m
     z, x = reference.alpha_grid("poppy_LP")
     poses = np.tile([0.5, 1.0, 0.3, 0.4, -1.0, 0.2], (5, 1)) * np.linspace(0.5, 1, 5)[:, None]
     leg = model_leg("c_leg")
-    found = force_draws(TableProfile(np.stack([z, 2 * z]), np.stack([x, 2 * x])), leg, poses)
-    wanted = forces_on(TABLE, leg, poses)
+    drawn = force_draws(TableProfile(np.stack([z, 2 * z]), np.stack([x, 2 * x])), leg, poses)
+    expected = forces_on(TABLE, leg, poses)
     for name in ("force_z_N", "force_x_N", "moment_N_cm"):
-        one = getattr(wanted, name)
-        assert (one != 0).all()
-        np.testing.assert_allclose(getattr(found, name), [one, 2 * one], rtol=1e-9)
-    assert found.reason == wanted.reason == ""
+        component = getattr(expected, name)
+        assert (component != 0).all()
+        np.testing.assert_allclose(getattr(drawn, name), [component, 2 * component], rtol=1e-9)
+    assert drawn.reason == expected.reason == ""
     poses[2, 0] = np.nan
     lost = force_draws(TABLE, leg, poses)
     assert lost.reason == forces_on(TABLE, leg, poses).reason != ""
@@ -149,7 +152,7 @@ def test_a_leg_that_stands_still_or_is_in_the_air_feels_nothing_in_any_draw():
     poses = np.zeros((3, 6))
     poses[:, 1] = [1.0, 9.0, 9.0]
     poses[2, 3] = np.nan
-    found = force_draws(TABLE, model_leg("c_leg"), poses)
-    for force in (found.force_z_N, found.force_x_N, found.moment_N_cm):
+    forces = force_draws(TABLE, model_leg("c_leg"), poses)
+    for force in (forces.force_z_N, forces.force_x_N, forces.moment_N_cm):
         np.testing.assert_array_equal(force, 0)
-    assert found.reason == ""
+    assert forces.reason == ""

@@ -31,10 +31,10 @@ def table(medium):
     return TableProfile.published(medium)
 
 
-def same(found, wanted, at=...):
+def same(actual, expected, draw=...):
     """Forces of a sweep, or of one draw of it."""
     for name, off in SAME_FORCES.items():
-        np.testing.assert_allclose(getattr(found, name)[at], getattr(wanted, name), atol=off)
+        np.testing.assert_allclose(getattr(actual, name)[draw], getattr(expected, name), atol=off)
 
 
 def nine_terms(medium):
@@ -105,8 +105,8 @@ def test_agrees_with_a_slow_integral(kind, cases, leg):
     peaks = [np.abs(c).max() for c in (whole.force_z_N, whole.force_x_N, whole.moment_N_cm)]
     for elements, tolerance in cases:
         fast = sweep(profile, model_leg(leg, elements), theta)
-        found = np.column_stack([fast.force_z_N, fast.force_x_N, fast.moment_N_cm])
-        assert (np.abs(found - slow) / peaks).max() < tolerance
+        forces = np.column_stack([fast.force_z_N, fast.force_x_N, fast.moment_N_cm])
+        assert (np.abs(forces - slow) / peaks).max() < tolerance
 
 
 @pytest.mark.parametrize("leg", reference.LEGS)
@@ -168,11 +168,11 @@ def test_peaks_beside_the_measured_ones(medium):
 def test_curves_have_the_measured_shape(medium, leg):
     rows = reference.load("fig_s5").query("medium == @medium and leg == @leg")
     theta = np.radians(rows["theta_deg"].to_numpy(float))
-    found = sweep(table(medium), model_leg(leg), theta)
-    assert np.corrcoef(found.force_z_N, rows["force_z_N"])[0, 1] > 0.9
+    forces = sweep(table(medium), model_leg(leg), theta)
+    assert np.corrcoef(forces.force_z_N, rows["force_z_N"])[0, 1] > 0.9
     # the c-leg's horizontal force comes some 20 degrees too early in every medium but one
-    alike = np.corrcoef(found.force_x_N, rows["force_x_N"])[0, 1]
-    assert alike > (0.75 if leg == "c_leg" else 0.95)
+    correlation = np.corrcoef(forces.force_x_N, rows["force_x_N"])[0, 1]
+    assert correlation > (0.75 if leg == "c_leg" else 0.95)
     swapped = sweep(table(medium), model_leg(leg), -theta, rate_rad_per_s=-0.2)
     assert np.corrcoef(swapped.force_x_N, rows["force_x_N"])[0, 1] < 0
 
@@ -181,8 +181,8 @@ def test_sweep_of_the_mirror_image():
     front = sweep(TABLE, model_leg("c_leg"))
     back = sweep(TABLE, model_leg("reversed_c_leg"), np.radians(-THETA_DEG), rate_rad_per_s=-5.0)
     for name, sign in (("force_z_N", 1), ("force_x_N", -1), ("moment_N_cm", -1)):
-        wanted = sign * getattr(front, name)
-        np.testing.assert_allclose(getattr(back, name), wanted, atol=1e-11)
+        expected = sign * getattr(front, name)
+        np.testing.assert_allclose(getattr(back, name), expected, atol=1e-11)
 
 
 def test_double_width_and_double_size_and_in_air():
@@ -209,16 +209,16 @@ def test_draws_are_what_each_draw_gives(leg):
         (DepthOnlyProfile(three), [DepthOnlyProfile(row) for row in three]),
     ]
     for together, apart in cases:
-        found = sweep_draws(together, model_leg(leg))
+        forces = sweep_draws(together, model_leg(leg))
         for draw, profile in enumerate(apart):
-            same(found, sweep(profile, model_leg(leg)), draw)
+            same(forces, sweep(profile, model_leg(leg)), draw)
 
 
 def test_missing_cells_spoil_the_same_angles_in_draws():
     alpha = np.array(reference.alpha_grid("poppy_LP"))
     alpha[:, 4, 9] = np.nan
-    one = sweep(TableProfile(*alpha), model_leg("flat_leg"))
+    forces = sweep(TableProfile(*alpha), model_leg("flat_leg"))
     many = sweep_draws(TableProfile(*alpha[:, None]), model_leg("flat_leg"))
-    assert 0 < np.isnan(one.force_z_N).sum() < THETA_DEG.size
-    same(many, one, 0)
-    assert one.reason == many.reason != ""
+    assert 0 < np.isnan(forces.force_z_N).sum() < THETA_DEG.size
+    same(many, forces, 0)
+    assert forces.reason == many.reason != ""

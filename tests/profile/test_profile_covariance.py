@@ -9,14 +9,14 @@ import pandas as pd
 import pytest
 from light_campaign import SE, alpha_frame, results_of
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
 from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of, covariance_table
 from rftfit.reference import alpha_grid
 from rftfit.store import csv_bytes
 
-NONE = Errors(
+NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
 )
 LEVER, TARE = 0.2, 0.004
@@ -90,18 +90,18 @@ def test_covariance_by_one_common_error(error):
     share = in_cell / in_cell.sum(axis=1, keepdims=True)
     # x, then z of each cell
     cells = np.einsum("cr,drk->dck", share, moved[..., ::-1]).reshape(len(moved), -1)
-    wanted = np.cov(cells.T)
-    found = covariance_of(table_of(**stated))
-    assert list(found.index) == [(*cell, c) for cell in CELLS for c in "xz"]
-    scale = np.sqrt(np.outer(np.diag(wanted), np.diag(wanted)))
-    np.testing.assert_allclose(found.to_numpy() / scale, wanted / scale, atol=0.02)
+    expected = np.cov(cells.T)
+    covariance = covariance_of(table_of(**stated))
+    assert list(covariance.index) == [(*cell, c) for cell in CELLS for c in "xz"]
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(covariance.to_numpy() / scale, expected / scale, atol=0.02)
     # it is not all of the diagonal
-    assert np.abs(wanted / scale - np.eye(len(wanted))).max() > 0.5
+    assert np.abs(expected / scale - np.eye(len(expected))).max() > 0.5
 
 
 def whole_table():
     """Every kind of error, a plate that stands in the table twice, and a cell that has no number."""
-    errors = Errors(bed_percent=3, tare_percent=20, turn_deg=1)
+    errors = ErrorSettings(bed_percent=3, tare_percent=20, turn_deg=1)
     table = table_of(errors, SurfaceError(run=0.1, session=0.2), tare=TARE, noise=0.003)
     upright = table.iloc[[0, 0]].assign(beta_deg=[-90.0, 90.0])
     nothing = table.iloc[[0]].assign(gamma_deg=10.0, **{column(c, "_se"): np.nan for c in "zx"})
@@ -110,29 +110,29 @@ def whole_table():
 
 def test_covariance_is_that_of_the_standard_errors():
     table = whole_table()
-    found = covariance_of(table)
-    assert list(found.index.names) == list(found.columns.names) == COVARIANCE_INDEX
-    known = table.dropna(subset=[column("z", "_se")]).sort_values(["beta_deg", "gamma_deg"])
-    assert len(found) == 2 * len(known) == 2 * (len(table) - 1)
-    se = known[[column(c, "_se") for c in "xz"]].to_numpy(float).ravel()
-    np.testing.assert_allclose(np.sqrt(np.diag(found)), se, rtol=1e-12)
-    np.testing.assert_array_equal(found, found.T)
-    values = np.linalg.eigvalsh(found)
+    covariance = covariance_of(table)
+    assert list(covariance.index.names) == list(covariance.columns.names) == COVARIANCE_INDEX
+    with_error = table.dropna(subset=[column("z", "_se")]).sort_values(["beta_deg", "gamma_deg"])
+    assert len(covariance) == 2 * len(with_error) == 2 * (len(table) - 1)
+    se = with_error[[column(c, "_se") for c in "xz"]].to_numpy(float).ravel()
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), se, rtol=1e-12)
+    np.testing.assert_array_equal(covariance, covariance.T)
+    values = np.linalg.eigvalsh(covariance)
     assert values.min() > -1e-12 * values.max()
     # one plate has one error
-    left, right = (found.xs((beta, -90.0)) for beta in (-90.0, 90.0))
+    left, right = (covariance.xs((beta, -90.0)) for beta in (-90.0, 90.0))
     np.testing.assert_allclose(left, right, rtol=1e-12)
 
 
 def test_a_medium_gives_its_covariance(paper_config):
     """Of a table with noise alone, each number for itself."""
     medium, values = "poppy_LP", alpha_grid("poppy_LP")
-    found = results_of([alpha_frame(medium, values)], paper_config)[medium].covariance
-    np.testing.assert_allclose(found.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
-    apart = found.drop(index=[-90.0, 90.0]).drop(columns=[-90.0, 90.0])
+    covariance = results_of([alpha_frame(medium, values)], paper_config)[medium].covariance
+    np.testing.assert_allclose(covariance.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
+    apart = covariance.drop(index=[-90.0, 90.0]).drop(columns=[-90.0, 90.0])
     np.testing.assert_allclose(apart, SE**2 * np.eye(len(apart)), atol=1e-18)
     # these are one plate
-    np.testing.assert_allclose(found.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
+    np.testing.assert_allclose(covariance.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
 
 
 def test_the_file_is_the_matrix():

@@ -60,9 +60,9 @@ def sources(paper_config):
     measured: list[Any] = [
         measured_profile(alpha_frame(kind, alpha), paper_config) for kind, alpha in grids.items()
     ]
-    for one in measured:
-        beta, gamma, *draws = one.spread.cells
-        one.spread = rftfit.TableProfile(*(part[:100] for part in draws), beta, gamma)
+    for profile in measured:
+        beta, gamma, *draws = profile.spread.cells
+        profile.spread = rftfit.TableProfile(*(values[:100] for values in draws), beta, gamma)
     return {
         "map": small_map(PUSHES),
         "published": rftfit.published_medium("glass0.3mm_LP"),
@@ -78,7 +78,7 @@ KINDS = ("map", "published", "measured", "hole", "open", "half", "scattered")
 
 
 @pytest.fixture(scope="module")
-def own(sources):
+def profiles(sources):
     """The profile of every source."""
     return sources | {"map": sources["map"].profile}
 
@@ -103,38 +103,38 @@ def content(files):
 def plane(step=7.5):
     """Directions all over the plane and beyond one period, degrees."""
     mesh = np.meshgrid(np.arange(-200, 200, step), np.arange(-400, 400, step + 0.1), indexing="ij")
-    return np.stack([one.ravel() for one in mesh])
+    return np.stack([angles.ravel() for angles in mesh])
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_profile_comes_back(kind, sources, own, files, tmp_path):
-    wrote: Any = own[kind]
-    found: Any = rftfit.read_profile(files / f"{kind}.json")
+def test_a_profile_comes_back(kind, sources, profiles, files, tmp_path):
+    wrote: Any = profiles[kind]
+    profile: Any = rftfit.read_profile(files / f"{kind}.json")
     angles = np.radians(plane(9.3))
-    wanted = np.array(wrote.alpha(*angles))
-    np.testing.assert_allclose(found.alpha(*angles), wanted, rtol=0, atol=1e-8)
-    assert np.isnan(wanted).any() == (kind in ("hole", "half", "scattered"))
-    assert (found.name, found.reason, found.window) == (wrote.name, wrote.reason, (1.0, 8.0))
-    assert (found.spread is None) == (wrote.spread is None) == (kind == "published")
+    expected = np.array(wrote.alpha(*angles))
+    np.testing.assert_allclose(profile.alpha(*angles), expected, rtol=0, atol=1e-8)
+    assert np.isnan(expected).any() == (kind in ("hole", "half", "scattered"))
+    assert (profile.name, profile.reason, profile.window) == (wrote.name, wrote.reason, (1.0, 8.0))
+    assert (profile.spread is None) == (wrote.spread is None) == (kind == "published")
     if wrote.spread is not None:
         many = np.array(wrote.spread.alpha(*angles))
-        np.testing.assert_allclose(found.spread.alpha(*angles), many, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(found.pushed, sources[kind].pushed, rtol=1e-4, atol=1e-8)
+        np.testing.assert_allclose(profile.spread.alpha(*angles), many, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(profile.pushed, sources[kind].pushed, rtol=1e-4, atol=1e-8)
     # nothing of it is lost, and nothing added, when it is handed on once more
-    rftfit.write_profile(tmp_path / "again.json", found)
-    again = rftfit.read_profile(tmp_path / "again.json")
+    rftfit.write_profile(tmp_path / "again.json", profile)
+    reread = rftfit.read_profile(tmp_path / "again.json")
     for name in ("alpha_z", "alpha_x", "pushed"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+        np.testing.assert_array_equal(getattr(reread, name), getattr(profile, name))
 
 
 @pytest.mark.parametrize("kind", ["map", "measured"])
-def test_forces_and_their_intervals_come_back(kind, own, files):
-    both = own[kind], rftfit.read_profile(files / f"{kind}.json")
+def test_forces_and_their_intervals_come_back(kind, profiles, files):
+    both = profiles[kind], rftfit.read_profile(files / f"{kind}.json")
     leg = rftfit.model_leg("c_leg")
-    wanted, found = (rftfit.predict(one, leg).drop(columns="reason") for one in both)
-    assert "force_z_lo_N" in wanted
-    assert "force_z_model_lo_N" in wanted
-    off = (found - wanted).abs().max() / wanted.abs().max().clip(lower=1e-9)
+    expected, forces = (rftfit.predict(profile, leg).drop(columns="reason") for profile in both)
+    assert "force_z_lo_N" in expected
+    assert "force_z_model_lo_N" in expected
+    off = (forces - expected).abs().max() / expected.abs().max().clip(lower=1e-9)
     assert off.max() < 1e-6
 
 
@@ -190,7 +190,7 @@ def test_many_directions(monkeypatch, tmp_path):
     path.unlink()
     with pytest.raises(CampaignError) as caught:
         rftfit.write_profile(path, fine(179, 181))
-    assert {one.place.key for one in caught.value.problems} >= {f"directions.{Z}"}
+    assert {problem.place.key for problem in caught.value.problems} >= {f"directions.{Z}"}
     monkeypatch.setattr("rftfit.model.profile_file._MOST_BYTES", 10_000)
     with pytest.raises(InputError, match=r"errors of 26 directions; allowed: 0\.01 MB"):
         rftfit.write_profile(path, table_at(lines(0, 30, 60, 90), [-90, -45, 0, 45, 90]))
@@ -204,7 +204,7 @@ def one_cell():
 
 
 @pytest.mark.parametrize(
-    ("profile", "words", "said"),
+    ("profile", "words", "message"),
     [
         ("p.json", {}, "found a str"),
         (rftfit.published_medium("poppy_LP", "fourier"), {}, "found a FourierProfile"),
@@ -217,8 +217,8 @@ def one_cell():
         ),
     ],
 )
-def test_what_is_no_profile_is_not_written(profile, words, said, tmp_path):
-    with pytest.raises(InputError, match=said):
+def test_what_is_no_profile_is_not_written(profile, words, message, tmp_path):
+    with pytest.raises(InputError, match=message):
         rftfit.write_profile(tmp_path / "p.json", profile, **words)
     assert not (tmp_path / "p.json").exists()
 
@@ -227,16 +227,16 @@ def test_what_is_no_profile_is_not_written(profile, words, said, tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_reader_in_numpy(kind, own, files, pytestconfig):
+def test_a_reader_in_numpy(kind, profiles, files, pytestconfig):
     names = runpy.run_path(str(pytestconfig.rootpath / "examples" / "profile" / "alpha.py"))
-    wanted = np.array(own[kind].alpha(*np.radians(plane())))
-    assert np.nanmax(np.abs(wanted), axis=1).min() > 0.05
-    found = names["alpha"](read(files / f"{kind}.json"), *plane())
-    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-8)
+    expected = np.array(profiles[kind].alpha(*np.radians(plane())))
+    assert np.nanmax(np.abs(expected), axis=1).min() > 0.05
+    alpha = names["alpha"](read(files / f"{kind}.json"), *plane())
+    np.testing.assert_allclose(alpha, expected, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("kind", ["map", "hole"])
-def test_a_reader_in_octave(kind, own, files, pytestconfig, tmp_path):
+def test_a_reader_in_octave(kind, profiles, files, pytestconfig, tmp_path):
     if (octave := shutil.which("octave")) is None:
         pytest.skip("no octave on this machine")
     script = tmp_path / "run.m"
@@ -253,8 +253,10 @@ def test_a_reader_in_octave(kind, own, files, pytestconfig, tmp_path):
     done = subprocess.run(
         command, input=text, capture_output=True, text=True, check=True, timeout=120
     )
-    found = np.array([[float(word) for word in one.split()] for one in done.stdout.splitlines()]).T
-    np.testing.assert_allclose(found, own[kind].alpha(*np.radians(angles)), rtol=0, atol=1e-8)
+    alpha = np.array(
+        [[float(word) for word in line.split()] for line in done.stdout.splitlines()]
+    ).T
+    np.testing.assert_allclose(alpha, profiles[kind].alpha(*np.radians(angles)), rtol=0, atol=1e-8)
 
 
 # --- what was changed on the way
@@ -265,12 +267,14 @@ def problems(path, content):
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     with pytest.raises(CampaignError) as caught:
         rftfit.read_profile(path)
-    found = [(one.code.partition(".")[2], one.place.key) for one in caught.value.problems]
-    return found, str(caught.value)
+    codes_and_places = [
+        (problem.code.partition(".")[2], problem.place.key) for problem in caught.value.problems
+    ]
+    return codes_and_places, str(caught.value)
 
 
 def turned(values):
-    return [None if one is None else -one for one in values]
+    return [None if value is None else -value for value in values]
 
 
 def other_way(*names):
@@ -296,15 +300,15 @@ def test_another_convention_shows_at_the_golden_value(misread, wrong, tmp_path):
         rftfit.write_profile(tmp_path / "p.json", rftfit.TableProfile.published(medium))
         content = read(tmp_path / "p.json") | {"digest": ""}
         content["directions"] |= misread(content["directions"])
-        found, _ = problems(tmp_path / "p.json", content)
-        assert found == [("golden", f"directions.{name}") for name in wrong]
+        codes_and_places, _ = problems(tmp_path / "p.json", content)
+        assert codes_and_places == [("golden", f"directions.{name}") for name in wrong]
 
 
 def put(*path, value):
     def change(content):
         *around, last = path
-        for part in around:
-            content = content[part]
+        for key in around:
+            content = content[key]
         content[last] = value(content[last]) if callable(value) else value
 
     return change
@@ -366,18 +370,18 @@ def test_what_is_wrong_is_named(change, code, place, content, tmp_path):
     change(content)
     if place.startswith("directions") and code in ("twice", "grid"):
         content["errors"] = None
-    found, said = problems(tmp_path / "p.json", content)
-    assert (code, place) in found, found
-    assert f"{tmp_path / 'p.json'}, key " in said
+    codes_and_places, message = problems(tmp_path / "p.json", content)
+    assert (code, place) in codes_and_places, codes_and_places
+    assert f"{tmp_path / 'p.json'}, key " in message
 
 
 def test_all_that_is_wrong_is_told_at_once(content, tmp_path):
     content["medium"]["nmae"] = ""
     del content["origin"]
     content["directions"]["beta_deg"] = "none"
-    found, _ = problems(tmp_path / "p.json", content | {"version": 7})
-    wanted = {"version", "medium.nmae", "origin", "directions.beta_deg"}
-    assert {place for _, place in found} == wanted
+    codes_and_places, _ = problems(tmp_path / "p.json", content | {"version": 7})
+    expected = {"version", "medium.nmae", "origin", "directions.beta_deg"}
+    assert {place for _, place in codes_and_places} == expected
 
 
 def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
@@ -388,9 +392,9 @@ def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
         ("pushes", "se_z", 0),
         ("validity", "depth_to_cm"),
     ):
-        one = copy.deepcopy(content)
-        put(*place, value=lambda value: value + 1e-4)(one)
-        assert ("digest", "digest") in problems(path, one)[0]
+        changed = copy.deepcopy(content)
+        put(*place, value=lambda value: value + 1e-4)(changed)
+        assert ("digest", "digest") in problems(path, changed)[0]
     content["medium"]["notes"] = "as I found it"
     path.write_text(json.dumps(content), encoding="utf-8")
     np.testing.assert_array_equal(rftfit.read_profile(path).alpha_z, whole.alpha_z)
@@ -419,7 +423,7 @@ def test_numbers_are_sealed_and_texts_are_not(files, content, tmp_path):
     ids=range(13),
 )
 def test_hostile_texts_are_refused(text, code, tmp_path):
-    assert code in [one for one, _ in problems(tmp_path / "p.json", text)[0]]
+    assert code in [problem_code for problem_code, _ in problems(tmp_path / "p.json", text)[0]]
 
 
 def test_what_is_no_text_is_refused(tmp_path):
@@ -433,12 +437,12 @@ def test_what_is_no_text_is_refused(tmp_path):
 def places(content, path=()):
     """Every key and entry of a file."""
     inside = content.items() if isinstance(content, dict) else enumerate(content)
-    found = []
+    paths = []
     for name, value in inside:
-        found.append((*path, name))
+        paths.append((*path, name))
         if isinstance(value, dict | list):
-            found += places(value, (*path, name))
-    return found
+            paths += places(value, (*path, name))
+    return paths
 
 
 ODD: tuple[Any, ...] = (
@@ -465,14 +469,14 @@ def test_no_damage_changes_a_number(tmp_path):
     path = tmp_path / "p.json"
     beta, gamma = lines(-45, 0, 45, 90), [-90, -45, 0, 45, 90]
     rftfit.write_profile(path, table_at(beta, gamma), window=(1.0, 8.0))
-    random, own = np.random.default_rng(5), rftfit.read_profile(path)
+    random, original = np.random.default_rng(5), rftfit.read_profile(path)
     data, content = path.read_bytes(), read(path)
     every = places(content)
     texts = []
     for place in random.permutation(len(every))[:250]:
-        one = copy.deepcopy(content)
-        put(*every[place], value=ODD[int(random.integers(len(ODD)))])(one)
-        texts.append(json.dumps(one).encode())
+        changed = copy.deepcopy(content)
+        put(*every[place], value=ODD[int(random.integers(len(ODD)))])(changed)
+        texts.append(json.dumps(changed).encode())
     for _ in range(250):
         damaged = bytearray(data)
         damaged[random.integers(len(data))] = random.integers(256)
@@ -481,16 +485,16 @@ def test_no_damage_changes_a_number(tmp_path):
     for text in texts:
         path.write_bytes(text)
         try:
-            found = rftfit.read_profile(path)
+            profile = rftfit.read_profile(path)
         except InputError:
             refused += 1
             continue
-        pairs: Any = ((found, own), (found.spread, own.spread))
-        for one, other in pairs:
-            np.testing.assert_array_equal(one.alpha_z, other.alpha_z)
-            np.testing.assert_array_equal(one.alpha_x, other.alpha_x)
-        np.testing.assert_array_equal(found.pushed, own.pushed)
-        assert found.window == own.window
+        pairs: Any = ((profile, original), (profile.spread, original.spread))
+        for read_table, original_table in pairs:
+            np.testing.assert_array_equal(read_table.alpha_z, original_table.alpha_z)
+            np.testing.assert_array_equal(read_table.alpha_x, original_table.alpha_x)
+        np.testing.assert_array_equal(profile.pushed, original.pushed)
+        assert profile.window == original.window
     assert refused > 400
 
 
@@ -500,12 +504,12 @@ def test_no_damage_changes_a_number(tmp_path):
 def test_the_schema_is_in_step(pytestconfig, content, tmp_path):
     main(tmp_path)
     stored = pytestconfig.rootpath / "examples" / "profile" / "profile.schema.json"
-    made = (tmp_path / stored.name).read_text(encoding="utf-8")
+    schema_text = (tmp_path / stored.name).read_text(encoding="utf-8")
     # compared as values: older versions of pydantic write 360.0 for 360
     kept = json.loads(stored.read_text(encoding="utf-8"))
-    assert kept == json.loads(made), "run python -m rftfit.model.profile_schema"
+    assert kept == json.loads(schema_text), "run python -m rftfit.model.profile_schema"
     assert all(key.description for key in all_keys(ProfileFile))
-    check = pytest.importorskip("jsonschema").Draft202012Validator(json.loads(made))
+    check = pytest.importorskip("jsonschema").Draft202012Validator(json.loads(schema_text))
     assert check.is_valid(content)
     content["directions"][Z][0] = "0.1"
     content["medium"]["nmae"] = ""

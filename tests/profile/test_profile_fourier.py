@@ -60,30 +60,30 @@ HAND = [
 # the design's own numbers have three digits
 @pytest.mark.parametrize(
     ("beta_deg", "gamma_deg", "alpha_z", "alpha_x", "off"),
-    [(30, 45, 0.734, 0.294, 5e-4), (0, 90, 1.000, 0.0, 5e-4), *((*one, 1e-12) for one in HAND)],
+    [(30, 45, 0.734, 0.294, 5e-4), (0, 90, 1.000, 0.0, 5e-4), *((*row, 1e-12) for row in HAND)],
 )
 def test_golden_values_by_hand(beta_deg, gamma_deg, alpha_z, alpha_x, off):
-    found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
-    assert np.array(found) == pytest.approx([alpha_z, alpha_x], abs=off)
+    alpha = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
+    assert np.array(alpha) == pytest.approx([alpha_z, alpha_x], abs=off)
 
 
 def test_golden_values_all_over_the_plane():
     for beta_deg in range(-90, 91, 15):
         for gamma_deg in range(-180, 181, 15):
-            found = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
-            np.testing.assert_allclose(found, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
+            alpha = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
+            np.testing.assert_allclose(alpha, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
 
 
 def test_every_term_obeys_the_symmetry():
     """And the period of beta."""
     beta, gamma = RANDOM.uniform(-2, 2, 500), RANDOM.uniform(-4, 4, 500)
-    here = fourier.basis(beta, gamma)
+    basis = fourier.basis(beta, gamma)
     seen_from_behind = fourier.basis(*mirror(beta, gamma))
     for component, sign in enumerate((1, -1)):
-        np.testing.assert_allclose(seen_from_behind[component], sign * here[component], atol=1e-12)
+        np.testing.assert_allclose(seen_from_behind[component], sign * basis[component], atol=1e-12)
     turned = np.concatenate(fourier.basis(beta + np.pi, gamma))
-    np.testing.assert_allclose(turned, np.concatenate(here), atol=1e-12)
-    assert (np.ptp(np.concatenate(here)[1:], axis=1) > 0.5).all()
+    np.testing.assert_allclose(turned, np.concatenate(basis), atol=1e-12)
+    assert (np.ptp(np.concatenate(basis)[1:], axis=1) > 0.5).all()
 
 
 def test_completion_agrees_with_the_mirror_cell_by_cell():
@@ -98,30 +98,30 @@ def test_completion_agrees_with_the_mirror_cell_by_cell():
             told.setdefault(key, []).append(value)
     whole = symmetry.torus(BETA, GAMMA)
     assert whole.beta.size == len(told) == 6 * 24
-    for beta, gamma, *found in zip(
+    for beta, gamma, *completed in zip(
         whole.beta, whole.gamma, *whole.complete(alpha_z, alpha_x), strict=True
     ):
-        own = told[round(1000 * math.degrees(beta)), round(1000 * math.degrees(gamma))]
-        np.testing.assert_allclose(found, np.mean(own, axis=0), atol=1e-15)
+        values = told[round(1000 * math.degrees(beta)), round(1000 * math.degrees(gamma))]
+        np.testing.assert_allclose(completed, np.mean(values, axis=0), atol=1e-15)
 
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_completion_of_a_symmetric_table_is_the_model_itself(medium):
     whole = symmetry.torus(BETA, GAMMA)
-    found = whole.complete(*fourier.evaluate(TABLE_S2[medium], BETA, GAMMA))
-    wanted = fourier.evaluate(TABLE_S2[medium], whole.beta, whole.gamma)
-    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    completed = whole.complete(*fourier.evaluate(TABLE_S2[medium], BETA, GAMMA))
+    expected = fourier.evaluate(TABLE_S2[medium], whole.beta, whole.gamma)
+    np.testing.assert_allclose(completed, expected, atol=1e-12)
 
 
 def test_a_missing_cell_is_told_by_its_image():
     alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
-    given = alpha_z[5, 0], alpha_x[5, 0]
+    alpha_of_cell = alpha_z[5, 0], alpha_x[5, 0]
     alpha_z[1, 0], alpha_x[1, 0], alpha_z[2, -1], alpha_z[4, -1] = (np.nan,) * 4
     whole = symmetry.torus(BETA, GAMMA)
     z, x = whole.complete(alpha_z.ravel(), alpha_x.ravel())
     places = np.degrees([whole.beta, whole.gamma]).round().astype(int).T.tolist()
     image = places.index([-60, -90])
-    assert (z[image], x[image]) == (given[0], -given[1])
+    assert (z[image], x[image]) == (alpha_of_cell[0], -alpha_of_cell[1])
     assert np.isnan([z[places.index([beta, 90])] for beta in (-30, 30)]).all()
 
 
@@ -142,14 +142,14 @@ def test_each_direction_is_listed_once_and_on_the_side_that_was_measured():
     assert places == [[0, 90], [30, 60], [-90, 45], [-40, -135], [10, 150]]
     alpha_z, alpha_x = RANDOM.normal(size=(2, len(measured)))
     z, x = listed.complete(alpha_z, alpha_x)
-    own = dict(zip(map(tuple, places), zip(z, x, strict=True), strict=True))
-    assert own[30, 60] == pytest.approx(
+    alpha_at = dict(zip(map(tuple, places), zip(z, x, strict=True), strict=True))
+    assert alpha_at[30, 60] == pytest.approx(
         ((alpha_z[0] + alpha_z[1]) / 2, (alpha_x[0] - alpha_x[1]) / 2)
     )
-    assert own[-90, 45] == pytest.approx((alpha_z[2:4].mean(), alpha_x[2:4].mean()))
+    assert alpha_at[-90, 45] == pytest.approx((alpha_z[2:4].mean(), alpha_x[2:4].mean()))
     # a push straight down on a level plate is its own mirror image: nothing acts to a side
-    assert own[0, 90] == pytest.approx((alpha_z[5], 0))
-    assert own[10, 150] == pytest.approx((alpha_z[4], alpha_x[4]))
+    assert alpha_at[0, 90] == pytest.approx((alpha_z[5], 0))
+    assert alpha_at[10, 150] == pytest.approx((alpha_z[4], alpha_x[4]))
 
 
 def test_grid_or_scattered():
@@ -220,18 +220,18 @@ def test_lsq_with_missing_cells():
         alpha_z, alpha_x = fourier.evaluate(coefficients, BETA, GAMMA)
         lost = RANDOM.uniform(size=alpha_z.shape) < 0.3
         alpha_z[lost], alpha_x[lost] = np.nan, np.nan
-        found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
-        np.testing.assert_allclose(found, coefficients, atol=1e-12)
+        fitted = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x)
+        np.testing.assert_allclose(fitted, coefficients, atol=1e-12)
 
 
 def test_lsq_of_many_tables_at_once_and_of_some_terms():
     keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
-    wanted = np.where(keep, M, 0)
-    tables = [fourier.evaluate(row, BETA, GAMMA) for row in wanted]
-    alpha_z, alpha_x = (np.stack(part) for part in zip(*tables, strict=True))
-    found = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
-    np.testing.assert_allclose(found, wanted, atol=1e-12)
-    assert (found[:, ~keep] == 0).all()
+    expected = np.where(keep, M, 0)
+    tables = [fourier.evaluate(row, BETA, GAMMA) for row in expected]
+    alpha_z, alpha_x = (np.stack(component) for component in zip(*tables, strict=True))
+    fitted = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
+    np.testing.assert_allclose(fitted, expected, atol=1e-12)
+    assert (fitted[:, ~keep] == 0).all()
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])
@@ -256,35 +256,37 @@ def test_lsq_is_plain_least_squares_over_the_measured_directions(case, medium):
         beta, gamma = np.append(beta, -beta[20:40]), np.append(gamma, np.pi - gamma[20:40])
     if gamma is not GAMMA:
         alpha = random.normal(fourier.evaluate(GENERIC, beta, gamma), 0.1)
-    found = fourier.fit_lsq(beta, gamma, *alpha)
-    np.testing.assert_allclose(found, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
+    fitted = fourier.fit_lsq(beta, gamma, *alpha)
+    np.testing.assert_allclose(fitted, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
 
 
 def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
     for medium in reference.MEDIA:
         grid = symmetry.rectangle(BETA, GAMMA)
         assert grid is not None
-        extended = [grid.closed(part)[2] for part in grid.torus.complete(*cells(medium))]
+        extended = [grid.closed(component)[2] for component in grid.torus.complete(*cells(medium))]
         assert extended[0].shape == (7, 25)
         z, x = (np.fft.fft2(np.fft.ifftshift(whole)) / 175 for whole in extended)
         # harmonic exp(i (m 2 beta + n gamma)); sines are minus the imaginary part
         expected = [z[0, 0].real, 2 * z[1, 0].real, -2 * z[1, 1].imag, -2 * z[0, 1].imag,
                     -2 * z[-1, 1].imag, 2 * x[1, 1].real, 2 * x[0, 1].real, 2 * x[-1, 1].real,
                     -2 * x[1, 0].imag]  # fmt: skip
-        found = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
-        np.testing.assert_allclose(found, expected, atol=1e-12)
+        fitted = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
+        np.testing.assert_allclose(fitted, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])
 def test_dft_index_says_where_it_does_not_apply(bad):
-    there = {
+    is_measured = {
         "row": BETA > -1.0,
         "line": GAMMA != 0,
         "scattered": RANDOM.permutation(91) < 30,
         "coarse": np.isclose(BETA % (np.pi / 2), 0),
     }[bad]
     with pytest.raises(ValueError, match="method lsq takes any directions"):
-        fourier.fit_dft_index(BETA[there], GAMMA[there], *np.array(cells("poppy_LP"))[:, there])
+        fourier.fit_dft_index(
+            BETA[is_measured], GAMMA[is_measured], *np.array(cells("poppy_LP"))[:, is_measured]
+        )
 
 
 def test_dft_index_needs_every_cell():
@@ -295,9 +297,9 @@ def test_dft_index_needs_every_cell():
 
 def test_dft_index_gives_table_s2():
     printed = np.array([fourier.as_array(TABLE_S2[medium]) for medium in reference.MEDIA])
-    found = [fourier.fit_dft_index(BETA, GAMMA, *cells(medium)) for medium in reference.MEDIA]
+    fitted = [fourier.fit_dft_index(BETA, GAMMA, *cells(medium)) for medium in reference.MEDIA]
     assert (printed != 0).sum() == 40
-    assert np.abs(printed - found)[printed != 0].max() <= 0.0013
+    assert np.abs(printed - fitted)[printed != 0].max() <= 0.0013
 
 
 def as_printed(medium):
@@ -336,8 +338,8 @@ def test_generic_is_table_s2s_and_its_own_penetration_is_one():
 def test_generic_of_many_draws():
     stack = np.abs(M.reshape(4, 5, 9)) + 0.1
     np.testing.assert_allclose(generic(stack)[2], generic(stack[2]))
-    one = generic(stack[0, :1])
-    np.testing.assert_allclose(one, stack[0, 0] / stack[0, 0, :5].sum())
+    scaled = generic(stack[0, :1])
+    np.testing.assert_allclose(scaled, stack[0, 0] / stack[0, 0, :5].sum())
 
 
 def test_kept_terms():
@@ -358,11 +360,13 @@ def test_coefficients_in_either_form():
 
 def test_as_many_cells_as_terms_are_enough():
     """Five cells give the five terms of alpha_z, and more than the four of alpha_x, exactly."""
-    there = [15, 33, 49, 56, 73]
+    measured_cells = [15, 33, 49, 56, 73]
     alpha = np.full((2, 91), np.nan)
-    alpha[:, there] = fourier.evaluate(GENERIC, BETA[there], GAMMA[there])
-    found = fourier.fit_lsq(BETA, GAMMA, *alpha)
-    np.testing.assert_allclose(found, fourier.as_array(GENERIC), atol=1e-9)
+    alpha[:, measured_cells] = fourier.evaluate(
+        GENERIC, BETA[measured_cells], GAMMA[measured_cells]
+    )
+    fitted = fourier.fit_lsq(BETA, GAMMA, *alpha)
+    np.testing.assert_allclose(fitted, fourier.as_array(GENERIC), atol=1e-9)
     alpha[:, 49] = np.nan
     with pytest.raises(ValueError, match="4 measured directions are too few for 5 terms"):
         fourier.fit_lsq(BETA, GAMMA, *alpha)

@@ -76,12 +76,12 @@ def test_shapes_broadcast():
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_table_meets_its_nodes(medium):
-    wanted = np.array(reference.alpha_grid(medium))
-    found = np.array(table(medium).alpha(BETA[:, None], GAMMA[None, :]))
-    np.testing.assert_allclose(found[..., 1:-1], wanted[..., 1:-1], atol=1e-15)
+    expected = np.array(reference.alpha_grid(medium))
+    alpha = np.array(table(medium).alpha(BETA[:, None], GAMMA[None, :]))
+    np.testing.assert_allclose(alpha[..., 1:-1], expected[..., 1:-1], atol=1e-15)
     # at gamma = +-90 degrees the mean of the mirror images
-    mean = (wanted[0, :, -1] + wanted[0, ::-1, -1]) / 2
-    np.testing.assert_allclose(found[0, :, -1], mean, atol=1e-15)
+    mean = (expected[0, :, -1] + expected[0, ::-1, -1]) / 2
+    np.testing.assert_allclose(alpha[0, :, -1], mean, atol=1e-15)
 
 
 def test_table_is_bilinear_at_the_true_angles():
@@ -112,16 +112,20 @@ def test_missing_cell_is_nan_around_itself_with_a_reason():
         "measured table: no alpha at (beta, gamma) in degrees (30, 45): p7: no tare"
     )
     beta, gamma = np.radians(RANDOM.uniform(-90, 90, 4000)), RANDOM.uniform(-np.pi, np.pi, 4000)
-    found, wanted = np.array([one.alpha(beta, gamma) for one in (profile, table())])
+    interpolated, expected = np.array(
+        [profile.alpha(beta, gamma) for profile in (profile, table())]
+    )
     inside = np.zeros(4000, dtype=bool)
     for b, g in ((beta, gamma), mirror(beta, gamma)):
         inside |= (b > 0) & (b < BETA[5]) & (g > GAMMA[8]) & (g < GAMMA[10])
     assert 0 < inside.sum() < 400
-    assert (np.isnan(found) == inside).all()
-    np.testing.assert_allclose(found[:, ~inside], wanted[:, ~inside], atol=1e-15)
+    assert (np.isnan(interpolated) == inside).all()
+    np.testing.assert_allclose(interpolated[:, ~inside], expected[:, ~inside], atol=1e-15)
     # its neighbours in the table are measured and stay known
     assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
-    np.testing.assert_array_equal(np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(found))
+    np.testing.assert_array_equal(
+        np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated)
+    )
 
 
 def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
@@ -163,14 +167,14 @@ def test_table_from_data_frame():
 )
 def test_depth_only_opposes_each_component(beta_deg, gamma_deg, alpha_z, alpha_x):
     profile = DepthOnlyProfile(np.array([0.4, -0.02, 0.08]))
-    found = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
-    np.testing.assert_allclose(found, (alpha_z, alpha_x), atol=1e-15)
+    alpha = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
+    np.testing.assert_allclose(alpha, (alpha_z, alpha_x), atol=1e-15)
 
 
 def test_depth_only_takes_its_values_from_the_table():
     alpha = np.array(reference.alpha_grid("poppy_LP"))
-    wanted = alpha[0, 3, -1], alpha[0, 3, 0], alpha[1, -1, 6]
-    np.testing.assert_allclose(DepthOnlyProfile.of(table()).values, wanted, atol=1e-15)
+    expected = alpha[0, 3, -1], alpha[0, 3, 0], alpha[1, -1, 6]
+    np.testing.assert_allclose(DepthOnlyProfile.of(table()).values, expected, atol=1e-15)
     alpha[0, 3, 0] = np.nan
     without = DepthOnlyProfile.of(TableProfile(*alpha))
     assert "(0, -90)" in without.reason
@@ -179,8 +183,8 @@ def test_depth_only_takes_its_values_from_the_table():
 
 def test_generic_golden_values():
     generic = scaled_generic(1.0, M0)
-    found = generic.alpha(np.radians([30, 0]), np.radians([45, 90]))
-    np.testing.assert_allclose(found, [[0.734, 1.000], [0.294, 0.0]], atol=5e-4)
+    alpha = generic.alpha(np.radians([30, 0]), np.radians([45, 90]))
+    np.testing.assert_allclose(alpha, [[0.734, 1.000], [0.294, 0.0]], atol=5e-4)
     half = scaled_generic(0.5, M0).alpha(ANY_BETA, ANY_GAMMA)
     np.testing.assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
     # whole numbers
@@ -191,19 +195,19 @@ def test_generic_golden_values():
 
 # rises of 5 on 12: 22.62 degrees, which a reason names by one decimal
 @pytest.mark.parametrize(
-    ("angle", "said"), [(22.5, "22.5"), (math.degrees(math.atan(5 / 12)), "22.6")]
+    ("angle", "angle_text"), [(22.5, "22.5"), (math.degrees(math.atan(5 / 12)), "22.6")]
 )
-def test_a_grid_of_ones_own_names_its_own_cells(angle, said):
+def test_a_grid_of_ones_own_names_its_own_cells(angle, angle_text):
     beta, gamma = np.radians([-90, -angle, 0, angle, 90]), np.radians([-90, -67.5, 0, 67.5, 90])
     alpha = fourier.evaluate(M0, beta[:, None], gamma[None, :])
     alpha[0][3, 3] = np.nan
-    reasons = {(float(said), 67.5): "log missing"}
+    reasons = {(float(angle_text), 67.5): "log missing"}
     profile = TableProfile(*alpha, beta[:, None], gamma, "own", reasons)
     assert profile.reason == (
-        f"own: no alpha at (beta, gamma) in degrees ({said}, 67.5): log missing"
+        f"own: no alpha at (beta, gamma) in degrees ({angle_text}, 67.5): log missing"
     )
     assert (profile.beta.size, profile.gamma.size) == (5, 9)
-    np.testing.assert_allclose(profile.alpha(beta[1], gamma), [part[1] for part in alpha])
+    np.testing.assert_allclose(profile.alpha(beta[1], gamma), [component[1] for component in alpha])
 
 
 PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
@@ -217,9 +221,9 @@ def plane(beta_deg, gamma_deg):
     )
 
 
-def joined(alpha, at=PATCH, reasons=None):
+def joined(alpha, directions_deg=PATCH, reasons=None):
     """Profile of scattered directions, degrees, with alpha of shape (2, ..., n)."""
-    beta, gamma = np.radians(at)
+    beta, gamma = np.radians(directions_deg)
     return TableProfile(alpha[0], alpha[1], beta, gamma, "patch", reasons)
 
 
@@ -228,8 +232,8 @@ def test_scattered_directions_are_joined_by_planes(shift):
     moved = np.array(shift)[:, None]
     profile = joined(plane(*(PATCH + moved)), PATCH + moved)
     beta, gamma = RANDOM.uniform([[20], [15]], [[50], [45]], (2, 200)) + moved
-    found = profile.alpha(*np.radians([beta, gamma]))
-    np.testing.assert_allclose(found, plane(beta, gamma), atol=1e-12)
+    alpha = profile.alpha(*np.radians([beta, gamma]))
+    np.testing.assert_allclose(alpha, plane(beta, gamma), atol=1e-12)
     # seen from behind, the force along x has the other sign
     found_z, found_x = profile.alpha(*np.radians([-beta, 180 - gamma]))
     np.testing.assert_allclose([found_z, -found_x], plane(beta, gamma), atol=1e-12)
@@ -242,8 +246,8 @@ def test_nothing_is_said_farther_than_35_degrees_from_every_push():
     # a turn of the plate by 180 degrees, or of the motion by 360, changes nothing
     turns = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
     both = np.concatenate([PATCH.T, [0, 180] - PATCH.T])
-    known = np.concatenate([both + turn for turn in turns])
-    off = np.hypot(beta[..., None] - known[:, 0], gamma[..., None] - known[:, 1]).min(axis=-1)
+    pushed = np.concatenate([both + turn for turn in turns])
+    off = np.hypot(beta[..., None] - pushed[:, 0], gamma[..., None] - pushed[:, 1]).min(axis=-1)
     for alpha in profile.alpha(np.radians(beta), np.radians(gamma)):
         np.testing.assert_array_equal(np.isnan(alpha), off > 35)
 
@@ -258,12 +262,12 @@ def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all():
         f"patch: no alpha at (beta, gamma) in degrees ({beta:g}, {gamma:g}): dust; "
         "nor farther than 35 deg from every push"
     )
-    rest, at = np.arange(60) != 7, np.radians(RANDOM.uniform(-90, 90, (2, 50)))
-    found = np.array(draws.alpha(*at))
-    assert found.shape == (2, 2, 50)
+    is_kept, angles = np.arange(60) != 7, np.radians(RANDOM.uniform(-90, 90, (2, 50)))
+    alpha = np.array(draws.alpha(*angles))
+    assert alpha.shape == (2, 2, 50)
     for number in (0, 1):
-        alone = joined(many[:, number, rest], PATCH[:, rest])
-        np.testing.assert_allclose(found[:, number], alone.alpha(*at), atol=1e-14)
+        alone = joined(many[:, number, is_kept], PATCH[:, is_kept])
+        np.testing.assert_allclose(alpha[:, number], alone.alpha(*angles), atol=1e-14)
 
 
 def test_scattered_directions_without_a_number_give_none():
@@ -276,25 +280,25 @@ def test_scattered_directions_without_a_number_give_none():
 
 def test_published_profiles_are_the_printed_tables():
     zeta = reference.coefficients("poppy_CP")["zeta"]
-    own = fourier.as_array(reference.coefficients("poppy_CP"))
-    at = ANY_BETA[:50], ANY_GAMMA[:50]
+    coefficients = fourier.as_array(reference.coefficients("poppy_CP"))
+    angles = ANY_BETA[:50], ANY_GAMMA[:50]
     for kind, name, alpha in (
-        ("table", "published Table S5, poppy_CP", table("poppy_CP").alpha(*at)),
-        ("fourier", "published Table S2, poppy_CP", fourier.evaluate(own, *at)),
+        ("table", "published Table S5, poppy_CP", table("poppy_CP").alpha(*angles)),
+        ("fourier", "published Table S2, poppy_CP", fourier.evaluate(coefficients, *angles)),
         (
             "generic",
             f"published Table S2, zeta of poppy_CP ({zeta:g}) times generic",
-            zeta * np.array(fourier.evaluate(M0, *at)),
+            zeta * np.array(fourier.evaluate(M0, *angles)),
         ),
         (
             "depth_only",
             "depth-only, from Table S5, poppy_CP",
-            DepthOnlyProfile.of(table("poppy_CP")).alpha(*at),
+            DepthOnlyProfile.of(table("poppy_CP")).alpha(*angles),
         ),
     ):
         profile = published_medium("poppy_CP", kind)
         assert (profile.name, profile.reason, profile.spread) == (name, "", None)
-        np.testing.assert_allclose(profile.alpha(*at), alpha, atol=1e-14)
+        np.testing.assert_allclose(profile.alpha(*angles), alpha, atol=1e-14)
         # half of the thickness of the paper's plate, 0.64 cm; 6 cm above the bottom at 15 cm
         assert profile.window == (0.3, 9.0)
 
@@ -317,6 +321,6 @@ def test_what_is_no_profile_is_refused(make, match):
 
 def test_profiles_say_what_they_lack():
     holed = np.where(np.arange(9) == 4, np.nan, M0)
-    found = FourierProfile(M0), FourierProfile(holed), FourierProfile(holed, reason="no runs")
-    wanted = ["", "nine terms: a coefficient is missing", "no runs"]
-    assert [one.reason for one in found] == wanted
+    profiles = FourierProfile(M0), FourierProfile(holed), FourierProfile(holed, reason="no runs")
+    expected = ["", "nine terms: a coefficient is missing", "no runs"]
+    assert [profile.reason for profile in profiles] == expected

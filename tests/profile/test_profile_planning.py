@@ -30,26 +30,26 @@ def places_of(plan, count):
 def test_half_widths_are_those_of_the_conditional_covariance():
     """Of zeta, against one dense solve with all planned pushes at once."""
     start = prior_map()
-    found = rftfit.plan("zeta", count=3)
-    places = places_of(found, 3)
+    plan = rftfit.plan("zeta", count=3)
+    places = places_of(plan, 3)
     rows = start.factor.reshape(len(start.factor), -1)
     covariance = rows.T @ rows
     seen = np.concatenate([places, start.beta.size + np.array(places)])
     noise = usual_error(start.alpha.ravel())[seen] ** 2
     middle = covariance[np.ix_(seen, seen)] + np.diag(noise)
-    left = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
-    draws = root_of(left).reshape(-1, 2, start.beta.size)
+    conditional = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
+    draws = root_of(conditional).reshape(-1, 2, start.beta.size)
     moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
-    wanted = 1.95996 * np.sqrt((moved**2).sum())
-    assert found.steps[3].half_width[0] == pytest.approx(wanted, rel=1e-4)
+    expected = 1.95996 * np.sqrt((moved**2).sum())
+    assert plan.steps[3].half_width[0] == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.statistics
 @pytest.mark.parametrize("target", ["map", "zeta", "leg"])
 def test_what_is_promised_is_found(target):
     """Simulated media: the half width after the planned pushes, beside what was promised."""
-    wanted = rftfit.model_leg("c_leg") if target == "leg" else target
-    plan = rftfit.plan(wanted, count=6)
+    plan_target = rftfit.model_leg("c_leg") if target == "leg" else target
+    plan = rftfit.plan(plan_target, count=6)
     places, promised = places_of(plan, 6), plan.steps[6].typical
     mean, covariance = published_shapes().moments(*NODES)
     root, random = root_of(covariance), np.random.default_rng(7)
@@ -61,9 +61,9 @@ def test_what_is_promised_is_found(target):
             continue
         noise = usual_error(alpha)
         seen = (alpha + noise * random.standard_normal(alpha.shape))[:, places]
-        own = Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places])
-        found = estimate(own, nodes=ON_LINES)
-        again = rftfit.plan(wanted, current_map=found, count=1)
+        pushes = Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places])
+        estimated_map = estimate(pushes, nodes=ON_LINES)
+        again = rftfit.plan(plan_target, current_map=estimated_map, count=1)
         ratios.append(again.steps[0].typical / promised)
     assert np.median(ratios) == pytest.approx(1, abs=seeds(0.15, 0.3))
     # a medium that departs more, or less, than most is told so by its own pushes
@@ -76,8 +76,8 @@ def test_planned_pushes_are_better_than_random_ones(medium):
     alpha = np.stack(TableProfile.published(medium).alpha(*NODES))
 
     def error(places):
-        own = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
-        return float(np.sqrt(np.mean((estimate(own, shapes, ON_LINES).alpha - alpha) ** 2)))
+        pushes = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
+        return float(np.sqrt(np.mean((estimate(pushes, shapes, ON_LINES).alpha - alpha) ** 2)))
 
     planned = error(places_of(rftfit.plan("map", prior_map(shapes), count=6), 6))
     random = np.random.default_rng(3)
@@ -103,11 +103,11 @@ def test_what_a_rig_cannot_push_is_not_planned():
     assert {step.directions[0] for step in steps} <= {(0.0, 90.0), (30.0, 45.0)}
     odd = rftfit.Rig(((12.0, 90.0), (30.0, 22.0)))
     assert set(rftfit.plan("map", rig=odd, count=3).table()["beta_deg"].dropna()) <= {12.0, 30.0}
-    one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+    push = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
     with pytest.raises(ValueError, match=r"\(12.0, 90.0\) degrees is no node .*beta_deg=\[12\]"):
-        rftfit.plan("map", rftfit.estimate_map(one), odd, count=1)
-    known = rftfit.estimate_map(one, beta_deg=[12], gamma_deg=[22])
-    assert len(rftfit.plan("map", known, odd, count=2).steps) == 3
+        rftfit.plan("map", rftfit.estimate_map(push), odd, count=1)
+    current_map = rftfit.estimate_map(push, beta_deg=[12], gamma_deg=[22])
+    assert len(rftfit.plan("map", current_map, odd, count=2).steps) == 3
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
 

@@ -28,7 +28,7 @@ GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 18
     ],
 )
 def test_numbers_of_an_implementation_by_others(normal, velocity, expected):
-    n, v = (np.array(one, float) / np.linalg.norm(one) for one in (normal, velocity))
+    n, v = (np.array(vector, float) / np.linalg.norm(vector) for vector in (normal, velocity))
     np.testing.assert_allclose(law(n, v), expected, atol=6e-7)
     if normal[1] == velocity[1] == 0:
         np.testing.assert_allclose(law(n[::2], v[::2]), expected[::2], atol=6e-7)
@@ -65,20 +65,23 @@ def by_hand(beta, gamma, friction):
 def test_the_whole_plane_against_the_law_written_out(friction):
     xi = 0.69 / 0.87504
     profile = rftfit.rft3d_profile(0.69, friction)
-    found = np.stack(profile.alpha(*GRID))
+    alpha = np.stack(profile.alpha(*GRID))
     for row, beta in enumerate(GRID[0][:, 0]):
         for column, gamma in enumerate(GRID[1]):
-            wanted = xi * np.array(by_hand(beta, gamma, friction))
+            expected = xi * np.array(by_hand(beta, gamma, friction))
             if abs(math.cos(beta)) + abs(math.cos(gamma)) < 1e-9:
-                wanted[1] = 0  # upright and moving along itself: either side leads
-            np.testing.assert_allclose(found[:, row, column], wanted, atol=1e-9)
+                expected[1] = 0  # upright and moving along itself: either side leads
+            np.testing.assert_allclose(alpha[:, row, column], expected, atol=1e-9)
 
 
 def test_golden_numbers():
     """Two with the cap in force, one moving up, one nearly upright; straight down is the size."""
     beta, gamma = np.radians([[30, 0, 30, 60], [45, 0, -90, 20]])
-    wanted = [[0.714927, 0.126040, -0.118299, 0.174589], [0.466024, 0.025208, -0.047023, 0.477838]]
-    np.testing.assert_allclose(alpha_3drft(beta, gamma, 0.2), wanted, atol=6e-7)
+    expected = [
+        [0.714927, 0.126040, -0.118299, 0.174589],
+        [0.466024, 0.025208, -0.047023, 0.477838],
+    ]
+    np.testing.assert_allclose(alpha_3drft(beta, gamma, 0.2), expected, atol=6e-7)
     down = rftfit.rft3d_profile(0.9, 0.4).alpha(0.0, np.pi / 2)
     np.testing.assert_allclose(down, (0.9, 0), atol=1e-12)
 
@@ -88,8 +91,8 @@ def test_symmetry_and_energy(friction):
     random = np.random.default_rng(2013)
     beta, gamma = random.uniform(-np.pi, np.pi, (2, 2000))
     z, x = alpha_3drft(beta, gamma, friction)
-    for other, sign in (((-beta, np.pi - gamma), -1), ((beta + np.pi, gamma), 1)):
-        np.testing.assert_allclose(alpha_3drft(*other, friction), (z, sign * x), atol=1e-12)
+    for image, sign in (((-beta, np.pi - gamma), -1), ((beta + np.pi, gamma), 1)):
+        np.testing.assert_allclose(alpha_3drft(*image, friction), (z, sign * x), atol=1e-12)
     assert (x * np.cos(gamma) + z * np.sin(gamma)).min() > 0
 
 
@@ -99,11 +102,11 @@ def test_forces_on_legs_are_those_of_the_law(step, most, leg):
     outline, motion = rftfit.model_leg(leg), rftfit.rotation(np.arange(-135, 135) + 0.37)
     elements = reference_kernel.place(outline.body, outline.width_cm, motion.poses)
     load = reference_kernel.submerged(elements, outline.solid)[0]
-    found = rftfit.predict(rftfit.rft3d_profile(0.5, 0.4, step), outline, motion)
+    forces = rftfit.predict(rftfit.rft3d_profile(0.5, 0.4, step), outline, motion)
     alpha = alpha_3drft(*reference_kernel.angles(elements), 0.4)
-    for component, own in zip("zx", alpha, strict=True):
-        force = 0.5 * (load * own).sum(axis=1)
-        off = np.abs(found[f"force_{component}_N"] - force).max()
+    for component, component_alpha in zip("zx", alpha, strict=True):
+        force = 0.5 * (load * component_alpha).sum(axis=1)
+        off = np.abs(forces[f"force_{component}_N"] - force).max()
         assert off < most * np.abs(force).max()
 
 
@@ -118,7 +121,7 @@ def test_it_goes_where_a_profile_goes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("numbers", "named"),
+    ("numbers", "message"),
     [
         ((0.0, 0.4), "0"),
         ((math.nan, 0.4), "nan"),
@@ -127,6 +130,6 @@ def test_it_goes_where_a_profile_goes(tmp_path):
         ((0.5, 0.4, 0), "found 0"),
     ],
 )
-def test_refused(numbers, named):
-    with pytest.raises(ValueError, match=named):
+def test_refused(numbers, message):
+    with pytest.raises(ValueError, match=message):
         rftfit.rft3d_profile(*numbers)

@@ -26,7 +26,7 @@ from rftfit.model.scaling import (
     Scaled,
     alpha_of_test,
     fit_media,
-    fit_medium,
+    fit_terms,
     generic_interval,
     reference_of,
     scale,
@@ -65,14 +65,16 @@ NUMBERS = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
 
 
 def test_same_seed_same_draws():
-    one, same, later = (alpha_draws(published("poppy_LP"), 50, seed, 0.95) for seed in (7, 7, 8))
-    np.testing.assert_array_equal(one, same)
-    assert not np.array_equal(one, later)
+    loose_draws, same, later = (
+        alpha_draws(published("poppy_LP"), 50, seed, 0.95) for seed in (7, 7, 8)
+    )
+    np.testing.assert_array_equal(loose_draws, same)
+    assert not np.array_equal(loose_draws, later)
     # another medium draws its own errors, not the same ones again
-    other = alpha_draws(published("poppy_CP"), 50, 7, 0.95)
+    close_draws = alpha_draws(published("poppy_CP"), 50, 7, 0.95)
     errors = [
         np.ravel(draws[0] - reference.alpha_grid(medium)[0].ravel())
-        for draws, medium in ((one, "poppy_LP"), (other, "poppy_CP"))
+        for draws, medium in ((loose_draws, "poppy_LP"), (close_draws, "poppy_CP"))
     ]
     assert abs(np.corrcoef(errors)[0, 1]) < 0.1
 
@@ -82,10 +84,10 @@ def test_draws_do_not_depend_on_the_order_of_the_rows(empty):
     table = published("poppy_LP")
     table.loc[empty, NUMBERS] = np.nan
     shuffled = table.sample(frac=1, random_state=3)
-    both = (alpha_draws(one, 20, 7, 0.95) for one in (table, shuffled))
-    for one, other in zip(*both, strict=True):
-        np.testing.assert_array_equal(one[:, shuffled.index], other)
-        assert np.isnan(one).any(axis=0).nonzero()[0].tolist() == empty
+    both = (alpha_draws(table, 20, 7, 0.95) for table in (table, shuffled))
+    for draws, shuffled_draws in zip(*both, strict=True):
+        np.testing.assert_array_equal(draws[:, shuffled.index], shuffled_draws)
+        assert np.isnan(draws).any(axis=0).nonzero()[0].tolist() == empty
 
 
 def test_draws_have_the_tables_errors():
@@ -98,8 +100,8 @@ def test_draws_have_the_tables_errors():
     np.testing.assert_allclose(spread[4], 0.002 + 0.01 / Z95, rtol=0.08)
     # independent cells, but beta = -90 and 90 are one plate
     np.testing.assert_array_equal(np.argsort(draws[0, :, 0, 4]), np.argsort(draws[0, :, -1, 4]))
-    for other in (draws[0, :, 2, 4], draws[1, :, 1, 4]):
-        assert abs(np.corrcoef(draws[0, :, 1, 4], other)[0, 1]) < 0.06
+    for cell_draws in (draws[0, :, 2, 4], draws[1, :, 1, 4]):
+        assert abs(np.corrcoef(draws[0, :, 1, 4], cell_draws)[0, 1]) < 0.06
 
 
 def test_percentile_interval():
@@ -128,8 +130,8 @@ def test_intervals_of_coefficients_cover():
 def test_fit_media(paper_config):
     tables = [published(medium) for medium in reference.MEDIA]
     fits = fit_media(tables, paper_config)
-    wanted = [(method, medium) for method in ALL_METHODS for medium in reference.MEDIA]
-    assert [(fit.method, fit.medium) for fit in fits] == wanted
+    expected = [(method, medium) for method in ALL_METHODS for medium in reference.MEDIA]
+    assert [(fit.method, fit.medium) for fit in fits] == expected
     for fit in fits:
         assert fit.why == ()
         assert not np.any([fit.used[~fit.keep], *fit.draws[:, ~fit.keep]])
@@ -163,9 +165,9 @@ def test_fit_media_with_empty_cells(paper_config):
         assert np.isnan([fit.used, fit.full]).all()
         assert math.isnan(fit.zeta)
     table.loc[table["beta_deg"] != 0, NUMBERS] = np.nan
-    few = fit_media([table], paper_config)[0]
-    assert (few.medium, few.method) == ("poppy_LP", "lsq")
-    assert "12 measured directions do not determine 5 separate terms" in few.reason
+    level_fit = fit_media([table], paper_config)[0]
+    assert (level_fit.medium, level_fit.method) == ("poppy_LP", "lsq")
+    assert "12 measured directions do not determine 5 separate terms" in level_fit.reason
     table[NUMBERS] = np.nan
     none = fit_media([table], paper_config)
     assert none[0].reason == "0 measured directions are too few for 5 terms"
@@ -175,18 +177,22 @@ def test_fit_media_with_empty_cells(paper_config):
 def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config):
     """The interval for a further medium is the scatter between media, which one does not show."""
     fits = fit_media([published("poppy_LP"), published("poppy_CP")], paper_config)
-    one = reference_of(
+    of_one_medium = reference_of(
         [fit for fit in fits if fit.medium == "poppy_LP"], paper_config.fourier.method
     )
-    assert one.printed
-    assert one.chi.size == 5
-    assert codes_of(one.remarks) == "published-media"
-    scale_new_medium(0.5, 0.01, one.chi)
-    two = reference_of(fits, paper_config.fourier.method)
-    assert (two.printed, two.media, two.remarks) == (False, ("poppy_LP", "poppy_CP"), ())
+    assert of_one_medium.printed
+    assert of_one_medium.chi.size == 5
+    assert codes_of(of_one_medium.remarks) == "published-media"
+    scale_new_medium(0.5, 0.01, of_one_medium.chi)
+    of_two_media = reference_of(fits, paper_config.fourier.method)
+    assert (of_two_media.printed, of_two_media.media, of_two_media.remarks) == (
+        False,
+        ("poppy_LP", "poppy_CP"),
+        (),
+    )
     # by the method of the config: fits by others do not make up the number
-    other = [fit for fit in fits if fit.medium == "poppy_LP" or fit.method != "lsq"]
-    assert reference_of(other, paper_config.fourier.method).printed
+    other_fits = [fit for fit in fits if fit.medium == "poppy_LP" or fit.method != "lsq"]
+    assert reference_of(other_fits, paper_config.fourier.method).printed
     assert reference_of([], paper_config.fourier.method).printed
 
 
@@ -202,17 +208,17 @@ def test_one_medium_of_its_own_is_not_enough_for_a_sand(paper_config):
 )
 def test_intervals_by_hand(alpha, se, chi, student):
     """Half widths on the logarithm add in quadrature: scatter of chi for one further medium, and error."""
-    found = scale_new_medium(alpha, se, np.array(chi))
+    scaled = scale_new_medium(alpha, se, np.array(chi))
     media, logs = len(chi), [math.log(value) for value in chi]
     mean = sum(logs) / media
     scatter = sum((value - mean) ** 2 for value in logs) / (media - 1)
     of_chi = student * math.sqrt(scatter * (1 + 1 / media))
     of_zeta = math.hypot(of_chi, 1.962339 * se / alpha)
-    assert found.chi == pytest.approx(sum(chi) / media)
-    assert found.zeta == pytest.approx(alpha * media / sum(chi))
+    assert scaled.chi == pytest.approx(sum(chi) / media)
+    assert scaled.zeta == pytest.approx(alpha * media / sum(chi))
     for half, value, lo, hi in (
-        (of_chi, found.chi, found.chi_lo, found.chi_hi),
-        (of_zeta, found.zeta, found.zeta_lo, found.zeta_hi),
+        (of_chi, scaled.chi, scaled.chi_lo, scaled.chi_hi),
+        (of_zeta, scaled.zeta, scaled.zeta_lo, scaled.zeta_hi),
     ):
         assert (lo, hi) == pytest.approx(
             (value * math.exp(-half), value * math.exp(half)), rel=1e-6
@@ -242,13 +248,17 @@ def test_more_error_of_the_test_never_narrows_an_interval():
         confidence, alpha = random.uniform(0.51, 0.995), 10 ** random.uniform(-1, 1)
         scatter = np.log(chi).std(ddof=1)
         errors = [0.0, *np.cumsum(alpha * scatter * 10 ** random.uniform(-3, 1, 4))]
-        found = [scale_new_medium(alpha, se, chi, confidence) for se in errors]
-        assert {(one.chi_lo, one.chi_hi) for one in found} == {(found[0].chi_lo, found[0].chi_hi)}
+        scaled_media = [scale_new_medium(alpha, se, chi, confidence) for se in errors]
+        assert {(scaled.chi_lo, scaled.chi_hi) for scaled in scaled_media} == {
+            (scaled_media[0].chi_lo, scaled_media[0].chi_hi)
+        }
         # zeta, and what is derived from it: coefficients, whose own scatter joins
-        own = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
-        for a, b in pairwise(found):
+        coefficients = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
+        for a, b in pairwise(scaled_media):
             assert b.zeta_lo < a.zeta_lo < a.zeta_hi < b.zeta_hi, (media, confidence, errors)
-            (_, a_lo, a_hi), (_, b_lo, b_hi) = (one.with_interval(M0, own) for one in (a, b))
+            (_, a_lo, a_hi), (_, b_lo, b_hi) = (
+                scaled.with_interval(M0, coefficients) for scaled in (a, b)
+            )
             assert ((b_lo <= a_lo) & (b_hi >= a_hi)).all()
 
 
@@ -261,8 +271,8 @@ def test_joined_half_widths_cover_at_least_as_stated(media, ratio):
     for _ in range(4000):
         chi = np.exp(random.normal(0, 0.02, media + 1))
         measured = chi[-1] * np.exp(random.normal(0, 0.02 * ratio))
-        found = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1])
-        inside += found.zeta_lo <= 1 <= found.zeta_hi
+        scaled = scale_new_medium(measured, 0.02 * ratio * measured, chi[:-1])
+        inside += scaled.zeta_lo <= 1 <= scaled.zeta_hi
     assert 0.94 <= inside / 4000 <= 0.995
 
 
@@ -301,7 +311,7 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config):
 
 def test_a_medium_without_resistance_has_a_reason(paper_config):
     z, x = reference.alpha_grid("poppy_LP")
-    fit = fit_medium(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
+    fit = fit_terms(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
     assert codes_of(fit.why) == "zero-push"
     assert not fit.counts
     assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
@@ -319,9 +329,11 @@ def test_few_degrees_of_freedom_of_alpha_are_those_of_its_coefficients(paper_con
 def test_the_error_of_a_test_is_the_larger_of_two():
     """0.1 N/cm^3 either side at 95 % is a standard error of 0.1 / 1.9623."""
     names = [column("z", end) for end in ("", "_se", "_lo", "_hi")]
-    for se, wanted in ((0.01, 0.1 / 1.962339), (0.2, 0.2)):
-        found = alpha_of_test(pd.Series(dict(zip(names, (0.5, se, 0.4, 0.6), strict=True))), 0.95)
-        assert found == pytest.approx((0.5, wanted), rel=1e-6)
+    for se, expected in ((0.01, 0.1 / 1.962339), (0.2, 0.2)):
+        alpha_and_se = alpha_of_test(
+            pd.Series(dict(zip(names, (0.5, se, 0.4, 0.6), strict=True))), 0.95
+        )
+        assert alpha_and_se == pytest.approx((0.5, expected), rel=1e-6)
 
 
 def nine_terms(medium, off):
@@ -335,22 +347,22 @@ def nine_terms(medium, off):
 
 def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     """Exact cells give their terms back; what the other two would change is told beside it."""
-    few = paper_config.fourier.model_copy(update={"draws": 200})
-    paper_config = paper_config.model_copy(update={"fourier": few})
+    few_draws = paper_config.fourier.model_copy(update={"draws": 200})
+    paper_config = paper_config.model_copy(update={"fourier": few_draws})
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     table = nine_terms("poppy_LP", 0.5)
-    kept = fit_medium(table, paper_config, "lsq")
+    kept = fit_terms(table, paper_config, "lsq")
     np.testing.assert_allclose(kept.without_flagged, np.where(kept.keep, true, 0), atol=5e-3)
     assert np.abs(kept.used - true).max() > 0.01
     rule = paper_config.fit.model_copy(update={"flagged": "leave_out"})
-    bare = fit_medium(table, paper_config.model_copy(update={"fit": rule}), "lsq")
+    bare = fit_terms(table, paper_config.model_copy(update={"fit": rule}), "lsq")
     np.testing.assert_allclose(bare.full, true, atol=1e-9)
     np.testing.assert_array_equal(bare.used, bare.without_flagged)
     np.testing.assert_allclose(bare.draws.mean(axis=0), bare.used, atol=2e-4)
     assert np.abs(kept.draws.mean(axis=0) - bare.used).max() > 0.01
     # the transform needs every cell, and nothing is known of it without some
-    whole = fit_medium(table, paper_config, "dft-index")
-    none = fit_medium(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
+    whole = fit_terms(table, paper_config, "dft-index")
+    none = fit_terms(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
     assert whole.reason == ""
     assert np.isnan([whole.without_flagged, none.without_flagged]).all()
 
@@ -360,14 +372,14 @@ def test_errors_of_zeta_by_name_make_its_whole_error(paper_config):
     table = published("poppy_LP", 0.005)
     for c in "zx":
         table[[column(c, "_noise"), column(c, "_bed")]] = 0.003, 0.004
-    fit = fit_medium(table, paper_config, "lsq")
-    found = fit.zeta_errors
-    assert set(found) == {"noise", "bed"}
-    assert found["bed"] / found["noise"] == pytest.approx(4 / 3, rel=1e-6)
-    whole = math.hypot(found["noise"], found["bed"])
+    fit = fit_terms(table, paper_config, "lsq")
+    zeta_errors = fit.zeta_errors
+    assert set(zeta_errors) == {"noise", "bed"}
+    assert zeta_errors["bed"] / zeta_errors["noise"] == pytest.approx(4 / 3, rel=1e-6)
+    whole = math.hypot(zeta_errors["noise"], zeta_errors["bed"])
     assert whole == pytest.approx(fit.zeta_draws.std(ddof=1), rel=0.15)
     table[[column(c, end) for c in "zx" for end in ("_lo", "_hi")]] = np.nan
-    silent = fit_medium(table, paper_config, "lsq")
+    silent = fit_terms(table, paper_config, "lsq")
     assert (silent.reason, silent.zeta_errors) == ("", {})
     assert np.isnan(silent.draws).all()
     assert silent.draws.shape == fit.draws.shape
@@ -376,23 +388,28 @@ def test_errors_of_zeta_by_name_make_its_whole_error(paper_config):
 def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config):
     tables = [published(medium) for medium in ("poppy_LP", "poppy_CP", "glass3mm_CP")]
     tables[1] = tables[1].query("beta_deg != 0 or gamma_deg != 90")
-    fits = [fit_medium(table, paper_config, "lsq") for table in tables]
+    fits = [fit_terms(table, paper_config, "lsq") for table in tables]
     assert [fit.reason for fit in fits] == ["", "", ""]
     assert math.isnan(fits[1].alpha_z)
     assert np.isnan(fits[1].alpha_z_draws).all()
-    found = reference_of(fits, paper_config.fourier.method)
-    assert (found.printed, found.media) == (False, ("poppy_LP", "glass3mm_CP"))
-    assert found.chi == pytest.approx([fit.alpha_z / fit.zeta for fit in (fits[0], fits[2])])
+    campaign_reference = reference_of(fits, paper_config.fourier.method)
+    assert (campaign_reference.printed, campaign_reference.media) == (
+        False,
+        ("poppy_LP", "glass3mm_CP"),
+    )
+    assert campaign_reference.chi == pytest.approx(
+        [fit.alpha_z / fit.zeta for fit in (fits[0], fits[2])]
+    )
     generic = (fits[0].used / fits[0].zeta + fits[2].used / fits[2].zeta) / 2
-    assert found.m0 == pytest.approx(generic)
-    assert found.name == "this campaign, method lsq"
+    assert campaign_reference.m0 == pytest.approx(generic)
+    assert campaign_reference.name == "this campaign, method lsq"
 
 
 def test_the_interval_of_a_quantity_by_hand():
     """zeta 0.8 (0.7 to 1.0); two media have 1.9 and 2.1 of a quantity that is 2: t = 12.7062."""
-    found = Scaled(0.8, 0.7, 1.0, 1.25, 1.2, 1.3, 0.95)
-    own = np.array([[1.9, -1.9, 0.0], [2.1, -2.1, 0.0]])
-    value, lo, hi = found.with_interval(np.array([2.0, -2.0, 0.0]), own)
+    scaled = Scaled(0.8, 0.7, 1.0, 1.25, 1.2, 1.3, 0.95)
+    media_values = np.array([[1.9, -1.9, 0.0], [2.1, -2.1, 0.0]])
+    value, lo, hi = scaled.with_interval(np.array([2.0, -2.0, 0.0]), media_values)
     shape = 12.706205 * 0.1 * math.sqrt(2) * math.sqrt(1.5) * 0.8
     assert value == pytest.approx([1.6, -1.6, 0])
     assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape), 0])
@@ -415,11 +432,11 @@ def test_errors_of_a_part_of_the_directions(paper_config, tmp_path):
     table.loc[table["beta_deg"] <= 0, of_error] = math.nan
     partly, bare = (measured_profile(table, paper_config, draws=draws) for draws in (True, False))
     leg = model_leg("c_leg")
-    for found, wanted in zip(find_peaks(partly, leg), find_peaks(bare, leg), strict=True):
-        assert (found.name, found.value, found.position) == (
-            wanted.name,
-            wanted.value,
-            wanted.position,
+    for peak, expected in zip(find_peaks(partly, leg), find_peaks(bare, leg), strict=True):
+        assert (peak.name, peak.value, peak.position) == (
+            expected.name,
+            expected.value,
+            expected.position,
         )
     assert math.isnan(find_peaks(partly, leg)[0].lo)
     rftfit.write_profile(tmp_path / "partly.json", partly)

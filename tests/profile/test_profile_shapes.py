@@ -69,15 +69,17 @@ def test_covariance_has_the_symmetry_of_alpha():
     # a direction that is its own image: no horizontal force, and no more variance than elsewhere
     _, at_rest = published_shapes().moments(np.zeros(1), np.full(1, np.pi / 2))
     assert at_rest[1, 1] == pytest.approx(0, abs=1e-12)
-    by = published_shapes().variation
+    variation = published_shapes().variation
     z = published_shapes().of_media(np.zeros(1), np.full(1, np.pi / 2))[:, 0]
-    between = by.media * z.var(ddof=1) * (1 + 1 / 5)
-    assert at_rest[0, 0] == pytest.approx((by.floor + by.share * z.mean()) ** 2 + between)
+    between = variation.media * z.var(ddof=1) * (1 + 1 / 5)
+    assert at_rest[0, 0] == pytest.approx(
+        (variation.floor + variation.share * z.mean()) ** 2 + between
+    )
 
 
 def test_slopes_are_those_of_the_mean_shape():
     """To either side by hand; on a top, where they cancel, their size; where a plate turns over, as everywhere."""
-    beta, gamma = (np.array(one) for one in ([12.0, 0.0, 90.0], [80.0, 90.0, 10.0]))
+    beta, gamma = (np.array(angles_deg) for angles_deg in ([12.0, 0.0, 90.0], [80.0, 90.0, 10.0]))
     shapes = published_shapes()
     mean, slopes = shapes.slopes(beta, gamma)
 
@@ -93,22 +95,22 @@ def test_slopes_are_those_of_the_mean_shape():
     assert abs(slopes[0, 1, 0]) > 0.02
 
 
-def _dense(mean, covariance, own, size):
+def _dense(mean, covariance, pushes, size):
     """Mean and variance at the nodes by the textbook formula, and the logarithm of the likelihood.
 
     `mean`, `covariance`: of a medium of size 1, at nodes and pushes.
     """
     index = np.arange(mean.size).reshape(2, -1)
-    at, seen = index[:, :COUNT].ravel(), index[:, COUNT:].ravel()
+    nodes, seen = index[:, :COUNT].ravel(), index[:, COUNT:].ravel()
     free = np.diag(covariance)[seen] > 1e-9
-    seen, y = seen[free], own.alpha.ravel()[free]
-    middle = size**2 * covariance[np.ix_(seen, seen)] + own.covariance[np.ix_(free, free)]
-    across = size**2 * covariance[np.ix_(at, seen)]
+    seen, y = seen[free], pushes.alpha.ravel()[free]
+    middle = size**2 * covariance[np.ix_(seen, seen)] + pushes.covariance[np.ix_(free, free)]
+    across = size**2 * covariance[np.ix_(nodes, seen)]
     gain = across @ np.linalg.inv(middle)
     off = y - size * mean[seen]
     likelihood = -0.5 * (np.linalg.slogdet(middle)[1] + off @ np.linalg.solve(middle, off))
-    left = size**2 * np.diag(covariance)[at] - (gain * across).sum(axis=1)
-    return size * mean[at] + gain @ off, np.maximum(left, 0), float(likelihood)
+    variance = size**2 * np.diag(covariance)[nodes] - (gain * across).sum(axis=1)
+    return size * mean[nodes] + gain @ off, np.maximum(variance, 0), float(likelihood)
 
 
 def test_draws_are_of_the_whole_posterior(monkeypatch):
@@ -117,30 +119,32 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
     monkeypatch.setattr(module, "TILT_SHARE", 0.0)
     monkeypatch.setattr(module, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
-    for places, off, known in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
-        own = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-        found = estimate(own, shapes, ON_LINES, size=known)
-        sizes = [known] if known else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
+    for places, off, known_size in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
+        pushes = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
+        estimated = estimate(pushes, shapes, ON_LINES, size=known_size)
+        sizes = [known_size] if known_size else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
-        places_of_all = zip(NODES, (own.beta, own.gamma), strict=True)
+        places_of_all = zip(NODES, (pushes.beta, pushes.gamma), strict=True)
         prior = shapes.prior(*(np.concatenate(both) for both in places_of_all))
         for departure in np.exp(np.linspace(np.log(0.25), np.log(25), 10)):
             before = 3.5 / departure + 2.5 * np.log(departure)
             for share in np.linspace(0.1, 0.6, 3):
                 covariance = departure * prior.covariance(share)
                 for size in sizes:
-                    *moments, likelihood = _dense(prior.mean, covariance, own, size)
+                    *moments, likelihood = _dense(prior.mean, covariance, pushes, size)
                     parts.append(moments)
                     weights.append(likelihood - before)
         weight = np.exp(np.array(weights) - max(weights))
         weight /= weight.sum()
-        means, variances = (np.stack(one) for one in zip(*parts, strict=True))
+        means, variances = (np.stack(values) for values in zip(*parts, strict=True))
         best = weight @ means
         deviation = np.sqrt(weight @ (variances + (means - best) ** 2))
-        there = ~np.tile(found.measured, 2) & (deviation > 1e-6)
-        ours, wide = found.alpha.ravel(), found.draws.std(axis=0).ravel()
-        np.testing.assert_array_less(np.abs(ours - best)[there], 0.05 * deviation[there])
-        np.testing.assert_allclose(wide[there], deviation[there], rtol=0.05)
+        is_estimated = ~np.tile(estimated.measured, 2) & (deviation > 1e-6)
+        ours, wide = estimated.alpha.ravel(), estimated.draws.std(axis=0).ravel()
+        np.testing.assert_array_less(
+            np.abs(ours - best)[is_estimated], 0.05 * deviation[is_estimated]
+        )
+        np.testing.assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
 
 
 def test_media_take_energy_because_that_is_known_beforehand():
@@ -150,13 +154,13 @@ def test_media_take_energy_because_that_is_known_beforehand():
     """
     shapes, random = published_shapes(without=["poppy_LP"]), np.random.default_rng(5)
     places = [FEW[0], FEW[3]]
-    own = Pushes.of(BETA[places], GAMMA[places], truth("poppy_LP")[:, places], 0.02)
-    found, prior, many = estimate(own, shapes, ON_LINES), shapes.prior(*NODES), 400_000
-    by = shapes.variation
+    pushes = Pushes.of(BETA[places], GAMMA[places], truth("poppy_LP")[:, places], 0.02)
+    estimated, prior, many = estimate(pushes, shapes, ON_LINES), shapes.prior(*NODES), 400_000
+    variation = shapes.variation
     values = []
-    roots = [module.root(part) for part in (prior.smooth, prior.rough)]
+    roots = [module.root(covariance) for covariance in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
-        share = random.uniform(0, by.most_own, (4000, 1))
+        share = random.uniform(0, variation.most_own, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))
         size = np.exp(random.uniform(np.log(0.05), np.log(0.4), (4000, 1)))
         normal = [
@@ -167,20 +171,22 @@ def test_media_take_energy_because_that_is_known_beforehand():
         takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= module.work(alpha, NODES[1]).T
         takes[places] = True
         alpha = alpha[takes.all(axis=0)]
-        off = (alpha[..., places] - own.alpha) / 0.02
+        off = (alpha[..., places] - pushes.alpha) / 0.02
         off[:, 1, 0] = 0  # straight down alpha_x is 0 in every medium
         chance = np.exp(-0.5 * (off**2).sum(axis=(1, 2)))
         chance *= np.exp(-shapes.tilt * module.mean_effort(alpha, NODES))
         values.append((chance, alpha))
-    weight = np.concatenate([one for one, _ in values])
-    alpha = np.concatenate([one for _, one in values])
+    weight = np.concatenate([batch_chance for batch_chance, _ in values])
+    alpha = np.concatenate([batch_alpha for _, batch_alpha in values])
     weight /= weight.sum()
     assert 1 / (weight**2).sum() > 300
     best = np.tensordot(weight, alpha, axes=1)
     deviation = np.sqrt(np.tensordot(weight, (alpha - best) ** 2, axes=1))
-    off = ((found.alpha - best) / deviation)[:, ~found.measured & (deviation[1] > 1e-6)]
+    off = ((estimated.alpha - best) / deviation)[:, ~estimated.measured & (deviation[1] > 1e-6)]
     assert np.abs(off).max() < 0.25
-    ratio = (found.draws.std(axis=0) / deviation)[:, ~found.measured & (deviation[1] > 1e-6)]
+    ratio = (estimated.draws.std(axis=0) / deviation)[
+        :, ~estimated.measured & (deviation[1] > 1e-6)
+    ]
     assert ratio.mean() == pytest.approx(1, abs=0.04)
 
 
@@ -191,58 +197,58 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""
     places = [*np.random.default_rng(seed).choice(COUNT, count, replace=False)]
     try:
-        found = estimate(pushed(medium, places, se=0.01))
+        estimated = estimate(pushed(medium, places, se=0.01))
     except ValueError:  # no push that tells of the medium, or no medium like it
         return
-    np.testing.assert_allclose(found.alpha, found.draws.mean(axis=0), atol=1e-12)
-    zeta = vertical_penetration(found.coefficients(found.draws))
+    np.testing.assert_allclose(estimated.alpha, estimated.draws.mean(axis=0), atol=1e-12)
+    zeta = vertical_penetration(estimated.coefficients(estimated.draws))
     np.testing.assert_allclose(
-        found.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9
+        estimated.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9
     )
-    leg, spread = rftfit.model_leg("c_leg"), found.profile.spread
+    leg, spread = rftfit.model_leg("c_leg"), estimated.profile.spread
     assert isinstance(spread, TableProfile)
     table, many = (
-        rftfit.predict(found.profile, leg),
+        rftfit.predict(estimated.profile, leg),
         force_draws(spread, leg, rftfit.rotation().poses),
     )
     for name, forces in (("force_z", many.force_z_N), ("force_x", many.force_x_N)):
         ends = np.quantile(forces, [0.025, 0.975], axis=0)
-        for end, wanted in zip(("", "_lo", "_hi"), (forces.mean(axis=0), *ends), strict=True):
-            np.testing.assert_allclose(table[f"{name}{end}_N"], wanted, atol=1e-9)
-    for peak in find_peaks(found.profile, leg)[:3]:
-        own = getattr(many, peak.quantity)
+        for end, expected in zip(("", "_lo", "_hi"), (forces.mean(axis=0), *ends), strict=True):
+            np.testing.assert_allclose(table[f"{name}{end}_N"], expected, atol=1e-9)
+    for peak in find_peaks(estimated.profile, leg)[:3]:
+        peak_draws = getattr(many, peak.quantity)
         sign = -1 if peak.name in ("suction", "drag") else 1
-        top = (sign * own.mean(axis=0)).max()
-        tops = (sign * own).max(axis=1)
+        top = (sign * peak_draws.mean(axis=0)).max()
+        tops = (sign * peak_draws).max(axis=1)
         ends = np.maximum(np.quantile(tops + top - tops.mean(), [0.025, 0.975]), 0)
-        wanted = [sign * top, *sorted(sign * ends)]
-        np.testing.assert_allclose([peak.value, peak.lo, peak.hi], wanted, atol=1e-9)
-    assert found.draws[:, :, ~found.measured].std(axis=0)[0].min() > 0
+        expected = [sign * top, *sorted(sign * ends)]
+        np.testing.assert_allclose([peak.value, peak.lo, peak.hi], expected, atol=1e-9)
+    assert estimated.draws[:, :, ~estimated.measured].std(axis=0)[0].min() > 0
 
 
 def test_a_pushed_direction_keeps_its_number_and_its_error():
-    found = estimate(pushed("poppy_LP", FEW, se=0.02))
-    np.testing.assert_allclose(found.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
-    assert found.measured[FEW].all()
-    np.testing.assert_allclose(found.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
-    table = found.table()
+    estimated = estimate(pushed("poppy_LP", FEW, se=0.02))
+    np.testing.assert_allclose(estimated.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
+    assert estimated.measured[FEW].all()
+    np.testing.assert_allclose(estimated.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
+    table = estimated.table()
     assert set(table.loc[table["source"] == "measured", "beta_deg"].round()) == {0, 30, -30, 60, 90}
     # the mirror image of a push straight down is a push straight down
-    assert found.measured[node(30, 90)] == found.measured[node(-30, 90)]
+    assert estimated.measured[node(30, 90)] == estimated.measured[node(-30, 90)]
 
 
 def test_every_direction_pushed_is_the_table_on_its_lines():
-    own, shapes = pushed("poppy_CP", [*range(COUNT)]), published_shapes(without=["poppy_CP"])
-    found = estimate(own, shapes)
-    np.testing.assert_allclose(found.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
-    assert found.measured[:COUNT].all()
-    at = np.random.default_rng(2).uniform(-3, 3, (2, 50)) * [[1], [4 / 3]]
-    table = TableProfile.published("poppy_CP").alpha(*at)
-    bilinear = estimate(own, shapes, ON_LINES).profile.alpha(*at)
+    pushes, shapes = pushed("poppy_CP", [*range(COUNT)]), published_shapes(without=["poppy_CP"])
+    estimated = estimate(pushes, shapes)
+    np.testing.assert_allclose(estimated.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
+    assert estimated.measured[:COUNT].all()
+    angles = np.random.default_rng(2).uniform(-3, 3, (2, 50)) * [[1], [4 / 3]]
+    table = TableProfile.published("poppy_CP").alpha(*angles)
+    bilinear = estimate(pushes, shapes, ON_LINES).profile.alpha(*angles)
     np.testing.assert_allclose(bilinear, table, atol=1e-12)
     # between the lines the map has a course, with an error there
-    assert np.abs(found.profile.alpha(*at)[0] - table[0]).max() > 0.02
-    assert found.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
+    assert np.abs(estimated.profile.alpha(*angles)[0] - table[0]).max() > 0.02
+    assert estimated.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
 
 
 def test_nodes_between_the_lines():
@@ -252,11 +258,11 @@ def test_nodes_between_the_lines():
     assert np.unique(gamma.round(6)).size == 25
     assert beta.size == 12 * 25
     # a line of 20 degrees in beta and one of 10 in gamma: first the lines of `grid`, then those between
-    lines, more = grid([20.0], [10.0]), map_nodes([20.0], [10.0])
-    assert lines[0].size == more.lines == 7 * 14
-    assert more.beta.size == 13 * 26
-    for own, whole in zip(lines, more[:2], strict=True):
-        np.testing.assert_allclose(whole[: 7 * 14], own)
+    lines, nodes = grid([20.0], [10.0]), map_nodes([20.0], [10.0])
+    assert lines[0].size == nodes.lines == 7 * 14
+    assert nodes.beta.size == 13 * 26
+    for line_angles, whole in zip(lines, nodes[:2], strict=True):
+        np.testing.assert_allclose(whole[: 7 * 14], line_angles)
     # together with their mirror images they are a whole grid
     assert TableProfile(*np.zeros((2, 300)), *map_nodes()[:2]).beta.size == 13
 
@@ -273,12 +279,14 @@ def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
         np.testing.assert_allclose(lines + course, np.where(itself, 0.0, law), atol=1e-9)
     # a mean medium has all of it, scaled with its push straight down
     shapes = published_shapes()
-    bilinear = [np.concatenate(one.alpha(*nodes)) for one in shapes.profiles.values()]
-    sizes = [np.sqrt(np.mean(np.square(one.alpha(*NODES)))) for one in shapes.profiles.values()]
-    down = [one.alpha(0, np.pi / 2)[0] for one in shapes.profiles.values()]
+    bilinear = [np.concatenate(profile.alpha(*nodes)) for profile in shapes.profiles.values()]
+    sizes = [
+        np.sqrt(np.mean(np.square(profile.alpha(*NODES)))) for profile in shapes.profiles.values()
+    ]
+    down = [profile.alpha(0, np.pi / 2)[0] for profile in shapes.profiles.values()]
     course = course_between_lines(*nodes).mean(axis=0)
-    wanted = [(b + d * course) / s for b, d, s in zip(bilinear, down, sizes, strict=True)]
-    np.testing.assert_allclose(shapes.of_media(*nodes), wanted, atol=1e-12)
+    expected = [(b + d * course) / s for b, d, s in zip(bilinear, down, sizes, strict=True)]
+    np.testing.assert_allclose(shapes.of_media(*nodes), expected, atol=1e-12)
     # and a further one has none of it, or twice: 0.6 of a standard deviation
     rows = shapes.prior(*nodes).between
     np.testing.assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
@@ -287,9 +295,11 @@ def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
 def test_the_course_has_the_symmetry_of_alpha():
     random = np.random.default_rng(1)
     beta, gamma = random.uniform(-1.5, 1.5, 40), random.uniform(-3, 3, 40)
-    here, there = (course_between_lines(*at) for at in ((beta, gamma), mirror(beta, gamma)))
-    np.testing.assert_allclose(here[:, :40], there[:, :40], atol=1e-9)
-    np.testing.assert_allclose(here[:, 40:], -there[:, 40:], atol=1e-9)
+    course, mirrored_course = (
+        course_between_lines(*angles) for angles in ((beta, gamma), mirror(beta, gamma))
+    )
+    np.testing.assert_allclose(course[:, :40], mirrored_course[:, :40], atol=1e-9)
+    np.testing.assert_allclose(course[:, 40:], -mirrored_course[:, 40:], atol=1e-9)
 
 
 def test_all_of_3drft_pushed_gives_its_course():
@@ -297,12 +307,12 @@ def test_all_of_3drft_pushed_gives_its_course():
     random = np.random.default_rng(3)
     beta, gamma = random.uniform(-1.5, 1.5, 400), random.uniform(-3, 3, 400)
     z, x = alpha_3drft(*NODES, 0.4)
-    found = estimate(Pushes.of(BETA, GAMMA, 0.3 * np.array([z, x]), 0.003))
+    estimated = estimate(Pushes.of(BETA, GAMMA, 0.3 * np.array([z, x]), 0.003))
     law = 0.3 * np.stack(alpha_3drft(beta, gamma, 0.4))
-    of_map = np.stack(found.profile.alpha(beta, gamma)) - law
+    of_map = np.stack(estimated.profile.alpha(beta, gamma)) - law
     of_table = np.stack(TableProfile(0.3 * z, 0.3 * x, *NODES).alpha(beta, gamma)) - law
     assert np.sqrt(np.mean(of_map**2)) < 0.85 * np.sqrt(np.mean(of_table**2))
-    spread = found.profile.spread
+    spread = estimated.profile.spread
     assert isinstance(spread, TableProfile)
     draws = np.stack(spread.alpha(beta, gamma))
     lo, hi = np.quantile(draws, [0.025, 0.975], axis=1)
@@ -318,26 +328,26 @@ def test_media_that_were_left_out(medium, case):
     alpha = truth(medium)
     for count, most in ((1, 11), (6, 7), (COUNT, 0.1)):
         places = FEW[:count] if count <= 6 else list(range(COUNT))
-        found = estimate(pushed(medium, places), shapes)
-        off = found.alpha[:, :COUNT] - alpha
+        estimated = estimate(pushed(medium, places), shapes)
+        off = estimated.alpha[:, :COUNT] - alpha
         assert 100 * np.sqrt(np.mean(off**2)) / np.abs(alpha).max() < most
-        table = found.table().merge(LINES, on=["beta_deg", "gamma_deg"]).sort_values("place")
+        table = estimated.table().merge(LINES, on=["beta_deg", "gamma_deg"]).sort_values("place")
         assert len(table) == COUNT
         lo, hi = (
             table[[f"alpha_{c}_{e}_N_per_cm3" for c in "zx"]].to_numpy().T for e in ("lo", "hi")
         )
         free = hi > lo
         assert np.mean(((lo <= alpha) & (alpha <= hi))[free]) >= 0.85
-        assert found.belongs > NOT_ALIKE or count == 1
+        assert estimated.belongs > NOT_ALIKE or count == 1
         # the estimate takes energy in every direction, to rounding
-        work = found.work() / np.abs(alpha).max()
+        work = estimated.work() / np.abs(alpha).max()
         assert work[:COUNT].min() > -0.01
         # between pushes that take none (poppy_CP at (30, -45) degrees: -0.0002 of the largest alpha) the course
         # would give back 0.025, and draws are let through down to 0.02: their mean may lie below 0 by as much
         assert work[COUNT:].min() > -module.LEAST_WORK
-        least = -0.021 * np.abs(found.draws[..., :COUNT]).max(axis=(1, 2))
-        takes = found.work(found.draws) >= least[:, None]
-        assert takes[:, :COUNT][:, ~found.measured[:COUNT]].all()
+        least = -0.021 * np.abs(estimated.draws[..., :COUNT]).max(axis=(1, 2))
+        takes = estimated.work(estimated.draws) >= least[:, None]
+        assert takes[:, :COUNT][:, ~estimated.measured[:COUNT]].all()
         # between the lines too, but beside pushes that give energy back
         assert takes[:, COUNT:].mean() > 0.98
 
@@ -354,11 +364,11 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
     }
     full = pd.DataFrame(rows)
     short = full.set_axis(["beta", "gamma", "alpha_z", "alpha_x", "se_z", "se_x"], axis=1)
-    one = rftfit.estimate_map(full)
+    estimated = rftfit.estimate_map(full)
     for same in (full.iloc[::-1], short):
-        other = rftfit.estimate_map(same)
-        np.testing.assert_array_equal(one.alpha, other.alpha)
-        np.testing.assert_array_equal(one.draws, other.draws)
+        estimated_again = rftfit.estimate_map(same)
+        np.testing.assert_array_equal(estimated.alpha, estimated_again.alpha)
+        np.testing.assert_array_equal(estimated.draws, estimated_again.draws)
     with pytest.raises(InputError, match=r"no column beta_deg, gamma_deg; found: .*alpha_z"):
         rftfit.estimate_map(short[["alpha_z", "se_z"]])
     # pushes of which nothing is known, off the nodes, tell nothing
@@ -387,40 +397,42 @@ def test_a_rougher_medium_widens_its_own_intervals():
     places = [*np.random.default_rng(5).permutation(COUNT)[:24]]
     largest, widths = np.abs(truth("poppy_LP")).max(), []
     for percent in (0, 2, 4):
-        own = pushed("poppy_LP", places)
-        own.alpha[:] += percent / 100 * largest * np.random.default_rng(6).standard_normal((2, 24))
-        found = estimate(own)
-        free = ~found.measured
-        widths.append(np.sqrt(found.draws.var(axis=0)[:, free].mean()))
+        pushes = pushed("poppy_LP", places)
+        pushes.alpha[:] += (
+            percent / 100 * largest * np.random.default_rng(6).standard_normal((2, 24))
+        )
+        estimated = estimate(pushes)
+        free = ~estimated.measured
+        widths.append(np.sqrt(estimated.draws.var(axis=0)[:, free].mean()))
     assert widths[1] > 1.04 * widths[0]
     assert widths[2] > 1.2 * widths[1]
 
 
 @few_draws()
 def test_a_medium_that_does_not_belong_is_told_so():
-    more = [(-30, 56), (-60, -45), (60, 72), (30, 18), (0, 45), (60, -18)]
-    places = [*FEW, *(node(*one) for one in more), *range(2, COUNT, 10)]
+    directions_deg = [(-30, 56), (-60, -45), (60, 72), (30, 18), (0, 45), (60, -18)]
+    places = [*FEW, *(node(*direction) for direction in directions_deg), *range(2, COUNT, 10)]
     beta, gamma = NODES
     for medium in MEDIA:
         alpha = truth(medium)
         depth_only = rftfit.DepthOnlyProfile.of(TableProfile.published(medium)).alpha(beta, gamma)
         isotropic = alpha[0, node(0, 90)] * np.stack([np.sin(gamma), np.cos(gamma)])
-        for other, belongs in (
+        for law_alpha, belongs in (
             (alpha, True),
             (isotropic, False),
             (np.stack(depth_only), False),
             (alpha * [[1], [2]], False),
         ):
-            found = estimate(Pushes.of(BETA[places], GAMMA[places], other[:, places]))
-            assert (found.belongs > NOT_ALIKE) == belongs, medium
+            estimated = estimate(Pushes.of(BETA[places], GAMMA[places], law_alpha[:, places]))
+            assert (estimated.belongs > NOT_ALIKE) == belongs, medium
     # one number tells the size only
     assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
 
 
 def test_the_push_that_does_not_fit_is_named():
-    own = pushed("poppy_LP", FEW)
-    own.alpha[0, 3] += 0.2
-    farthest = estimate(own).farthest
+    pushes = pushed("poppy_LP", FEW)
+    pushes.alpha[0, 3] += 0.2
+    farthest = estimate(pushes).farthest
     assert farthest is not None
     assert (round(farthest.beta_deg), round(farthest.gamma_deg)) == (60, 18)
     assert farthest.component == "z"
@@ -430,7 +442,7 @@ def test_the_push_that_does_not_fit_is_named():
 def upside_down():
     """A whole grid with z upside down: its own alpha is kept, what lies between takes no energy."""
     angles = np.meshgrid([-45, 0, 45, 75], [-60, -30, 0, 30, 60, 90], indexing="ij")
-    beta, gamma = (part.ravel() for part in angles)
+    beta, gamma = (angle.ravel() for angle in angles)
     z, x = rftfit.scale(0.6).profile.alpha(np.radians(beta), np.radians(gamma))
     se = 0.01 * np.abs([z, x]) + 0.002
     return Pushes.of(beta, gamma, np.array([-z, x]), se)
@@ -464,18 +476,18 @@ def test_repeated_pushes_are_one_with_their_weighted_mean():
     errors = np.array(
         [[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)], [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]]
     )
-    one, other = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
-    np.testing.assert_allclose(one.draws, other.draws, atol=1e-9)
-    assert (one.pushes, other.pushes) == (4, 2)
-    assert one.dof == other.dof
+    of_several, of_once = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
+    np.testing.assert_allclose(of_several.draws, of_once.draws, atol=1e-9)
+    assert (of_several.pushes, of_once.pushes) == (4, 2)
+    assert of_several.dof == of_once.dof
 
 
 def test_errors_that_nobody_stated():
     np.testing.assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
     se = [[0.01, np.nan], [np.nan, 0.02]]
     stated = Pushes.of([0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], se)
-    found = np.sqrt(np.diag(stated.covariance))[[0, 1, 3]]
-    np.testing.assert_allclose(found, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
+    errors = np.sqrt(np.diag(stated.covariance))[[0, 1, 3]]
+    np.testing.assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
 
 
 def test_own_lines_become_nodes():
@@ -486,11 +498,11 @@ def test_own_lines_become_nodes():
 
 
 def test_pushes_without_a_horizontal_component_can_belong():
-    own = pushed("poppy_LP", FEW)
-    own.alpha[1] = np.nan
-    found = estimate(own, published_shapes(without=["poppy_LP"]))
-    assert np.isnan(found.horizontal)
-    assert found.belongs > NOT_ALIKE
+    pushes = pushed("poppy_LP", FEW)
+    pushes.alpha[1] = np.nan
+    estimated = estimate(pushes, published_shapes(without=["poppy_LP"]))
+    assert np.isnan(estimated.horizontal)
+    assert estimated.belongs > NOT_ALIKE
     # and still they need not
-    own.alpha[0] = 0.3
-    assert estimate(own).belongs < NOT_ALIKE
+    pushes.alpha[0] = 0.3
+    assert estimate(pushes).belongs < NOT_ALIKE

@@ -26,7 +26,7 @@ def test_texts_apart_are_no_fault():
 
 
 @pytest.mark.parametrize(
-    ("at", "fault"),
+    ("place", "fault"),
     [
         ((0.32, 0.5), "'here' lies over 'there'"),
         ((0.98, 0.7), "'there' leaves the figure"),
@@ -34,12 +34,12 @@ def test_texts_apart_are_no_fault():
         ((0.05, 0.78), "'there' lies over '1.0'"),
     ],
 )
-def test_an_overlap_and_an_overflow_are_found(at, fault):
-    assert faults((0.3, 0.5, "here"), (*at, "there")) == [fault]
+def test_an_overlap_and_an_overflow_are_found(place, fault):
+    assert faults((0.3, 0.5, "here"), (*place, "there")) == [fault]
 
 
 def test_numbers_of_an_axis_that_run_together_are_found():
-    assert any("lies over" in one for one in faults(ticks=40))
+    assert any("lies over" in fault for fault in faults(ticks=40))
 
 
 def test_what_stands_above_a_figure_belongs_to_it():

@@ -28,7 +28,7 @@ from rftfit.model.profiles import FourierProfile
 from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import ScaledMedium, published, scale_new_medium
 from rftfit.model.shapes import estimate_map, grid
-from rftfit.page.live import profiles, references
+from rftfit.page.live import live_profiles, scaling_references
 from rftfit.page.page import page
 
 PROGRAM = find()
@@ -83,7 +83,11 @@ def array(values):
 
 
 def legs(results):
-    return {name: one for name, one in results.config.intruders.items() if isinstance(one, Leg)}
+    return {
+        name: intruder
+        for name, intruder in results.config.intruders.items()
+        if isinstance(intruder, Leg)
+    }
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", HOLED, "yuma"])
@@ -93,18 +97,18 @@ def test_forces_on_every_element_equal_those_of_the_library(numbers, results, me
     for name, leg in legs(results).items():
         outline, poses = leg_outline(leg), rotation_poses(theta, leg.hip_height_cm)
         elements = place(outline.body, outline.width_cm, poses)
-        for profile, ours in profiles(results, medium).items():
-            found = numbers.evaluate(
+        for profile, ours in live_profiles(results, medium).items():
+            page_forces = numbers.evaluate(
                 f"(() => {{ const r = window.rftfit, p = r.data.profiles['{medium}']['{profile}'];"
                 f" const leg = r.data.legs['{name}'];"
                 " const at = [...Array(271).keys()].map((i) => ((i - 135) * Math.PI) / 180);"
                 " const all = at.map((t) => r.elementForces(p, leg, t, r.data.rate));"
                 " return {each: all, net: all.map((e) => r.netForce(e, leg))}; })()"
             )
-            each = element_forces(ours, elements)
-            np.testing.assert_allclose(array(found["each"]), each, atol=1e-9, rtol=0)
+            expected = element_forces(ours, elements)
+            np.testing.assert_allclose(array(page_forces["each"]), expected, atol=1e-9, rtol=0)
             net = pose_forces(ours, outline.body, outline.width_cm, outline.solid, poses)
-            np.testing.assert_allclose(array(found["net"]), net, atol=1e-9, rtol=0)
+            np.testing.assert_allclose(array(page_forces["net"]), net, atol=1e-9, rtol=0)
             if np.isnan(net).any():
                 unknown.add(profile)
     # a table with holes must leave some unknown, or this would not have tested them
@@ -120,32 +124,32 @@ def test_alpha_on_the_whole_torus_equals_that_of_the_library(numbers, results):
             [[b, g] for b in (-np.pi / 2, 0, np.pi / 2) for g in (-np.pi, -np.pi / 2, 0, np.pi)],
         ]
     )
-    for profile, ours in profiles(results, "poppy_CP").items():
-        found = numbers.evaluate(
+    for profile, ours in live_profiles(results, "poppy_CP").items():
+        page_alpha = numbers.evaluate(
             f"{json.dumps(angles.tolist())}.map(([b, g]) =>"
             f" window.rftfit.alphaOf(window.rftfit.data.profiles.poppy_CP.{profile}, b, g))"
         )
-        wanted = np.stack(ours.alpha(angles[:, 0], angles[:, 1]), axis=-1)
-        np.testing.assert_allclose(array(found), wanted, atol=1e-9)
+        expected = np.stack(ours.alpha(angles[:, 0], angles[:, 1]), axis=-1)
+        np.testing.assert_allclose(array(page_alpha), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("se", [0.0, 0.03])
 @pytest.mark.parametrize("which", ["campaign", "print"])
 def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
-    reference = published() if which == "print" else references(results)[0]
+    reference = published() if which == "print" else scaling_references(results)[0]
     scaled = scale_new_medium(0.42, se, reference.chi, 0.95)
 
     def scale(of, of_table=None):
-        fitted = [of(own) for own in reference.scaled]
+        fitted = [of(terms) for terms in reference.scaled]
         tables = [] if of_table is None else [of_table(table) for table in reference.tables]
-        each, measured = ScaledMedium.of_media(fitted, tables)
-        return scaled.with_interval(of(reference.m0), each, measured=measured)
+        media_values, measured = ScaledMedium.of_media(fitted, tables)
+        return scaled.with_interval(of(reference.m0), media_values, measured=measured)
 
     beta, gamma = (
         grid.ravel()
         for grid in np.meshgrid(np.radians([-60, 0, 30]), np.radians([-45, 0, 90]), indexing="ij")
     )
-    found = numbers.evaluate(
+    page_numbers = numbers.evaluate(
         "(() => { const r = window.rftfit;"
         f" const ref = r.data.references[{1 if which == 'print' else 0}];"
         f" const s = r.scaleNewMedium(0.42, {se}, ref);"
@@ -156,16 +160,16 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
         " alpha: at.map(([b, g]) => r.scaledAlpha(s, ref, b, g))}; })()"
     )
     zeta = [scaled.zeta, scaled.zeta_lo, scaled.zeta_hi]
-    np.testing.assert_allclose(found["s"]["zeta"], zeta, rtol=1e-9)
+    np.testing.assert_allclose(page_numbers["s"]["zeta"], zeta, rtol=1e-9)
     chi = [scaled.chi, scaled.chi_lo, scaled.chi_hi]
-    np.testing.assert_allclose(found["s"]["chi"], chi, rtol=1e-9)
-    np.testing.assert_allclose(array(found["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
+    np.testing.assert_allclose(page_numbers["s"]["chi"], chi, rtol=1e-9)
+    np.testing.assert_allclose(array(page_numbers["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
     both = scale(
-        lambda own: np.stack(evaluate(own, beta, gamma), -1),
+        lambda terms: np.stack(evaluate(terms, beta, gamma), -1),
         lambda table: np.stack(table.alpha(beta, gamma), -1),
     )
-    np.testing.assert_allclose(array(found["alpha"]), np.stack(both, -1), atol=1e-8)
-    for leg, curves in zip(legs(results).values(), found["legs"], strict=True):
+    np.testing.assert_allclose(array(page_numbers["alpha"]), np.stack(both, -1), atol=1e-8)
+    for leg, curves in zip(legs(results).values(), page_numbers["legs"], strict=True):
         outline = leg_outline(leg)
         poses = rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
 
@@ -173,22 +177,22 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
             forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
             return forces[:, :2].T
 
-        wanted = scale(lambda terms, sweep=sweep: sweep(FourierProfile(terms)), sweep)
-        np.testing.assert_allclose(array(curves), np.stack(wanted, -1), atol=1e-6)
+        expected = scale(lambda terms, sweep=sweep: sweep(FourierProfile(terms)), sweep)
+        np.testing.assert_allclose(array(curves), np.stack(expected, -1), atol=1e-6)
 
 
 def test_calculator_equals_rftfit_scale_for_any_error(numbers):
     random = np.random.default_rng(7)
     alpha, relative = 10 ** random.uniform(-1, 0.7, 100), 10 ** random.uniform(-4, 0, 100)
     tests = np.stack([alpha, alpha * relative], -1).tolist()
-    found = numbers.evaluate(
+    page_zeta = numbers.evaluate(
         f"{json.dumps(tests)}.map(([alpha, se]) => window.rftfit.scaleNewMedium("
         "alpha, se, window.rftfit.data.references[1]).zeta)"
     )
     reference = published()
-    scaled = [scale_new_medium(one, se, reference.chi) for one, se in tests]
-    wanted = [[one.zeta, one.zeta_lo, one.zeta_hi] for one in scaled]
-    np.testing.assert_allclose(array(found), wanted, rtol=1e-9)
+    scaled = [scale_new_medium(alpha_z, se, reference.chi) for alpha_z, se in tests]
+    expected = [[medium.zeta, medium.zeta_lo, medium.zeta_hi] for medium in scaled]
+    np.testing.assert_allclose(array(page_zeta), expected, rtol=1e-9)
 
 
 def test_policy_stops_a_foreign_script(chromium, address):
@@ -284,18 +288,18 @@ def test_play_turns_the_leg_and_stops(browser):
 
 def in_page(numbers, alpha, se):
     """The calculator's map of a push, at the nodes of `grid`, which it shows; se NaN: not known."""
-    at = np.degrees(grid()).T.round(4).tolist()
-    found: dict[str, Any] = numbers.evaluate(
+    nodes_deg = np.degrees(grid()).T.round(4).tolist()
+    page_map: dict[str, Any] = numbers.evaluate(
         "(() => { const r = window.rftfit;"
         f" const map = r.scaleMap(r.data.push, {alpha}, {'NaN' if np.isnan(se) else se});"
-        f" return {{...map, alpha: {json.dumps(at)}.map(([b, g]) => map.alpha(b, g))}}; }})()"
+        f" return {{...map, alpha: {json.dumps(nodes_deg)}.map(([b, g]) => map.alpha(b, g))}}; }})()"
     )
-    return found
+    return page_map
 
 
-def on_lines(found):
+def on_lines(estimated):
     """Draws of a map at the nodes that the calculator shows, and which of them were pushed."""
-    return found.draws[..., : found.lines], found.measured[: found.lines]
+    return estimated.draws[..., : estimated.lines], estimated.measured[: estimated.lines]
 
 
 def one_push(alpha, se):
@@ -306,16 +310,16 @@ def one_push(alpha, se):
 
 @pytest.mark.parametrize("alpha", [0.35, 2.1])
 def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha):
-    found, ours = in_page(numbers, alpha, 0.0), one_push(alpha, 0.0)
+    page_map, ours = in_page(numbers, alpha, 0.0), one_push(alpha, 0.0)
     close = partial(np.testing.assert_allclose, rtol=6e-6, atol=1e-9)  # of six digits
     draws, _ = on_lines(ours)
-    wanted = np.stack([draws.mean(axis=0), *interval(draws, 0.95)], axis=-1)
-    close(array(found["alpha"]), wanted.swapaxes(0, 1))
-    close(found["zeta"], ours.zeta)
+    expected = np.stack([draws.mean(axis=0), *interval(draws, 0.95)], axis=-1)
+    close(array(page_map["alpha"]), expected.swapaxes(0, 1))
+    close(page_map["zeta"], ours.zeta)
     for name, leg in legs(results).items():
         body, turn = leg_outline(leg), rotation(None, leg.hip_height_cm)
-        forces, curves = predict(ours.profile, body, turn), found["legs"][name]
-        peaks = {one.name: one for one in find_peaks(ours.profile, body, turn)}
+        forces, curves = predict(ours.profile, body, turn), page_map["legs"][name]
+        peaks = {peak.name: peak for peak in find_peaks(ours.profile, body, turn)}
         side = max(peaks["thrust"], peaks.get("drag", peaks["thrust"]), key=lambda p: abs(p.value))
         for c, peak, (force, theta) in zip(
             "zx", (peaks["lift"], side), curves["peaks"], strict=True
@@ -332,14 +336,14 @@ def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha
 @pytest.mark.parametrize("percent", [1.0, 3.0, np.nan])
 def test_error_of_the_push_widens_the_map(numbers, percent):
     """Ends from other draws than the library's: alike but for the noise of a quantile of 1000 draws."""
-    found, ours = in_page(numbers, 0.35, 0.0035 * percent), one_push(0.35, 0.0035 * percent)
-    _, lo, hi = array(found["alpha"]).T
+    page_map, ours = in_page(numbers, 0.35, 0.0035 * percent), one_push(0.35, 0.0035 * percent)
+    _, lo, hi = array(page_map["alpha"]).T
     draws, down = on_lines(ours)
     ends = interval(draws, 0.95)
     half = (ends[1] - ends[0]) / 2
     free = half > 1e-9
-    for end, wanted in zip((lo, hi), ends, strict=True):
-        off = (end - wanted)[free] / half[free]
+    for end, expected in zip((lo, hi), ends, strict=True):
+        off = (end - expected)[free] / half[free]
         assert abs(off.mean()) < 0.08
         assert np.sqrt((off**2).mean()) < 0.15
     # where the error is all there is
@@ -354,8 +358,8 @@ def test_next_push_is_that_of_the_plan(browser):
 
 
 def test_a_large_error_is_told_to_widen_more(numbers):
-    found, ours = in_page(numbers, 0.35, 0.07), one_push(0.35, 0.07)
-    _, lo, hi = array(found["alpha"]).T
+    page_map, ours = in_page(numbers, 0.35, 0.07), one_push(0.35, 0.07)
+    _, lo, hi = array(page_map["alpha"]).T
     ends = interval(on_lines(ours)[0], 0.95)
     free = ends[1] - ends[0] > 1e-9
     assert 1 < ((ends[1] - ends[0])[free] / (hi - lo)[free]).mean() < 1.25
@@ -369,14 +373,14 @@ FOCUS = "document.activeElement.id"
 
 def test_field_calculator_by_keyboard(browser, results):
     assert browser.evaluate(HIDDEN) is False  # the campaign's own push stands there
-    own = results.table("alpha/poppy_LP.csv").query("beta_deg == 0 and gamma_deg == 90")[
+    measured_alpha = results.table("alpha/poppy_LP.csv").query("beta_deg == 0 and gamma_deg == 90")[
         column("z")
     ]
     shown = browser.evaluate("document.querySelector('#calc-alpha').value")
-    assert float(shown) == pytest.approx(own.iloc[0], abs=5e-5)
+    assert float(shown) == pytest.approx(measured_alpha.iloc[0], abs=5e-5)
     browser.click("#calc-alpha")
     browser.type_text("0.689")
-    scaled = scale_new_medium(0.689, 0.0, references(results)[-1].chi, 0.95)
+    scaled = scale_new_medium(0.689, 0.0, scaling_references(results)[-1].chi, 0.95)
     exact = in_page(browser, 0.689, np.nan)["zeta"]
     text = browser.evaluate(RESULT)
     for value in (scaled.zeta, scaled.zeta_lo, scaled.zeta_hi, *exact):
@@ -457,9 +461,9 @@ def test_robot_by_keyboard(browser):
     assert f"{run['speed_cm_per_s']:.1f} cm/s" in text
     assert f"{sum(arrows[3::4]) / 1000:.2f}" in text
     pressed = "document.getElementById('robot-play').getAttribute('aria-pressed')"
-    for wanted in ("true", "false"):
+    for expected in ("true", "false"):
         browser.evaluate("document.getElementById('robot-play').click()")
-        assert browser.evaluate(pressed) == wanted
+        assert browser.evaluate(pressed) == expected
 
 
 def test_long_table_is_filtered_and_sorted(browser, results):
@@ -467,9 +471,9 @@ def test_long_table_is_filtered_and_sorted(browser, results):
     rows = "[...document.querySelectorAll('#legs .tall tbody tr:not([hidden])')]"
     browser.click("#legs input[type=search]")
     browser.type_text("loose flat table")
-    known = errors["leg"].eq("flat_leg") & errors["profile"].eq("table")
-    wanted = known & errors["medium"].isin(["poppy_LP", "glass0.3mm_LP"])
-    assert browser.evaluate(f"{rows}.length") == wanted.sum() == 4
+    of_flat_leg = errors["leg"].eq("flat_leg") & errors["profile"].eq("table")
+    expected = of_flat_leg & errors["medium"].isin(["poppy_LP", "glass0.3mm_LP"])
+    assert browser.evaluate(f"{rows}.length") == expected.sum() == 4
     assert browser.evaluate(
         "document.querySelector('#legs .filter [role=status]').textContent"
     ) == (f"4 of {len(errors)} rows")
@@ -483,13 +487,13 @@ def test_long_table_is_filtered_and_sorted(browser, results):
         first, last = browser.evaluate(
             f"(() => {{ const all = {shown}; return [all[0], all.at(-1)]; }})()"
         )
-        found = float(
+        shown_value = float(
             (first if least == "min" else last)
             .replace("\N{MINUS SIGN}", "-")
             .replace("no value", "nan")
         )
         if least == "min":
-            assert found == pytest.approx(errors["peak_predicted_N"].min(), abs=0.005)
+            assert shown_value == pytest.approx(errors["peak_predicted_N"].min(), abs=0.005)
     assert browser.evaluate(f"{rows}.length") == len(errors)
 
 

@@ -21,11 +21,16 @@ from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.generic import generic_profile
-from rftfit.figures.legs import forces_over_zeta
-from rftfit.figures.maps import alpha_maps, depth_only_maps, fit_maps, kept_coefficients
-from rftfit.figures.plates import nearest_cells, stress_of_runs, stress_runs
-from rftfit.figures.protocol import tare
+from rftfit.figures.generic import plot_generic_profile
+from rftfit.figures.legs import plot_forces_over_zeta
+from rftfit.figures.maps import (
+    kept_coefficients,
+    plot_alpha_maps,
+    plot_depth_only_maps,
+    plot_fit_maps,
+)
+from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
+from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
 from rftfit.figures.style import FORMATS, save, save_pages
 from rftfit.model.fourier import TERMS, evaluate
@@ -54,22 +59,22 @@ def two_runs():
 
 def maps_of(table, confidence=0.95):
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"], fit=Fit(confidence=confidence))
-    return alpha_maps(results)
+    return plot_alpha_maps(results)
 
 
 def stress_figure():
     traces, fits = two_runs()
     shown = Figures(stress_runs=("down", "up"))
-    return stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
+    return plot_stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
-    one = save(small_map, tmp_path / "one" / "glass0.3mm_LP")
-    other = save(small_map, tmp_path / "an other, \u00e9" / "glass0.3mm_LP")
-    assert [path.name for path in one] == [f"glass0.3mm_LP.{ending}" for ending in FORMATS]
-    assert sorted((tmp_path / "one").iterdir()) == sorted(one)
-    bytes_of = {path.suffix[1:]: path.read_bytes() for path in one}
-    assert bytes_of == {path.suffix[1:]: path.read_bytes() for path in other}
+    files = save(small_map, tmp_path / "one" / "glass0.3mm_LP")
+    moved_files = save(small_map, tmp_path / "an other, \u00e9" / "glass0.3mm_LP")
+    assert [path.name for path in files] == [f"glass0.3mm_LP.{ending}" for ending in FORMATS]
+    assert sorted((tmp_path / "one").iterdir()) == sorted(files)
+    bytes_of = {path.suffix[1:]: path.read_bytes() for path in files}
+    assert bytes_of == {path.suffix[1:]: path.read_bytes() for path in moved_files}
     # no date, and letters that need no font
     assert bytes_of["webp"][8:12] == b"WEBP"
     assert len(bytes_of["webp"]) < len(bytes_of["png"])
@@ -85,7 +90,7 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path)
 
 
 def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path):
-    here = save(stress_figure(), tmp_path / "here")
+    files = save(stress_figure(), tmp_path / "here")
     script = (
         "import sys, matplotlib; matplotlib.rcParams['font.size'] = 20;"
         "matplotlib.rcParams['svg.hashsalt'] = 'x';"
@@ -98,9 +103,9 @@ def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path):
         env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": path},
         check=True,
     )
-    for path_here in here:
-        there = tmp_path / f"there{path_here.suffix}"
-        assert path_here.read_bytes() == there.read_bytes(), path_here.suffix
+    for path_here in files:
+        child_path = tmp_path / f"there{path_here.suffix}"
+        assert path_here.read_bytes() == child_path.read_bytes(), path_here.suffix
 
 
 def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path):
@@ -115,7 +120,7 @@ def every_alpha():
 
 def test_maps_show_media_and_missing_cells():
     results = memory({"alpha/{medium}.csv": every_alpha()})
-    figure = alpha_maps(results)
+    figure = plot_alpha_maps(results)
     text = words(figure)
     titles = [results.campaign.titles[medium] for medium in reference.MEDIA]
     assert {r"$\gamma$ (degrees)", r"$\beta$ (degrees)", "no usable run", *titles} <= set(text)
@@ -141,7 +146,7 @@ def test_bars_show_the_colours_of_their_maps(small_map):
     assert low == -high
     assert high == pytest.approx(np.nanmax(np.abs(reference.alpha_grid("poppy_LP")[0])))
     # what is drawn by way of an image of the whole figure stays in memory until a pdf is closed
-    assert not [one for one in small_map.findobj() if one.get_rasterized()]
+    assert not [artist for artist in small_map.findobj() if artist.get_rasterized()]
 
 
 def fitted(method="lsq", **tables):
@@ -156,7 +161,7 @@ def fitted(method="lsq", **tables):
 
 def test_fit_maps_show_measured_minus_fit():
     results = fitted("dft-index")
-    figure = fit_maps(results)
+    figure = plot_fit_maps(results)
     text = words(figure)
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
@@ -167,38 +172,38 @@ def test_fit_maps_show_measured_minus_fit():
     grid = np.meshgrid(
         np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
     )
-    wanted = reference.alpha_grid("glass3mm_CP")[1] - evaluate(fit, *grid)[1]
+    expected = reference.alpha_grid("glass3mm_CP")[1] - evaluate(fit, *grid)[1]
     assert residual is not None
     good = ~np.ma.getmaskarray(residual)
     assert np.count_nonzero(~good) == len(chain.MISSING)
     # the table's angles are rounded to a hundredth of a degree when cells are sorted
-    np.testing.assert_allclose(residual[good], wanted[good], atol=1e-4)
+    np.testing.assert_allclose(residual[good], expected[good], atol=1e-4)
 
 
 def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
-    figure = depth_only_maps(results, "poppy_LP")
+    figure = plot_depth_only_maps(results, "poppy_LP")
     z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 4))
-    at = table.set_index(["beta_deg", "gamma_deg"])
-    down = at.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
-    left = at.loc[(90.0, 0.0), "alpha_x_N_per_cm3"]
+    indexed = table.set_index(["beta_deg", "gamma_deg"])
+    down = indexed.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
+    left = indexed.loc[(90.0, 0.0), "alpha_x_N_per_cm3"]
     # at the middles of cells of one degree; each component opposes its own velocity component
     cos = np.cos(np.radians(0.5))
     assert z[90, 179] == pytest.approx(down * cos)
     assert z[90, 100] == z[90, 179]
     assert x[179, 90] == pytest.approx(left * cos, rel=0.05)  # +-90 degrees are one plate
-    rest = figure.axes[2].collections[0].get_array()
-    assert rest is not None
-    assert rest.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
+    residual = figure.axes[2].collections[0].get_array()
+    assert residual is not None
+    assert residual.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
     lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
-    told = words(depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
-    assert any("no depth-only model" in line for line in told)
+    text = words(plot_depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
+    assert any("no depth-only model" in line for line in text)
 
 
 def test_generic_figure_scales_by_zeta():
     results = fitted()
-    figure = generic_profile(results)
+    figure = plot_generic_profile(results)
     text = words(figure)
     assert r"coefficient / $\zeta$ (dimensionless)" in text
     assert {results.campaign.titles[medium] for medium in reference.MEDIA} <= set(text)
@@ -215,7 +220,7 @@ def test_without_any_fit_the_reasons_are_drawn():
     penetration = chain.penetration_table().assign(zeta=np.nan, reason=why)
     results = fitted(coefficients=coefficients, penetration=penetration)
     results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
-    for figure in (fit_maps, generic_profile, forces_over_zeta):
+    for figure in (plot_fit_maps, plot_generic_profile, plot_forces_over_zeta):
         assert f"poppy seeds, loose: {why}" in words(figure(results))
 
 
@@ -223,13 +228,13 @@ def test_without_a_usable_medium_there_is_no_generic_profile():
     """Each has its fit and its zeta; the mean of none is in no table."""
     why = "unusable: plates straight down are pushed to one side"
     coefficients = chain.coefficient_table()
-    found = fitted(
+    results = fitted(
         coefficients=coefficients[coefficients["medium"] != GENERIC],
         penetration=chain.penetration_table().assign(reason=why),
     )
-    assert f"poppy seeds, loose: {why}" in words(generic_profile(found))
+    assert f"poppy seeds, loose: {why}" in words(plot_generic_profile(results))
     # the picture says why it is empty
-    assert declared("generic_profile").caption_of(found) == ""
+    assert declared("generic_profile").caption_of(results) == ""
 
 
 def test_stress_figure_turns_extractions_and_draws_the_fit():
@@ -252,9 +257,9 @@ def test_which_runs_the_stress_figure_shows():
     fits = fits.assign(medium="poppy_LP")
     campaign = of_runs(traces, fits).campaign
     assert stress_runs(campaign) == ["down", "up"]
-    for named, message in (("moon", "figures.stress_runs: found moon"), ("flat", "horizontal")):
+    for run_id, message in (("moon", "figures.stress_runs: found moon"), ("flat", "horizontal")):
         with pytest.raises(InputError, match=message):
-            stress_runs(of_runs(traces, fits, figures=Figures(stress_runs=(named,))).campaign)
+            stress_runs(of_runs(traces, fits, figures=Figures(stress_runs=(run_id,))).campaign)
     flat = fits[fits["run_id"] == "flat"]
     results = of_runs(traces[traces["run_id"] == "flat"], flat)
     assert stress_runs(results.campaign) == []
@@ -284,10 +289,10 @@ def test_which_runs_the_stress_figure_shows():
     assert stress_runs(memory({}, ["poppy_LP"], runs[2:3]).campaign) == ["30 45 intrusion"]
     assert declared("stress_of_runs").media(results.campaign) == ()
     # a run that was refused has no samples: another one is shown
-    left = traces[traces["run_id"] != "down"]
+    other_traces = traces[traces["run_id"] != "down"]
     results = of_runs(traces, fits)
-    results.tables |= of_runs(left, fits[fits["run_id"] != "down"]).tables
-    assert any(line.startswith("extraction") for line in words(stress_of_runs(results)))
+    results.tables |= of_runs(other_traces, fits[fits["run_id"] != "down"]).tables
+    assert any(line.startswith("extraction") for line in words(plot_stress_of_runs(results)))
 
 
 def test_tare_figure_shades_the_valid_range():
@@ -305,34 +310,34 @@ def test_tare_figure_shades_the_valid_range():
         }
     )
     names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
-    figure = tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
+    figure = plot_tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
     np.testing.assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
-    for column, value, told in (
+    for column, value, message in (
         ("tare_z_N", np.nan, "valid nowhere"),
         ("valid_to", np.nan, "no plate run has a tare"),
     ):
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
-        lost = tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
-        assert any(told in line for line in words(lost))
+        lost = plot_tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
+        assert any(message in line for line in words(lost))
 
 
 def declared(name):
-    return next(one for one in figures() if one.name == name)
+    return next(figure for figure in figures() if figure.name == name)
 
 
 def test_braces_in_the_title_of_a_medium_are_text():
     results = memory({}, ["poppy_LP"])
     results.campaign.titles["poppy_LP"] = "sand {wet}"
-    told = declared("depth_only_maps").caption_of(results, "poppy_LP")
-    assert " in sand {wet}, made from" in told
+    caption = declared("depth_only_maps").caption_of(results, "poppy_LP")
+    assert " in sand {wet}, made from" in caption
 
 
 def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
     campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
-    files = [one.file(medium) for one in figures() for medium in one.media(campaign)]
+    files = [figure.file(medium) for figure in figures() for medium in figure.media(campaign)]
     assert len(files) == len(set(files)) > 30
     assert {
         "figures/alpha_maps",
@@ -341,14 +346,14 @@ def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
         "figures/robot_full_speed",
         "figures/legs_in_sands",
     } <= set(files)
-    for one in figures():
-        module, _, name = one.run.partition(":")
+    for figure in figures():
+        module, _, name = figure.run.partition(":")
         assert callable(getattr(import_module(module), name))
 
 
 def test_a_sand_alone_has_no_figure_of_laboratory_media():
     campaign = memory({}, ["yuma"]).campaign
-    files = {one.file(medium) for one in figures() for medium in one.media(campaign)}
+    files = {figure.file(medium) for figure in figures() for medium in figure.media(campaign)}
     names = (
         "first_map",
         "first_peaks",
@@ -361,36 +366,36 @@ def test_a_sand_alone_has_no_figure_of_laboratory_media():
     assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
 
 
-@pytest.mark.parametrize("one", figures(), ids=lambda one: one.run)
-def test_a_caption_is_short_and_needs_no_table(one):
+@pytest.mark.parametrize("figure", figures(), ids=lambda figure: figure.run)
+def test_a_caption_is_short_and_needs_no_table(figure):
     results = memory({}, [*reference.MEDIA, *reference.SANDS])
-    for medium in one.media(results.campaign):
-        told = one.caption_of(results, medium)
-        assert told or one.folder == "quality"
-        assert not set(told) & set("{}*")
-        assert len(told.partition(" After ")[0].split()) <= 40
+    for medium in figure.media(results.campaign):
+        caption = figure.caption_of(results, medium)
+        assert caption or figure.folder == "quality"
+        assert not set(caption) & set("{}*")
+        assert len(caption.partition(" After ")[0].split()) <= 40
 
 
-@pytest.mark.parametrize("ending", [one for one in FORMATS if one != "webp"])
+@pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "webp"])
 def test_a_remark_stands_in_every_format(ending):
-    one = style.missing("nothing")
-    assert b"re-enacted logs" in style.content(one, ending, "Made from re-enacted logs.")
-    assert b"re-enacted logs" not in style.content(one, ending)
+    figure = style.missing("nothing")
+    assert b"re-enacted logs" in style.content(figure, ending, "Made from re-enacted logs.")
+    assert b"re-enacted logs" not in style.content(figure, ending)
 
 
 def test_pages_are_written_beside_one_another(tmp_path):
-    one = style.missing("nothing")
-    names = save_pages([one, one], tmp_path, "results/quality/glass0.3mm_LP")
+    figure = style.missing("nothing")
+    names = save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
     stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
     assert names == [f"results/quality/{stem}.{ending}" for stem in stems for ending in FORMATS]
     assert all((tmp_path / name).is_file() for name in names)
-    assert save_pages(one, tmp_path, "a") == [f"a.{ending}" for ending in FORMATS]
+    assert save_pages(figure, tmp_path, "a") == [f"a.{ending}" for ending in FORMATS]
 
 
 def test_numbers_are_written_with_a_true_minus():
-    assert style.number(-0.0123) == "\u22120.012"
-    assert style.number(-0.0001) == "0.000"
-    assert style.number(float("nan")) == "no value"
+    assert style.format_number(-0.0123) == "\u22120.012"
+    assert style.format_number(-0.0001) == "0.000"
+    assert style.format_number(float("nan")) == "no value"
     assert style.degrees(-18.4349) == "\u221218.4\u00b0"
     assert style.degrees(90.0) == "90\u00b0"
 
@@ -407,20 +412,20 @@ def test_declarations_load_no_matplotlib():
 
 
 def test_linearity_is_drawn_in_directions_of_the_campaign():
-    own = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
-    table = pd.DataFrame(own, columns=["beta_deg", "gamma_deg"])
-    found = nearest_cells(table)
-    assert set(found) <= set(own)
-    assert len(set(found)) == len(found)
-    assert found[0] == (-5.0, 80.0)
-    assert nearest_cells(table[:1]) == own[:1]
+    directions = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
+    table = pd.DataFrame(directions, columns=["beta_deg", "gamma_deg"])
+    nearest = nearest_cells(table)
+    assert set(nearest) <= set(directions)
+    assert len(set(nearest)) == len(nearest)
+    assert nearest[0] == (-5.0, 80.0)
+    assert nearest_cells(table[:1]) == directions[:1]
 
 
 def test_the_dates_in_fonts_are_not_warned_of(caplog):
     figure = style.new_figure(8, 5)
     figure.text(0.5, 0.5, r"$\alpha_z$ and $\zeta$")
     style.content(figure, "pdf")
-    assert [one.name for one in caplog.records if one.name.startswith("fontTools")] == []
+    assert [record.name for record in caplog.records if record.name.startswith("fontTools")] == []
 
 
 @pytest.fixture(scope="module")

@@ -13,14 +13,14 @@ from matplotlib.collections import QuadMesh
 from page_inputs import page_results, sand_results, write
 from text_boxes import words
 
-from rftfit.figures.maps import estimated_maps
+from rftfit.figures.maps import plot_estimated_maps
 from rftfit.figures.registry import greek
-from rftfit.figures.style import FORMATS, content, preview
-from rftfit.measure.flags import about, flag_table, remark
+from rftfit.figures.style import FORMATS, content, shrink_png
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.page.findings import findings
 from rftfit.page.outcome import doubt_of_map
+from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
-from rftfit.page.page import pictures
 from rftfit.results import Results
 from rftfit.workflow.profiles import maps
 
@@ -29,22 +29,22 @@ NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
 def sentences(page):
     """Text and section of each sentence, as a reader sees it."""
-    found = re.search(r'<ul class="findings">(.*?)</ul>', page, re.DOTALL)
-    assert found is not None
-    items = re.findall(r'<li>(.*?) <a href="#(\w+)".*?</li>', found[1], re.DOTALL)
+    match = re.search(r'<ul class="findings">(.*?)</ul>', page, re.DOTALL)
+    assert match is not None
+    items = re.findall(r'<li>(.*?) <a href="#(\w+)".*?</li>', match[1], re.DOTALL)
     return [(html.unescape(re.sub(r"</?sub>", "", text)), section) for text, section in items]
 
 
 def numbers(text):
     """Numbers of a sentence, without those of its directions and units."""
     plain = re.sub(r"\(0, 90 deg\)|N/cm\u00b3|\d+(?:\.\d+)? mm glass", "", text)
-    return [float(one.replace("\u2212", "-")) for one in NUMBER.findall(plain)]
+    return [float(number.replace("\u2212", "-")) for number in NUMBER.findall(plain)]
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    made = page_results(tmp_path_factory.mktemp("found"), robot=True)
-    errors = made.table("leg_errors.csv")
+    written = page_results(tmp_path_factory.mktemp("found"), robot=True)
+    errors = written.table("leg_errors.csv")
     sand = errors["medium"] == "yuma"
     errors.loc[sand, ["peak_measured_N", "peak_error_percent"]] = [2.0, 12.0]
     # made different from leg to leg, with intervals
@@ -52,10 +52,10 @@ def results(tmp_path_factory):
     errors["peak_error_percent"] += off
     errors["peak_error_lo_percent"] = errors["peak_error_percent"] - 5
     errors["peak_error_hi_percent"] = errors["peak_error_percent"] + 7
-    write(made, "leg_errors.csv", errors)
+    write(written, "leg_errors.csv", errors)
     passed = [{"medium": "yuma", "check": name, "verdict": "passed"} for name in ("work", "rods")]
-    write(made, "checks/yuma.csv", pd.DataFrame(passed))
-    return Results(made.campaign)
+    write(written, "checks/yuma.csv", pd.DataFrame(passed))
+    return Results(written.campaign)
 
 
 @pytest.fixture(scope="module")
@@ -64,81 +64,99 @@ def page(results):
 
 
 @pytest.fixture(scope="module")
-def said(page):
+def sentences_of_section(page):
     """Sentences by the section that they lead to."""
-    found: dict[str, list[str]] = {}
+    texts_of_section: dict[str, list[str]] = {}
     for text, section in sentences(page):
-        found.setdefault(section, []).append(text)
-    return found
+        texts_of_section.setdefault(section, []).append(text)
+    return texts_of_section
 
 
 def text_of(results, section):
-    return next(one.text for one in findings(results) if one.section == section)
+    return next(finding.text for finding in findings(results) if finding.section == section)
 
 
-def test_the_first_screen_has_three_sentences_and_sections_the_rest(results, page, said):
-    assert {name: len(texts) for name, texts in said.items()} == {"believed": 1, "legs": 2}
-    rest = findings(results)[3:]
-    assert [one.section for one in rest] == ["sands", "robot", "coefficients"]
+def test_the_first_screen_has_three_sentences_and_sections_the_rest(
+    results, page, sentences_of_section
+):
+    assert {name: len(texts) for name, texts in sentences_of_section.items()} == {
+        "believed": 1,
+        "legs": 2,
+    }
+    later_findings = findings(results)[3:]
+    assert [finding.section for finding in later_findings] == ["sands", "robot", "coefficients"]
     text = html.unescape(re.sub(r"</?sub>", "", page)).replace("\u00a0%", " %").replace("\n", " ")
-    assert all(greek(one.text).replace("_z", "z") in text for one in rest)
+    assert all(greek(finding.text).replace("_z", "z") in text for finding in later_findings)
 
 
-def test_errors_of_legs(results, said):
-    own = results.table("leg_errors.csv").query("component == 'z' and profile == 'table'")
-    own = own[own["medium"].isin(results.laboratory) & own["peak_error_percent"].notna()]
-    size = own["peak_error_percent"].abs()
-    worst_of = size.groupby(own["leg"]).max()
-    told, why = said["legs"]
-    found = [one for one in numbers(told) if one != 33]
-    assert sorted(map(abs, found[:3])) == pytest.approx(sorted(worst_of), abs=0.5)
-    places = [told.index(one) for one in ("c-leg", "flat leg", "not within", "reversed")]
+def test_errors_of_legs(results, sentences_of_section):
+    lift_errors = results.table("leg_errors.csv").query("component == 'z' and profile == 'table'")
+    lift_errors = lift_errors[
+        lift_errors["medium"].isin(results.laboratory) & lift_errors["peak_error_percent"].notna()
+    ]
+    size = lift_errors["peak_error_percent"].abs()
+    worst_of = size.groupby(lift_errors["leg"]).max()
+    told, why = sentences_of_section["legs"]
+    told_numbers = [number for number in numbers(told) if number != 33]
+    assert sorted(map(abs, told_numbers[:3])) == pytest.approx(sorted(worst_of), abs=0.5)
+    places = [told.index(phrase) for phrase in ("c-leg", "flat leg", "not within", "reversed")]
     assert places == sorted(places)
-    assert found[3:] == pytest.approx([len(own), size.median(), size.max()], abs=0.5)
-    ends = own.loc[size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]].tolist()
+    assert told_numbers[3:] == pytest.approx([len(lift_errors), size.median(), size.max()], abs=0.5)
+    ends = lift_errors.loc[
+        size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]
+    ].tolist()
     assert numbers(why)[:2] == pytest.approx(ends, abs=0.5)
     assert ("leaves zero out" in why) == (ends[0] * ends[1] > 0)
 
 
 def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_path):
-    made = page_results(tmp_path, robot=False)
+    written = page_results(tmp_path, robot=False)
     errors = results.table("leg_errors.csv")
     of_table = errors[(errors["profile"] == "table") & errors["medium"].isin(results.laboratory)]
-    write(made, "leg_errors.csv", of_table.assign(profile="map"))
-    of_map = [one.text for one in findings(Results(made.campaign)) if one.section == "legs"]
-    by_table = [one.text for one in findings(results) if one.section == "legs"]
+    write(written, "leg_errors.csv", of_table.assign(profile="map"))
+    of_map = [
+        finding.text for finding in findings(Results(written.campaign)) if finding.section == "legs"
+    ]
+    by_table = [finding.text for finding in findings(results) if finding.section == "legs"]
     assert of_map[0] == by_table[0].replace("the measured alpha", "the map")
     assert "the errors of the map" in of_map[1]
 
 
 def test_errors_in_sands(results):
     errors = results.table("leg_errors.csv").query("medium == 'yuma' and profile == 'generic'")
-    wanted: list[float] = []
-    for _, part in errors[errors["component"] == "z"].groupby("leg", sort=False):
-        row = part.loc[part["peak_error_percent"].abs().idxmax()]
-        wanted += [row[f"peak_error_{end}percent"] for end in ("", "lo_", "hi_")]
-    assert numbers(text_of(results, "sands")) == pytest.approx(wanted, abs=0.5)
+    expected: list[float] = []
+    for _, errors_of_leg in errors[errors["component"] == "z"].groupby("leg", sort=False):
+        row = errors_of_leg.loc[errors_of_leg["peak_error_percent"].abs().idxmax()]
+        expected += [row[f"peak_error_{end}percent"] for end in ("", "lo_", "hi_")]
+    assert numbers(text_of(results, "sands")) == pytest.approx(expected, abs=0.5)
 
 
 def test_speeds_of_the_robot(results):
     errors = results.table("robot/errors.csv")
-    own = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
-    near = int((own["error_percent"].abs() <= 20).sum())
-    assert numbers(text_of(results, "robot")) == [20, near, len(own)]
+    errors_of_table = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
+    near = int((errors_of_table["error_percent"].abs() <= 20).sum())
+    assert numbers(text_of(results, "robot")) == [20, near, len(errors_of_table)]
 
 
-def test_softest_and_hardest_medium(results, said):
-    found: dict[str, tuple[Any, ...]] = {}
-    for one in results:
-        table = one.alpha
+def test_softest_and_hardest_medium(results, sentences_of_section):
+    alpha_of_title: dict[str, tuple[Any, ...]] = {}
+    for medium in results:
+        table = medium.alpha
         row = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
-        found[one.title] = tuple(row[f"alpha_z{end}_N_per_cm3"] for end in ("", "_lo", "_hi"))
-    ordered = sorted(found, key=lambda title: found[title][0])
-    text = said["believed"][0]
+        alpha_of_title[medium.title] = tuple(
+            row[f"alpha_z{end}_N_per_cm3"] for end in ("", "_lo", "_hi")
+        )
+    ordered = sorted(alpha_of_title, key=lambda title: alpha_of_title[title][0])
+    text = sentences_of_section["believed"][0]
     start, text = text.split(". ", 1)
     assert start == "Measured well: yes; 2 checks passed"
-    wanted = [end for title in (ordered[0], ordered[-1]) for end in found[title] if end == end]  # noqa: PLR0124
-    assert numbers(text) == pytest.approx(wanted, abs=0.0005)
+    expected = [
+        end
+        for title in (ordered[0], ordered[-1])
+        for end in alpha_of_title[title]
+        if end == end  # noqa: PLR0124
+    ]
+    assert numbers(text) == pytest.approx(expected, abs=0.0005)
 
 
 def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path):
@@ -148,48 +166,54 @@ def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path):
     _, (text, section), (why, _) = sentences(make_page(Results(results.campaign)))
     assert section == "viewer"
     assert "one push tells how strong a medium is" in why
-    wanted = [
-        part["force_z_N"].max() + add
-        for _, part in predicted.groupby("leg", sort=False)
+    expected = [
+        curve["force_z_N"].max() + add
+        for _, curve in predicted.groupby("leg", sort=False)
         for add in (0, -0.1, 0.1)
     ]
-    assert numbers(text) == pytest.approx(wanted, abs=0.05)
+    assert numbers(text) == pytest.approx(expected, abs=0.05)
 
 
 def test_what_nine_terms_miss(tmp_path):
-    made = page_results(tmp_path)
-    table = made.table("coefficients.csv")
+    written = page_results(tmp_path)
+    table = written.table("coefficients.csv")
     table["misfit_rms_N_per_cm3"] = table["medium"].map({"poppy_LP": 0.02, "poppy_CP": 0.09})
-    write(made, "coefficients.csv", table)
-    largest = [made[m].alpha["alpha_z_N_per_cm3"].max() for m in ("poppy_LP", "poppy_CP")]
+    write(written, "coefficients.csv", table)
+    largest = [written[m].alpha["alpha_z_N_per_cm3"].max() for m in ("poppy_LP", "poppy_CP")]
     text = next(
-        one.text for one in findings(Results(made.campaign)) if one.text.startswith("Nine terms")
+        finding.text
+        for finding in findings(Results(written.campaign))
+        if finding.text.startswith("Nine terms")
     )
     assert numbers(text) == pytest.approx([2 / largest[0], 9 / largest[1]], abs=0.5)
     # nine directions are met whatever the medium is
     for medium in ("poppy_LP", "poppy_CP"):
-        write(made, f"alpha/{medium}.csv", made.table(f"alpha/{medium}.csv").iloc[:9])
-    left = findings(Results(made.campaign))
-    assert not any(one.text.startswith("Nine terms") for one in left)
+        write(written, f"alpha/{medium}.csv", written.table(f"alpha/{medium}.csv").iloc[:9])
+    findings_left = findings(Results(written.campaign))
+    assert not any(finding.text.startswith("Nine terms") for finding in findings_left)
 
 
 def test_a_robot_without_a_measured_speed_tells_how_fast_it_runs(tmp_path):
-    made = page_results(tmp_path, robot=True)
-    errors, speed = (made.table(f"robot/{name}.csv") for name in ("errors", "speed"))
-    write(made, "robot/errors.csv", errors.assign(measured_cm_per_s=np.nan))
+    written = page_results(tmp_path, robot=True)
+    errors, speed = (written.table(f"robot/{name}.csv") for name in ("errors", "speed"))
+    write(written, "robot/errors.csv", errors.assign(measured_cm_per_s=np.nan))
     fast = speed["frequency_Hz"] == speed["frequency_Hz"].max()
-    write(made, "robot/speed.csv", speed.assign(warning=np.where(fast, "too fast", "")))
-    text = findings(Results(made.campaign))[2].text
-    own = speed[~fast & (speed["profile"] == "table")]
-    best = own.loc[own["speed_cm_per_s"].idxmax()]
-    wanted = [best[name] for name in ("speed_cm_per_s", "frequency_Hz", "curvature_times_R")]
-    assert numbers(text) == pytest.approx(wanted, abs=0.5)
+    write(written, "robot/speed.csv", speed.assign(warning=np.where(fast, "too fast", "")))
+    text = findings(Results(written.campaign))[2].text
+    table_speeds = speed[~fast & (speed["profile"] == "table")]
+    best = table_speeds.loc[table_speeds["speed_cm_per_s"].idxmax()]
+    expected = [best[name] for name in ("speed_cm_per_s", "frequency_Hz", "curvature_times_R")]
+    assert numbers(text) == pytest.approx(expected, abs=0.5)
 
 
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     def media_of_nine_terms(results):
         """Return y of the sentence "in x of y media the nine terms put ..."."""
-        return int(next(one.text for one in findings(results) if one.text[:3] == "In ").split()[3])
+        return int(
+            next(
+                finding.text for finding in findings(results) if finding.text[:3] == "In "
+            ).split()[3]
+        )
 
     results = page_results(tmp_path)
     every = media_of_nine_terms(results)
@@ -201,7 +225,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
         "sentence": "Z looks reversed.",
     }
     write(results, "checks/poppy_CP.csv", pd.DataFrame([failed]))
-    flags = [flag for run_id in "ab" for flag in about(run_id, [remark("no-tare")])]
+    flags = [flag for run_id in "ab" for flag in attach_run(run_id, [remark("no-tare")])]
     fits = pd.DataFrame({"run_id": list("abc"), "alpha_z_N_per_cm3": 0.3, "reason": ""})
     write(results, "fits/poppy_LP.csv", fits)
     write(results, "flags/poppy_LP.csv", flag_table("poppy_LP", "tare", flags))
@@ -231,10 +255,10 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
     for name in names:
         target = results.root / "results" / f"{name}.webp"
         target.parent.mkdir(exist_ok=True)
-        target.write_bytes(preview(png))
-    found = pictures(results)
-    assert [one.name for one in found] == ["first_map", "yuma", "alpha_maps_poppy_LP"]
-    assert {(one.width, one.height) for one in found} == {(900, 375)}
+        target.write_bytes(shrink_png(png))
+    previews = drawn_figures(results)
+    assert [picture.name for picture in previews] == ["first_map", "yuma", "alpha_maps_poppy_LP"]
+    assert {(picture.width, picture.height) for picture in previews} == {(900, 375)}
     page = make_page(results)
     assert page.count("<img ") == 3
     for name in names[:1]:
@@ -247,13 +271,17 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
 
 def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
     results = page_results(tmp_path)
-    page = estimated_maps(results)
+    page = plot_estimated_maps(results)
     assert sum("estimated" in text for text in words(page)) == 2
     assert "Yuma sand" in words(page)
     # laboratory media of this campaign have one row in the run sheet, but no map
     assert len(page.axes) == 8
     meshes = [mesh.get_array() for mesh in page.axes[0].findobj(QuadMesh)]
-    drawn = [np.ma.filled(np.ma.asarray(one), np.nan).ravel() for one in meshes if one is not None]
+    drawn = [
+        np.ma.filled(np.ma.asarray(values), np.nan).ravel()
+        for values in meshes
+        if values is not None
+    ]
     largest = results.table("maps/yuma.csv")["alpha_z_N_per_cm3"].max()
     assert np.nanmax(np.concatenate(drawn)) == pytest.approx(largest)
     (ring,) = (line for line in page.axes[0].lines if line.get_marker() == "o")

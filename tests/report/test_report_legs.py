@@ -18,14 +18,14 @@ from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
-    forces_over_zeta,
-    legs,
-    legs_by_medium,
-    legs_depth_only,
-    legs_in_sands,
-    peak_errors,
+    plot_forces_over_zeta,
+    plot_legs,
+    plot_legs_by_medium,
+    plot_legs_depth_only,
+    plot_legs_in_sands,
+    plot_peak_errors,
 )
-from rftfit.figures.sands import penetration as draw_penetration
+from rftfit.figures.sands import plot_penetration as draw_penetration
 from rftfit.figures.style import content, save
 from rftfit.model.fourier import as_array
 from rftfit.model.motion import THETA_DEG
@@ -82,13 +82,13 @@ def curve_of(leg, profile):
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "legs": lambda: legs(results(), "poppy_LP"),
-    "legs_by_medium": lambda: legs_by_medium(results()),
-    "legs_depth_only": lambda: legs_depth_only(results()),
-    "legs_in_sands": lambda: legs_in_sands(results(SANDS)),
-    "forces_over_zeta": lambda: forces_over_zeta(results()),
+    "legs": lambda: plot_legs(results(), "poppy_LP"),
+    "legs_by_medium": lambda: plot_legs_by_medium(results()),
+    "legs_depth_only": lambda: plot_legs_depth_only(results()),
+    "legs_in_sands": lambda: plot_legs_in_sands(results(SANDS)),
+    "forces_over_zeta": lambda: plot_forces_over_zeta(results()),
     "penetration": lambda: draw_penetration(pushed(*sand_tables())),
-    "peak_errors": lambda: peak_errors(results()),
+    "peak_errors": lambda: plot_peak_errors(results()),
 }
 
 
@@ -102,9 +102,9 @@ def test_axes_have_units_and_no_text_leaves_the_figure_or_touches_another(name):
     figure = drawn(name)
     content(figure, "svg")
     assert text_faults(figure) == []
-    found = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
-    assert found != {""}
-    assert all("(" in label and label.endswith(")") for label in found - {""}), found
+    labels = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
+    assert labels != {""}
+    assert all("(" in label and label.endswith(")") for label in labels - {""}), labels
 
 
 def measured():
@@ -127,8 +127,10 @@ def sand_tables():
     for medium in SANDS:
         for window, share in (("stated", 1.0), ("detected", 1.2)):
             to = share * STATED_CM[medium]
-            part = samples[(samples["medium"] == medium) & (samples["depth_cm"] <= to)]
-            depth, stress = (part[n].to_numpy(float) for n in ("depth_cm", "stress_z_N_per_cm2"))
+            samples_of_window = samples[(samples["medium"] == medium) & (samples["depth_cm"] <= to)]
+            depth, stress = (
+                samples_of_window[n].to_numpy(float) for n in ("depth_cm", "stress_z_N_per_cm2")
+            )
             alpha = float(depth @ stress / (depth @ depth))
             rows.append(
                 {
@@ -149,9 +151,9 @@ def sand_tables():
 def errors():
     truth = measured()
     rows = []
-    for (medium, leg, profile), part in predicted().groupby(["medium", "leg", "profile"]):
-        top = part.iloc[int(part["force_z_N"].argmax())]
-        own = truth[(truth["medium"] == medium) & (truth["leg"] == leg)]
+    for (medium, leg, profile), curve in predicted().groupby(["medium", "leg", "profile"]):
+        top = curve.iloc[int(curve["force_z_N"].argmax())]
+        measured_curve = truth[(truth["medium"] == medium) & (truth["leg"] == leg)]
         ends = {f"peak_predicted_{e}N": top[f"force_z_{e}N"] for e in ("", "lo_", "hi_")}
         rows.append(
             {
@@ -160,7 +162,7 @@ def errors():
                 "profile": profile,
                 "component": "z",
                 "reason": "",
-                "peak_measured_N": own["force_z_N"].max(),
+                "peak_measured_N": measured_curve["force_z_N"].max(),
                 **ends,
             }
         )
@@ -175,11 +177,11 @@ def results(media=MEDIA, legs=None, **tables):
         "penetration": penetration,
         "leg_errors": errors,
     }
-    own = {name: tables[name] if name in tables else make() for name, make in usual.items()}
+    used_tables = {name: tables[name] if name in tables else make() for name, make in usual.items()}
     if "measured" in tables:
-        own["legs/{medium}"] = tables["measured"]
+        used_tables["legs/{medium}"] = tables["measured"]
     settings = {} if legs is None else {"intruders": legs}
-    return memory({f"{name}.csv": table for name, table in own.items()}, media, **settings)
+    return memory({f"{name}.csv": table for name, table in used_tables.items()}, media, **settings)
 
 
 def pushed(samples, sands):
@@ -189,10 +191,10 @@ def pushed(samples, sands):
         .drop_duplicates()
         .assign(direction="intrusion", mirrored=False)
     )
-    found = of_runs(samples.drop(columns="medium"), fits)
-    found.sands = tuple(SANDS)
-    found.tables["sands.csv"] = sands
-    return found
+    sand_results = of_runs(samples.drop(columns="medium"), fits)
+    sand_results.sands = tuple(SANDS)
+    sand_results.tables["sands.csv"] = sands
+    return sand_results
 
 
 def panels(figure):
@@ -202,9 +204,11 @@ def panels(figure):
 
 def test_the_order_of_rows_does_not_matter(tmp_path):
     ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
-    one = save(legs(results(), "poppy_LP"), tmp_path / "one")
-    other = save(legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other")
-    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in other]
+    files = save(plot_legs(results(), "poppy_LP"), tmp_path / "one")
+    shuffled_files = save(
+        plot_legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other"
+    )
+    assert [path.read_bytes() for path in files] == [path.read_bytes() for path in shuffled_files]
 
 
 def test_the_curves_drawn_are_those_of_the_tables():
@@ -220,24 +224,24 @@ def test_the_curves_drawn_are_those_of_the_tables():
     # the depth-only model has an inset of its own
     highest = curve_of("reversed_c_leg", "depth_only")["force_z_N"].max()
     (inset,) = figure.axes[7].child_axes
-    dots, line = (np.nanmax(np.asarray(one.get_ydata(), dtype=float)) for one in inset.lines)
+    dots, line = (np.nanmax(np.asarray(curve.get_ydata(), dtype=float)) for curve in inset.lines)
     assert dots == flat
     assert line == highest < inset.get_ylim()[1]
     assert figure.axes[7].get_ylim()[1] < highest
-    line = next(one for one in drawn("legs_depth_only").axes[0].lines if one.is_dashed())
+    line = next(curve for curve in drawn("legs_depth_only").axes[0].lines if curve.is_dashed())
     np.testing.assert_array_equal(line.get_ydata(), curve_of("c_leg", "depth_only")["force_z_N"])
     # the generic forces are the sweep of the printed coefficients
     expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
-    found = np.asarray(drawn("forces_over_zeta").axes[0].lines[1].get_ydata(), dtype=float)
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    drawn_forces = np.asarray(drawn("forces_over_zeta").axes[0].lines[1].get_ydata(), dtype=float)
+    np.testing.assert_allclose(drawn_forces, expected, atol=1e-12)
 
 
 def test_each_push_into_a_sand_has_its_own_fit():
     samples, sands = sand_tables()
-    more, fits = (table[table["medium"] == SANDS[0]] for table in (samples, sands))
+    samples_of_sand, fits = (table[table["medium"] == SANDS[0]] for table in (samples, sands))
     slopes_of = fits["alpha_z_N_per_cm3"]
     fits = fits.assign(run_id="again", alpha_z_N_per_cm3=2 * slopes_of)
-    samples = pd.concat([samples, more.assign(run_id="again")])
+    samples = pd.concat([samples, samples_of_sand.assign(run_id="again")])
     figure = draw_penetration(pushed(samples, pd.concat([sands, fits])))
     lines = [np.asarray(line.get_xydata(), dtype=float) for line in figure.axes[0].lines]
     slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
@@ -250,9 +254,9 @@ def test_each_push_into_a_sand_has_its_own_fit():
 def test_a_leg_that_is_not_measured_is_told_in_its_panels():
     without = results(measured=measured().query("leg != 'flat_leg'"))
     for figure, count in (
-        (legs(without, "poppy_LP"), 2),
-        (legs_by_medium(without), len(MEDIA)),
-        (forces_over_zeta(without), 2),
+        (plot_legs(without, "poppy_LP"), 2),
+        (plot_legs_by_medium(without), len(MEDIA)),
+        (plot_forces_over_zeta(without), 2),
     ):
         assert sum("not measured" in text for text in panels(figure)) == count
 
@@ -263,13 +267,13 @@ def test_a_prediction_without_numbers_is_told_with_its_reason():
     table.loc[bad, [name for name in table if str(name).startswith("force")]] = np.nan
     table.loc[bad, "reason"] = "cell (30, 45) is missing"
     lost = results(predicted=table)
-    for figure in (legs(lost, "poppy_LP"), legs_by_medium(lost)):
-        told = " ".join(panels(figure)).replace("\n", " ")
-        assert "no prediction (cell (30, 45) is missing)" in told
+    for figure in (plot_legs(lost, "poppy_LP"), plot_legs_by_medium(lost)):
+        text = " ".join(panels(figure)).replace("\n", " ")
+        assert "no prediction (cell (30, 45) is missing)" in text
 
 
 def test_a_medium_without_any_data_has_a_row_that_says_so():
-    figure = legs_by_medium(results(["poppy_LP", "poppy_CP"]))
+    figure = plot_legs_by_medium(results(["poppy_LP", "poppy_CP"]))
     empty = [text for text in panels(figure) if "not measured" in text and "no prediction" in text]
     assert len(empty) == len(reference.LEGS)
     assert "poppy seeds, close" in words(figure)
@@ -278,9 +282,9 @@ def test_a_medium_without_any_data_has_a_row_that_says_so():
 def test_a_medium_without_zeta_is_named_in_the_panels():
     table = penetration().assign(reason="no fit")
     table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
-    figure = forces_over_zeta(results(penetration=table))
+    figure = plot_forces_over_zeta(results(penetration=table))
     assert all("no curve: poppy seeds, loose" in text.replace("\n", " ") for text in panels(figure))
-    figure = forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
+    figure = plot_forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
     assert "3 mm glass, close: no fit" in words(figure)
 
 
@@ -312,24 +316,24 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table.loc[first, "reason"] = "no measured curve"
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
     table = table[table["medium"] != "palms29"]
-    figure = peak_errors(results(leg_errors=table))
-    told = [set(text.split("\n")) for text in panels(figure)]
-    assert told[0] == {"no value: no measured curve", "no value: nine-term fit"}
-    assert told[1] == {"no value: nine-term fit", "nothing predicted"}
+    figure = plot_peak_errors(results(leg_errors=table))
+    labels_of_panels = [set(text.split("\n")) for text in panels(figure)]
+    assert labels_of_panels[0] == {"no value: no measured curve", "no value: nine-term fit"}
+    assert labels_of_panels[1] == {"no value: nine-term fit", "nothing predicted"}
     labels = [label.get_text() for label in drawn("peak_errors").axes[0].get_yticklabels()]
     titles = results().campaign.titles
     assert labels == [titles[name] for name in titles if name in (*MEDIA, *SANDS)]
-    own = table.query("medium == 'poppy_LP' and leg == 'flat_leg' and profile == 'table'").iloc[0]
-    ratio = own["peak_predicted_N"] / own["peak_measured_N"]
+    row = table.query("medium == 'poppy_LP' and leg == 'flat_leg' and profile == 'table'").iloc[0]
+    ratio = row["peak_predicted_N"] / row["peak_measured_N"]
     drawn_at = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
     assert any(abs(x - ratio) < 1e-12 for x in drawn_at)
-    nothing = words(peak_errors(results(leg_errors=table[:0])))
+    nothing = words(plot_peak_errors(results(leg_errors=table[:0])))
     assert any("no leg was measured" in text for text in nothing)
 
 
 def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     table = errors().query("medium == 'yuma' and leg == 'flat_leg'")
-    figure = peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
+    figure = plot_peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
     assert start == figure.axes[0].get_xlim()[0]
@@ -344,7 +348,9 @@ def test_gaps_and_new_runs_break_the_line():
 
 
 def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
-    for leg in (one for one in paper_config.intruders.values() if isinstance(one, Leg)):
+    for leg in (
+        intruder for intruder in paper_config.intruders.values() if isinstance(intruder, Leg)
+    ):
         line = leg_line(leg, -60.0)
         np.testing.assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
@@ -352,7 +358,7 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
 
 
 def test_legs_are_those_of_the_config():
-    own = Leg(
+    half_leg = Leg(
         shape="leg",
         curvature_times_R=0.5,
         max_length_cm=6,
@@ -360,19 +366,19 @@ def test_legs_are_those_of_the_config():
         thickness_cm=0.5,
         hip_height_cm=1,
     )
-    one = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
-    table = pd.concat([one, one.assign(leg="half $ leg")])
-    figure = legs(results(predicted=table, legs={"half $ leg": own}), "poppy_LP")
+    curve = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
+    table = pd.concat([curve, curve.assign(leg="half $ leg")])
+    figure = plot_legs(results(predicted=table, legs={"half $ leg": half_leg}), "poppy_LP")
     assert any(r"half \$ leg" in text for text in words(figure))
     assert len(figure.axes) == 3
 
 
-@pytest.mark.parametrize("draw", [legs_by_medium, legs_depth_only])
+@pytest.mark.parametrize("draw", [plot_legs_by_medium, plot_legs_depth_only])
 def test_the_measured_peak_is_that_of_the_tables(draw):
     noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
     noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)
-    own = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
-    peak = measured_peak(*own[["theta_deg", "force_z_N"]].to_numpy(float).T, "z").force_N
-    assert own["force_z_N"].max() > peak + 0.1
+    curve = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
+    peak = measured_peak(*curve[["theta_deg", "force_z_N"]].to_numpy(float).T, "z").force_N
+    assert curve["force_z_N"].max() > peak + 0.1
     text = words(draw(results(measured=noisy)))
     assert any(f"peak lift (N): {peak:.2f}" in line for line in text)

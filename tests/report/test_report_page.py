@@ -24,7 +24,7 @@ from page_inputs import (
 from true_sentences import untrue
 
 from rftfit import reference
-from rftfit.campaign.config import Maps, Table
+from rftfit.campaign.config import Maps, TableSettings
 from rftfit.lab.marker import MARKER
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import remark
@@ -75,10 +75,10 @@ class Reader(HTMLParser):
         self.close()
 
     def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.tags.append((tag, given))
+        attributes = dict(attrs)
+        self.tags.append((tag, attributes))
         if tag == "section":
-            self.section = given["id"] or ""
+            self.section = attributes["id"] or ""
             self.tables[self.section] = []
         if tag not in VOID:
             self.open.append(tag)
@@ -123,16 +123,16 @@ def read(page):
 
 
 def live(page):
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    data: dict[str, Any] = json.loads(found[1])
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    data: dict[str, Any] = json.loads(match[1])
     return data
 
 
 def test_page_is_well_formed_and_small(page, read):
     assert read.open == []
     assert len(page.encode()) < 10_000_000
-    ids = [given["id"] for _, given in read.tags if "id" in given]
+    ids = [attributes["id"] for _, attributes in read.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
 
 
@@ -176,7 +176,7 @@ def test_numbers_of_the_live_parts(page, results):
     assert [entry["media"] for entry in data["references"]] == [5, 5]
     assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
     assert set(data["profiles"]["yuma"]) == {"map", "generic"}
-    assert [one["key"] for one in data["media"]] == [*reference.MEDIA, "yuma"]
+    assert [entry["key"] for entry in data["media"]] == [*reference.MEDIA, "yuma"]
     # missing cells say why
     cells, why = data["alpha"][HOLED], "no tare: rod_p_017 is too short"
     assert cells["z"][2][9] is None
@@ -185,15 +185,15 @@ def test_numbers_of_the_live_parts(page, results):
 
 
 def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
-    own = page_results(tmp_path)
-    table = own.table("alpha/poppy_LP.csv")
+    results = page_results(tmp_path)
+    table = results.table("alpha/poppy_LP.csv")
     name = column("x")
-    write(own, "alpha/poppy_LP.csv", table.assign(**{name: 2 * table[name]}))
+    write(results, "alpha/poppy_LP.csv", table.assign(**{name: 2 * table[name]}))
     largest = {}
     for use in (False, True):
-        known = live_data(with_config(own, maps=Maps(own_media=use)))["push"]
-        assert known["media"] == len(reference.MEDIA)
-        largest[use] = np.abs(np.array(known["map"]["x"])).max()
+        push = live_data(with_config(results, maps=Maps(own_media=use)))["push"]
+        assert push["media"] == len(reference.MEDIA)
+        largest[use] = np.abs(np.array(push["map"]["x"])).max()
     assert 1.05 < largest[True] / largest[False] < 1.5  # one of five has twice the alpha_x
 
 
@@ -209,8 +209,8 @@ def test_text_of_the_user_is_escaped(tmp_path):
 
 
 def test_reproduction_puts_first_what_is_not_the_same(read):
-    others, everything = (table[1:] for table in read.tables["reproduction"])
-    assert [(row[0].partition("|")[0], *row[3].split("|")[:2]) for row in others] == [
+    differing, everything = (table[1:] for table in read.tables["reproduction"])
+    assert [(row[0].partition("|")[0], *row[3].split("|")[:2]) for row in differing] == [
         ("chi, mean", "differs", "measured"),
         ("zeta", "paper inconsistent", "text"),
     ]
@@ -234,8 +234,8 @@ def test_methods_are_built_from_this_campaign(results, read):
     text = " ".join(paragraphs(with_config(results, fit=fit), outcome))
     assert " 4.5 cm" in text
     assert "90 %" in text
-    for known in (np.__version__, settings_digest(results.config)):
-        assert known in read.text["provenance"]
+    for fact in (np.__version__, settings_digest(results.config)):
+        assert fact in read.text["provenance"]
 
 
 @pytest.mark.parametrize(
@@ -247,16 +247,16 @@ def test_every_sentence_rests_on_records(make, tmp_path):
 
 
 def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
-    own = page_results(tmp_path)
-    table = own.table("coefficients.csv")
+    results = page_results(tmp_path)
+    table = results.table("coefficients.csv")
     off = (table["medium"] == "poppy_LP") & (table["coefficient"] == "B11")
     value = float(table.loc[off, "value_N_per_cm3"].iloc[0])
     of_z = table["coefficient"].isin(["A00", "A10", "B11", "B01", "Bm1"])
     table["misfit_rms_N_per_cm3"] = np.where(of_z, 0.0234, 0.0078)
-    alpha = own["poppy_LP"].alpha.assign(spread="stated", alpha_z_se_N_per_cm3=0.01)
-    write(own, "coefficients.csv", table.assign(kept=~off))
-    write(own, "alpha/poppy_LP.csv", alpha)
-    text = make_page(Results(own.campaign))
+    alpha = results["poppy_LP"].alpha.assign(spread="stated", alpha_z_se_N_per_cm3=0.01)
+    write(results, "coefficients.csv", table.assign(kept=~off))
+    write(results, "alpha/poppy_LP.csv", alpha)
+    text = make_page(Results(results.campaign))
     assert live(text)["profiles"]["poppy_LP"]["fourier"]["values"][2] == 0
     rows = Reader(text).rows("coefficients")
     assert rows["B11"][0].partition("|")[0] == f"[{value:.4f}]"
@@ -267,10 +267,10 @@ def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
 
 
 def test_methods_name_the_window_that_was_used(tmp_path):
-    own = sand_results(tmp_path)
+    results = sand_results(tmp_path)
     fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
-    write(own, "fits/yuma.csv", fits)
-    text = paragraphs(Results(own.campaign), outcome_of_runs(own))[0]
+    write(results, "fits/yuma.csv", fits)
+    text = paragraphs(Results(results.campaign), outcome_of_runs(results))[0]
     assert "of a push into Yuma sand down to 2 cm" in text
     laboratory = page_results(tmp_path / "more")
     fit = {"submergence_cm": 0.5, "max_depth_cm": 3.0}
@@ -278,33 +278,33 @@ def test_methods_name_the_window_that_was_used(tmp_path):
     text = paragraphs(stated, outcome_of_runs(stated))[0]
     assert "over depths from 0.5 cm to 3 cm and further than 6 cm from walls" in text
     # marked as re-enacted: page and Methods say so
-    own.campaign.raw.mkdir(exist_ok=True)
-    (own.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
-    marked = Results(dataclasses.replace(own.campaign))
+    results.campaign.raw.mkdir(exist_ok=True)
+    (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
+    marked = Results(dataclasses.replace(results.campaign))
     assert "Re-enacted, not measured." in make_page(marked)
     assert untrue(marked) == []
 
 
 @pytest.mark.parametrize(("points", "words"), [(4, "as independent"), (40, "allow for the corr")])
 def test_methods_of_a_table_of_stress(tmp_path, points, words):
-    own = page_results(tmp_path)
-    alpha = own["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
-    write(own, "alpha/poppy_LP.csv", alpha)
+    results = page_results(tmp_path)
+    alpha = results["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
+    write(results, "alpha/poppy_LP.csv", alpha)
     fits = pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "n_points": [points]})
-    write(own, "fits/poppy_LP.csv", fits)
-    changed = with_config(own, table=Table(holds="stress"))
+    write(results, "fits/poppy_LP.csv", fits)
+    changed = with_config(results, table=TableSettings(holds="stress"))
     assert words in paragraphs(changed, outcome_of_runs(changed))[0]
 
 
 def test_page_of_plates_alone_and_without_a_robot(tmp_path):
-    own = page_results(tmp_path)
+    results = page_results(tmp_path)
     names = [
         *("predicted", "leg_errors", "sands", "sand_correction"),
-        *(f"legs/{m}" for m in own.media),
+        *(f"legs/{m}" for m in results.media),
     ]
     for name in names:
-        write(own, f"{name}.csv", pd.DataFrame())
-    page = make_page(Results(own.campaign))
+        write(results, f"{name}.csv", pd.DataFrame())
+    page = make_page(Results(results.campaign))
     read = Reader(page)
     assert read.open == []
     assert live(page)["robot"] is None
@@ -314,11 +314,15 @@ def test_page_of_plates_alone_and_without_a_robot(tmp_path):
 
 
 def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):
-    own = sand_results(tmp_path)
-    plates = {name: one for name, one in own.config.intruders.items() if one.shape != "leg"}
-    media = {"yuma": own.config.media["yuma"].model_copy(update={"published_as": None})}
-    write(own, "reproduction.csv", pd.DataFrame())
-    page = make_page(with_config(own, title="sand", intruders=plates, media=media))
+    results = sand_results(tmp_path)
+    plates = {
+        name: intruder
+        for name, intruder in results.config.intruders.items()
+        if intruder.shape != "leg"
+    }
+    media = {"yuma": results.config.media["yuma"].model_copy(update={"published_as": None})}
+    write(results, "reproduction.csv", pd.DataFrame())
+    page = make_page(with_config(results, title="sand", intruders=plates, media=media))
     assert Reader(page).open == []
     links = set(re.findall(r'href="#([\w-]+)"', page))
     assert links == set(re.findall(r'<section id="([\w-]+)"', page))
@@ -336,8 +340,8 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     page = make_page(results)
     read, data = Reader(page), live(page)
     assert read.open == []
-    assert [one["key"] for one in data["media"]] == [medium]
-    assert [one["media"] for one in data["references"]] == [len(published().media)]
+    assert [entry["key"] for entry in data["media"]] == [medium]
+    assert [entry["media"] for entry in data["references"]] == [len(published().media)]
     assert read.tables["coefficients"] == []
     assert "no Fourier series was fitted" in read.text["methods"] or make is sand_results
     if make is sand_results:
@@ -368,7 +372,7 @@ def test_page_is_well_formed_small_and_needs_no_network(results, page, read):
     assert make_page(Results(results.campaign)) == page
     assert read.open == []
     assert len(page.encode()) < 10_000_000
-    ids = [given["id"] for _, given in read.tags if "id" in given]
+    ids = [attributes["id"] for _, attributes in read.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     assert not {"iframe", "object"} & {tag for tag, _ in read.tags}
     links = [given.get(name) or "#" for _, given in read.tags for name in ("src", "href")]
@@ -379,17 +383,19 @@ def test_page_is_well_formed_small_and_needs_no_network(results, page, read):
 
 
 def test_sections_controls_and_tables_are_whole(page, read):
-    assert [given["id"] for tag, given in read.tags if tag == "section"] == SECTIONS
-    links = [given["href"] for tag, given in read.tags if tag == "a"][1 : len(SECTIONS) + 1]
+    assert [attributes["id"] for tag, attributes in read.tags if tag == "section"] == SECTIONS
+    links = [attributes["href"] for tag, attributes in read.tags if tag == "a"][
+        1 : len(SECTIONS) + 1
+    ]
     assert links == [f"#{name}" for name in SECTIONS]
-    labelled = {given["aria-labelledby"] for tag, given in read.tags if tag == "section"}
-    assert labelled <= {given.get("id") for tag, given in read.tags if tag == "h2"}
+    labelled = {attributes["aria-labelledby"] for tag, attributes in read.tags if tag == "section"}
+    assert labelled <= {attributes.get("id") for tag, attributes in read.tags if tag == "h2"}
     controls = re.findall(r"<(?:select|input)\b", page.split("<script", maxsplit=1)[0])
     inside = re.findall(r"<label\b.*?</label>", page, re.DOTALL)
     assert len(controls) == len(inside) == 14
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
     widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
-    assert [len(one) for one in widths] == [1] * 25
+    assert [len(lengths) for lengths in widths] == [1] * 25
     shares, best, conditions = (table[1:] for table in read.tables["robot"])
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]

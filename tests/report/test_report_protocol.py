@@ -11,8 +11,8 @@ from text_boxes import words
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
-from rftfit.figures.plates import CELLS, linearity, runs_of_cells
-from rftfit.figures.protocol import Column
+from rftfit.figures.plates import CELLS, plot_linearity, runs_of_cells
+from rftfit.figures.protocol import PanelColumn
 from rftfit.figures.traces import by_run
 from rftfit.measure import ingest, session_clocks
 
@@ -37,7 +37,7 @@ def column(kind, tare=True):
             "force_x_N": -2 * np.exp(-((theta - 9) ** 2) / 900),
         }
         fit = {}
-    return Column(
+    return PanelColumn(
         kind,
         "held somehow",
         recording(kind),
@@ -50,7 +50,7 @@ def column(kind, tare=True):
 
 def drawn(monkeypatch, *columns):
     monkeypatch.setattr(protocol, "columns_of", lambda *_: list(columns))
-    return protocol.protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
+    return protocol.plot_protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
 
 
 def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
@@ -60,7 +60,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
     assert len(figure.axes) == 12
     assert "poppy seeds, loose" in text
     assert {f"{letter}  {kind}" for letter, kind in zip("ABCD", kinds, strict=True)} <= set(text)
-    for wanted in (
+    for label in (
         "position (cm)",
         "force on intruder (N)",
         r"stress (N/cm$^2$)",
@@ -70,7 +70,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
         "distance travelled (cm)",
         "90 % interval of a fit",
     ):
-        assert wanted in text
+        assert label in text
     assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
 
@@ -86,7 +86,7 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch
     np.testing.assert_allclose(level[:, 1], 0.35 * 5.08)
     assert level[0, 0] == pytest.approx(2.0, abs=0.1)
     # height is minus depth, and x falls with it
-    height, across = (np.asarray(one.get_ydata()) for one in figure.axes[0].lines[1:3])
+    height, across = (np.asarray(line.get_ydata()) for line in figure.axes[0].lines[1:3])
     assert height.min() == -8.0
     assert across.min() == -4.0
 
@@ -95,8 +95,8 @@ def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
     for module in (ingest, session_clocks):
-        monkeypatch.setattr(module, "load_pairs", lambda *_: iter(()))
-    (told,) = words(protocol.clocks(memory({}), "poppy_LP"))
+        monkeypatch.setattr(module, "read_logs", lambda *_: iter(()))
+    (told,) = words(protocol.plot_clocks(memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
 
 
@@ -127,7 +127,7 @@ def small(poppy=0.35):
 
 
 def test_linearity_draws_slopes_points_and_gaps():
-    figure = linearity(small())
+    figure = plot_linearity(small())
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text
@@ -143,7 +143,9 @@ def test_linearity_draws_slopes_points_and_gaps():
         x, y = (float(np.asarray(values)[0]) for values in line.get_data())
         assert y == pytest.approx(0.35 * x)
     slanted = figure.axes[1]
-    ends = [np.asarray(one.get_ydata())[-1] for one in slanted.lines if one.get_marker() == marker]
+    ends = [
+        np.asarray(line.get_ydata())[-1] for line in slanted.lines if line.get_marker() == marker
+    ]
     assert ends == pytest.approx([0.35 * 6.5])
 
 

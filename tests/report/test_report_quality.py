@@ -13,13 +13,13 @@ from text_boxes import words
 
 from rftfit.compare.peers import COLUMNS, compare_runs
 from rftfit.figures import style
-from rftfit.figures.labels import half_width
+from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, lay_out, quality, runs_side_by_side
+from rftfit.figures.quality import draw_quality, plot_quality, plot_runs_side_by_side, runs_on_pages
 from rftfit.figures.registry import figures
 from rftfit.figures.style import save
-from rftfit.figures.traces import problem_text, round_up_125, span, stress_of, thin
-from rftfit.measure.flags import Flags, about, flag_table, remark
+from rftfit.figures.traces import panel_limits, problem_text, round_up_125, stress_of, thin
+from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +37,8 @@ def marked(figure):
 def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     traces, fits = medium[0], medium[1].copy()
     bare, cut = remark("no-tare"), remark("motion-log-cut")
-    flags = [*about(fits.loc[50, "run_id"], [cut])]
-    flags += [flag for run_id in fits["run_id"] for flag in about(run_id, [bare])]
+    flags = [*attach_run(fits.loc[50, "run_id"], [cut])]
+    flags += [flag for run_id in fits["run_id"] for flag in attach_run(run_id, [bare])]
     of_medium = Flags(flag_table("poppy_LP", "tare", flags))
     (figure,) = draw_quality(traces, fits, of_medium, "poppy seeds, loose")
     text = words(figure)
@@ -53,7 +53,7 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan
     fits.loc[20, "reason"] = "tare too short"
     cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", about(fits.loc[50, "run_id"], [cut])))
+    flags = Flags(flag_table("poppy_LP", "ingest", attach_run(fits.loc[50, "run_id"], [cut])))
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
     (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
     text = words(figure)
@@ -73,10 +73,12 @@ def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(medium, tmp_path):
     traces, fits = medium
     some = fits["run_id"].iloc[:30]
     fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
-    (one,) = draw_quality(traces, fits, Flags(), "poppy")
+    (figure,) = draw_quality(traces, fits, Flags(), "poppy")
     mixed = traces.sort_values("run_id", ascending=False, kind="stable")
-    (other,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
-    for first, second in zip(save(one, tmp_path / "a"), save(other, tmp_path / "b"), strict=True):
+    (mixed_figure,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
+    for first, second in zip(
+        save(figure, tmp_path / "a"), save(mixed_figure, tmp_path / "b"), strict=True
+    ):
         assert first.read_bytes() == second.read_bytes(), first.suffix
 
 
@@ -88,10 +90,10 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     samples = stress_of(results, "poppy_LP")
     for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
         np.testing.assert_allclose(samples[name], traces[name])
-    (figure,) = quality(results, "poppy_LP")
+    (figure,) = plot_quality(results, "poppy_LP")
     assert "poppy seeds, loose: 12 plate runs, 0 marked" in words(figure)
     results.tables["fits/{medium}.csv"] = fits.iloc[:0]
-    assert words(quality(results, "poppy_LP")) == ["poppy seeds, loose: no plate run to draw"]
+    assert words(plot_quality(results, "poppy_LP")) == ["poppy seeds, loose: no plate run to draw"]
 
 
 def test_repeats_and_gaps_of_the_grid(medium):
@@ -107,7 +109,7 @@ def test_repeats_and_gaps_of_the_grid(medium):
 def test_horizontal_runs_stand_by_depth(medium):
     fits = medium[1]
     depth = fits.set_index("run_id")["depth_from_cm"] + 0.02
-    (page,) = lay_out(fits, depth)
+    (page,) = runs_on_pages(fits, depth)
     assert len(page.column_labels) == 15
     assert page.column_labels[6:9] == [
         f"\u03b3 = 0\u00b0\nhorizontal\n{level:.1f} cm deep" for level in (2.56, 5.10, 7.64)
@@ -117,7 +119,7 @@ def test_horizontal_runs_stand_by_depth(medium):
     assert [page.places[run] for run in flat["run_id"]] == [(4, 6), (4, 7), (4, 8)]
     # one of unknown depth keeps a place
     depth[flat["run_id"].iloc[0]] = np.nan
-    pages = lay_out(fits, depth)
+    pages = runs_on_pages(fits, depth)
     assert sum(len(page.places) for page in pages) == len(fits)
     assert any("depth not known" in label for page in pages for label in page.column_labels)
 
@@ -156,15 +158,15 @@ def test_panel_scales_are_round_and_hold_the_trace():
     assert [round_up_125(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
         [1, 1, 2, 5, 10, 0.05]
     )
-    one = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
-    assert span(one) == (-0.4, 2.0)
-    assert span({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
-    assert span({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
+    trace = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
+    assert panel_limits(trace) == (-0.4, 2.0)
+    assert panel_limits({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
+    assert panel_limits({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
 
 def test_a_problem_is_told_in_few_words():
     cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", about("p1", [cut])))
+    flags = Flags(flag_table("poppy_LP", "ingest", attach_run("p1", [cut])))
     fit: dict[Hashable, object] = {
         "run_id": "p0",
         "reason": "",
@@ -188,7 +190,7 @@ def test_grids_of_the_alpha_table():
     assert borders[0] == -90
     assert borders[-1] == 90
     assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    np.testing.assert_allclose(half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
+    np.testing.assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
     with pytest.raises(ValueError, match="twice"):
         pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
     fine = refine(beta, gamma, values)
@@ -205,23 +207,23 @@ def test_alpha_that_pushes_along_the_motion_is_positive():
     np.testing.assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
 
 
-def repeats(count, wrong, each):
-    """Runs beside their repeats, `each` a direction; the first of each of some directions is half as strong."""
+def repeats(count, wrong, per_direction):
+    """Runs beside their repeats, `per_direction` of them; the first of each of some directions is half as strong."""
     luck = np.random.default_rng(1)
-    direction = np.arange(count) // each
+    direction = np.arange(count) // per_direction
     table = pd.DataFrame(
         {"run_id": [f"run${number}" for number in range(count)], "gamma_deg": 90.0}
     )
     table["beta_deg"] = direction * 2.0 - 80
     for c, alpha in (("z", 0.3), ("x", 0.1 + 0.0 * direction)):
         off = 1 + 0.03 * luck.standard_normal(count)
-        off[: wrong * each : each] = 0.5
+        off[: wrong * per_direction : per_direction] = 0.5
         table[f"alpha_{c}_N_per_cm3"], table[f"alpha_{c}_se_N_per_cm3"] = alpha * off, 0.001
     return compare_runs(table.assign(depth_from_cm=np.nan), "poppy_LP")
 
 
 @pytest.mark.parametrize(
-    ("count", "wrong", "each", "said"),
+    ("count", "wrong", "per_direction", "sentence"),
     [
         (5, 0, 5, "5 runs, 0 of 5 apart"),
         (90, 2, 3, "90 runs, 2 of 90 apart"),
@@ -229,10 +231,10 @@ def repeats(count, wrong, each):
         (5, 0, 1, "5 runs: too few to estimate how much runs differ"),
     ],
 )
-def test_runs_side_by_side(count, wrong, each, said):
-    table = repeats(count, wrong, each)
+def test_runs_side_by_side(count, wrong, per_direction, sentence):
+    table = repeats(count, wrong, per_direction)
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    page = runs_side_by_side(results)
+    page = plot_runs_side_by_side(results)
     points, red = [], []
     for axes in page.axes:
         dots = [line for line in axes.lines if line.get_marker() == "o"]
@@ -241,7 +243,7 @@ def test_runs_side_by_side(count, wrong, each, said):
         red.append(len(marked_ones))
     assert (points, red) == ([count] * 2, [wrong] * 2)
     text = "\n".join(words(page))
-    assert said in text
+    assert sentence in text
     # the farthest are named, and their numbers stand once, where they differ most
     far = table[table["apart"]].sort_values("times_spread", ascending=False)["run_id"]
     for number, name in enumerate(far[:6], 1):
@@ -253,5 +255,7 @@ def test_runs_side_by_side(count, wrong, each, said):
 @pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
 def test_without_two_runs_there_is_nothing_side_by_side(table):
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    assert not next(one for one in figures() if one.name == "runs_side_by_side").caption_of(results)
-    assert "nothing to compare" in words(runs_side_by_side(results))[0]
+    assert not next(
+        figure for figure in figures() if figure.name == "runs_side_by_side"
+    ).caption_of(results)
+    assert "nothing to compare" in words(plot_runs_side_by_side(results))[0]

@@ -12,7 +12,7 @@ from paper import paper_config
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.labels import half_width
+from rftfit.figures.labels import alpha_half_width
 from rftfit.model.fourier import TERMS
 from rftfit.page.workbooks import Book, workbooks
 
@@ -53,14 +53,16 @@ def block(sheet, head):
     return heads, [row[0] for row in body], values
 
 
-def same(got, wanted):
+def same(actual, expected):
     """Equal to 15 digits; a workbook holds 16."""
-    np.testing.assert_allclose(np.asarray(got, float), np.asarray(wanted, float), rtol=1e-14)
+    np.testing.assert_allclose(np.asarray(actual, float), np.asarray(expected, float), rtol=1e-14)
 
 
 def numbers(values):
-    known = np.vectorize(lambda cell: cell if isinstance(cell, int | float) else np.nan, [float])
-    return known(values)
+    to_numbers = np.vectorize(
+        lambda cell: cell if isinstance(cell, int | float) else np.nan, [float]
+    )
+    return to_numbers(values)
 
 
 def test_alpha_workbook_holds_the_tables(results, books):
@@ -74,11 +76,11 @@ def test_alpha_workbook_holds_the_tables(results, books):
             gamma, beta, values = block(sheet, f"alpha_{c} (N/cm^3)")
             np.testing.assert_allclose(np.array(gamma, float), reference.GAMMA_DEG, atol=0.006)
             np.testing.assert_allclose(np.array(beta, float), reference.BETA_DEG)
-            wanted = table[f"alpha_{c}_N_per_cm3"].to_numpy(float).reshape(7, 13)
-            same(numbers(values), wanted)
+            expected = table[f"alpha_{c}_N_per_cm3"].to_numpy(float).reshape(7, 13)
+            same(numbers(values), expected)
             for of, what in (("", ""), ("_next", "the next push, ")):
                 head = f"half width of the 95 % interval of {what}alpha_{c} (N/cm^3)"
-                half = half_width(table, c, of).to_numpy(float).reshape(7, 13)
+                half = alpha_half_width(table, c, of).to_numpy(float).reshape(7, 13)
                 same(numbers(block(sheet, head)[2]), half)
 
 
@@ -133,22 +135,22 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
         heads, sides, values = block(sheet, title)
         assert heads == [*titles, "generic"]
         assert sides == [*TERMS, "zeta"]
-        wanted = rows.pivot_table(index="coefficient", columns="medium", values="value_N_per_cm3")
-        same(numbers(values)[:9], wanted.loc[list(TERMS), MEDIA])
+        expected = rows.pivot_table(index="coefficient", columns="medium", values="value_N_per_cm3")
+        same(numbers(values)[:9], expected.loc[list(TERMS), MEDIA])
         zeta = penetration[penetration["method"] == method].set_index("medium")
         same(numbers(values)[9], [*zeta["zeta"][list(reference.MEDIA)], 1.0])
         both = block(sheet, f"95 % intervals {unit}")
         assert both[0][:2] == [f"{titles[0]}, lower", f"{titles[0]}, upper"]
-        for part, start in (("lo", 0), ("hi", 1)):
-            ends = rows.pivot_table(index="coefficient", columns="medium", values=part)
-            got = numbers(both[2])[:, start::2]
-            same(got[:9], ends.loc[list(TERMS), MEDIA])
-            same(got[9, :-1], zeta[f"zeta_{part}"][list(reference.MEDIA)])
-            assert np.isnan(got[9, -1])
+        for end, start in (("lo", 0), ("hi", 1)):
+            ends = rows.pivot_table(index="coefficient", columns="medium", values=end)
+            interval_ends = numbers(both[2])[:, start::2]
+            same(interval_ends[:9], ends.loc[list(TERMS), MEDIA])
+            same(interval_ends[9, :-1], zeta[f"zeta_{end}"][list(reference.MEDIA)])
+            assert np.isnan(interval_ends[9, -1])
         printed = block(sheet, f"published, Table S2 {unit}")
         for place, medium in enumerate(MEDIA):
-            own = reference.coefficients(medium)
-            same(numbers(printed[2])[:, place], [own[term] for term in (*TERMS, "zeta")])
+            printed_terms = reference.coefficients(medium)
+            same(numbers(printed[2])[:, place], [printed_terms[term] for term in (*TERMS, "zeta")])
 
 
 def test_dropped_terms_are_grey(results, books):

@@ -39,15 +39,15 @@ def edit(root, **values):
     path.write_text(yaml.safe_dump(data | values), encoding="utf-8")
 
 
-def said(root):
+def run_check(root):
     result = CliRunner().invoke(app, ["check", "--config", str(root / "config" / "config.yaml")])
     return result.exit_code, " ".join(result.output.split())
 
 
 def test_a_good_robot_is_counted(root):
-    found = check_robot(root / "config" / "config.yaml")
-    assert (found.medium, len(found.trials), found.problems) == ("poppy_LP", 2, ())
-    code, text = said(root)
+    checked = check_robot(root / "config" / "config.yaml")
+    assert (checked.medium, len(checked.trials), checked.problems) == ("poppy_LP", 2, ())
+    code, text = run_check(root)
     assert code == 0
     assert "robot on poppy_LP: 2 trials of 1 condition" in text
 
@@ -61,14 +61,14 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     )
     (root / "raw" / "paper" / "robot" / "runs.csv").write_text(HEAD + rows, encoding="utf-8")
     text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
-    mine = text.replace("mass_g: 150", "mass_g: 0")
-    (root / "config" / "mine.yaml").write_text(mine, encoding="utf-8")
+    robot_text = text.replace("mass_g: 150", "mass_g: 0")
+    (root / "config" / "mine.yaml").write_text(robot_text, encoding="utf-8")
     robot = {"medium": "poppy_LP", "runs": "paper/robot/runs.csv", "file": "config/mine.yaml"}
     edit(root, robot=robot, raw="raw", run_sheet="raw/paper/runs.csv")
     # the campaign's own sheet is wrong as well: that hides nothing
-    own = root / "raw" / "paper" / "runs.csv"
-    own.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
-    code, told = said(root)
+    campaign_sheet = root / "raw" / "paper" / "runs.csv"
+    campaign_sheet.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
+    code, text_of_check = run_check(root)
     assert code == 2
     for words in (
         "raw/paper/robot/runs.csv, row 2, column run_id: found 'p1'; allowed: a name that no run of",
@@ -81,25 +81,25 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
         " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: a number above 0",
         "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
     ):
-        assert words in told, told
+        assert words in text_of_check, text_of_check
 
 
 def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_path):
     track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
     track.unlink()
-    code, told = said(root)
+    code, text = run_check(root)
     assert code == 0
-    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in told
-    found = check_robot(root / "config" / "config.yaml")
-    assert [problem.severity for problem in found.problems] == ["warning"]
+    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in text
+    checked = check_robot(root / "config" / "config.yaml")
+    assert [problem.severity for problem in checked.problems] == ["warning"]
     (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
     try:
         track.symlink_to(tmp_path / "elsewhere.csv")
     except OSError:
         pytest.skip("links cannot be made here")
-    code, told = said(root)
+    code, text = run_check(root)
     assert code == 2
-    assert "a link leads out of it" in told
+    assert "a link leads out of it" in text
 
 
 def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):

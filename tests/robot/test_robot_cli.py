@@ -22,9 +22,9 @@ def call(capfd, tmp_path, monkeypatch):
 
     def run(*words):
         code = main(list(words))
-        said = capfd.readouterr()
-        assert "Traceback" not in said.out + said.err
-        return code, said.out, said.err
+        captured = capfd.readouterr()
+        assert "Traceback" not in captured.out + captured.err
+        return code, captured.out, captured.err
 
     return run
 
@@ -32,15 +32,15 @@ def call(capfd, tmp_path, monkeypatch):
 def test_numbers_files_and_warning(call, tmp_path):
     code, out, err = call(*BASE, "--json", "--output", "o")
     assert code == 0
-    found = json.loads(out)
-    assert found["outcome"] == "steady"
-    assert 50 < found["speed_cm_per_s"] < 100
+    answer = json.loads(out)
+    assert answer["outcome"] == "steady"
+    assert 50 < answer["speed_cm_per_s"] < 100
     assert "leg tips turn at 1" in err
-    assert found["warning"] in err
+    assert answer["warning"] in err
     table = pd.read_csv(tmp_path / "o" / "motion.csv", comment="#")
     last = table.iloc[-2 * 200 :]
     run, time = (float(np.ptp(last[name])) for name in ("x_cm", "time_s"))
-    assert run / time == pytest.approx(found["speed_cm_per_s"], rel=0.02)
+    assert run / time == pytest.approx(answer["speed_cm_per_s"], rel=0.02)
     # the ground carries the robot's weight
     lift = last.filter(like="force_z").sum(axis=1)
     assert lift.mean() == pytest.approx(0.150 * 9.80665, rel=0.03)
@@ -109,10 +109,10 @@ def test_a_robot_that_does_not_get_going(call, tmp_path):
     robot.write_text(text, encoding="utf-8")
     code, out, err = call(*BASE, "--robot", "heavy.yaml", "--json")
     assert code == 0
-    found = json.loads(out)
-    assert found["outcome"] in ("buried", "tipped")
-    assert found["speed_cm_per_s"] is None
-    assert f"no steady speed: {found['outcome']}" in err
+    answer = json.loads(out)
+    assert answer["outcome"] in ("buried", "tipped")
+    assert answer["speed_cm_per_s"] is None
+    assert f"no steady speed: {answer['outcome']}" in err
 
 
 def test_every_kind_of_profile(call):

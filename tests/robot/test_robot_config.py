@@ -59,18 +59,21 @@ def test_any_robot(tmp_path):
 
 @pytest.mark.parametrize("mass", ["0", "-150", ".nan", ".inf", '"150"', "heavy", "[1]", "true"])
 def test_bad_mass(tmp_path, mass):
-    (found,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
-    assert (found.place.line, found.place.key) == (3, "body.mass_g")
-    assert found.code in ("config.wrong-type", "config.out-of-range")
-    assert "mass of the whole robot, g" in found.allowed
+    (problem,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
+    assert (problem.place.line, problem.place.key) == (3, "body.mass_g")
+    assert problem.code in ("config.wrong-type", "config.out-of-range")
+    assert "mass of the whole robot, g" in problem.allowed
 
 
 def test_all_problems_at_once(tmp_path):
     text = GOOD.replace("inertia_g_cm2: 500", "inertia: 500")
     text = text.replace("width_cm: 0.8", "width_cm: -1").replace("{x_cm: 3,", "{x_cm: 30,")
     text = text.replace("phase_turns: 0.25", "phase_turns: 1").replace("method: rk4", "method: rk5")
-    found = wrong(tmp_path, text)
-    assert [(one.place.line, one.place.key, one.code, one.nearest or "") for one in found] == [
+    problems = wrong(tmp_path, text)
+    assert [
+        (problem.place.line, problem.place.key, problem.code, problem.nearest or "")
+        for problem in problems
+    ] == [
         (2, "body.inertia_g_cm2", "config.missing-key", ""),
         (4, "body.inertia", "config.unknown-key", "inertia_g_cm2"),
         (10, "legs.width_cm", "config.out-of-range", ""),
@@ -78,8 +81,8 @@ def test_all_problems_at_once(tmp_path):
         (13, "legs.hips.2.phase_turns", "config.out-of-range", ""),
         (14, "numerics.method", "config.unknown-word", "rk4"),
     ]
-    assert "hip 1 at x = 30, z = 0 cm" in found[3].allowed
-    assert "x from -4 to 4 and z from -1" in found[3].allowed
+    assert "hip 1 at x = 30, z = 0 cm" in problems[3].allowed
+    assert "x from -4 to 4 and z from -1" in problems[3].allowed
 
 
 @pytest.mark.parametrize(
@@ -107,9 +110,9 @@ def test_all_problems_at_once(tmp_path):
     ],
 )
 def test_single_problems(tmp_path, old, new, place, code, words):
-    found, *_ = wrong(tmp_path, GOOD.replace(old, new))
-    assert ((found.place.line, found.place.key), found.code) == (place, f"config.{code}")
-    assert words in found.allowed
+    problem, *_ = wrong(tmp_path, GOOD.replace(old, new))
+    assert ((problem.place.line, problem.place.key), problem.code) == (place, f"config.{code}")
+    assert words in problem.allowed
 
 
 @pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "{", "body: 3\n", "legs: {hips: 3}\n"])

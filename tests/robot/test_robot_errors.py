@@ -159,8 +159,8 @@ def test_the_top_of_a_parabola_comes_back():
     # exact points: half a step to either side; scatter makes it wider
     assert exact["reading_hi"] - exact["reading_lo"] == pytest.approx(0.04)
     assert rough["reading_hi"] - rough["reading_lo"] > 0.08
-    for found in (exact, rough):
-        assert found["reading_lo"] <= 0.43 <= found["reading_hi"]
+    for optimum in (exact, rough):
+        assert optimum["reading_lo"] <= 0.43 <= optimum["reading_hi"]
 
 
 def test_a_top_at_the_end_or_on_a_coarse_grid():
@@ -176,9 +176,9 @@ def test_a_top_at_the_end_or_on_a_coarse_grid():
 def test_runs_that_are_not_steady_are_left_out():
     table = sweep(0.43)
     table.loc[table["curvature_times_R"] > 0.5, ["outcome", "speed_cm_per_s"]] = "tipped", 500.0
-    found = optima(table).iloc[0]
-    assert found["fastest_speed_cm_per_s"] < 71
-    assert "no steady run at 13 curvatures" in found["reason"]
+    optimum = optima(table).iloc[0]
+    assert optimum["fastest_speed_cm_per_s"] < 71
+    assert "no steady run at 13 curvatures" in optimum["reason"]
     assert optima(table[table["curvature_times_R"] > 0.9]).empty
 
 
@@ -229,11 +229,11 @@ FAR = "depth-only: largest error of speed, %"
     ],
 )
 def test_claims_beside_the_papers(factor, top, profile, item, paper, ours, verdict, why):
-    found = claims(factor, top, profile).loc[f"robot{',' if ':' in item else ':'} {item}"]
-    assert (found["paper"], found["verdict"]) == (paper, verdict)
-    assert found["ours"] == pytest.approx(ours)
-    assert why in found["why"]
-    assert found["evidence"] == ("calibrated" if item in (BEST, AT_BEST) else "measured")
+    claim = claims(factor, top, profile).loc[f"robot{',' if ':' in item else ':'} {item}"]
+    assert (claim["paper"], claim["verdict"]) == (paper, verdict)
+    assert claim["ours"] == pytest.approx(ours)
+    assert why in claim["why"]
+    assert claim["evidence"] == ("calibrated" if item in (BEST, AT_BEST) else "measured")
 
 
 def test_conditions_that_it_was_calibrated_on_do_not_count():
@@ -241,7 +241,7 @@ def test_conditions_that_it_was_calibrated_on_do_not_count():
     calibrated = (measured["calibrated"] == "yes").to_numpy()
     runs.loc[calibrated, "speed_cm_per_s"] *= 2
     items = robot_claims(speed_errors(measured, runs), optima(sweep(0.86)), sweep(0.86))
-    assert next(one.ours for one in items if "within 20 %" in one.item) == 100
+    assert next(item.ours for item in items if "within 20 %" in item.item) == 100
 
 
 def test_turning_over_and_phases_are_counted():
@@ -256,5 +256,5 @@ def test_turning_over_and_phases_are_counted():
     assert table.loc[phases, ["ours", "verdict"]].tolist() == [pytest.approx(0.1), "same"]
     table = claims(1.0, speed=pd.concat([sweep(0.86), sweep(0.86).assign(profile="depth_only")]))
     assert table.loc[over, ["ours", "verdict"]].tolist() == [0, "differs"]
-    one = runs[runs["phase_turns"] == 0]
-    assert claims(1.0, speed=one).loc[phases, "verdict"] == "not judged"
+    runs_of_phase = runs[runs["phase_turns"] == 0]
+    assert claims(1.0, speed=runs_of_phase).loc[phases, "verdict"] == "not judged"

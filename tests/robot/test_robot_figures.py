@@ -9,15 +9,15 @@ from text_boxes import text_faults
 from rftfit.compare.robot import optima
 from rftfit.figures.registry import figures
 from rftfit.figures.robot import (
-    curvature,
     curvature_looks,
     draw_motion,
     group_names,
-    profiles,
+    plot_curvature,
+    plot_profiles,
+    plot_robot_reaction,
+    plot_robot_stance,
+    plot_speed,
     read_at,
-    robot_reaction,
-    robot_stance,
-    speed,
 )
 from rftfit.figures.style import content
 from rftfit.model.profiles import TableProfile
@@ -72,15 +72,15 @@ def motion(every):
 
 def strides(speed=26.0):
     """Mean strides of two trials of the c-leg, whose surge begins at different moments."""
-    at = np.arange(50) / 50
+    stride = np.arange(50) / 50
     parts = [
         pd.DataFrame(
             {
                 "run_id": name,
                 "curvature_times_R": 1.0,
                 "frequency_Hz": 1.96,
-                "stride": at,
-                "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (at - late)),
+                "stride": stride,
+                "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (stride - late)),
             }
         )
         for name, late in (("a", 0.0), ("b", 0.2))
@@ -106,10 +106,10 @@ def inside(figure):
 
 def test_speeds_are_those_of_the_tables():
     errors, runs = compared(), speeds()
-    one, grid = (draw(swept(runs, errors), "robot") for draw in (speed, profiles))
-    assert (len(one.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
-    assert inside(one) == inside(grid) == []
-    panels = [*one.axes, *grid.axes[::2]]
+    figure, grid = (draw(swept(runs, errors), "robot") for draw in (plot_speed, plot_profiles))
+    assert (len(figure.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
+    assert inside(figure) == inside(grid) == []
+    panels = [*figure.axes, *grid.axes[::2]]
     for axes, profile in zip(panels, ("table", *PROFILES), strict=True):
         marked = [
             line
@@ -130,23 +130,23 @@ def test_speeds_are_those_of_the_tables():
         texts = [text.get_text() for text in axes.texts]
         assert "within 20 %: 42 of 42\nwithin 35 %: 42 of 42" in texts
         curve = next(xy(line) for line in axes.lines if xy(line).shape[1] == 4)
-        part = runs[(runs["profile"] == profile) & (runs["curvature_times_R"] == -1.0)]
-        np.testing.assert_allclose(curve[1], [0, *part["speed_cm_per_s"]])
+        runs_of_curve = runs[(runs["profile"] == profile) & (runs["curvature_times_R"] == -1.0)]
+        np.testing.assert_allclose(curve[1], [0, *runs_of_curve["speed_cm_per_s"]])
         assert curve[0, 0] == 0
 
 
 def test_speed_against_curvature_is_read_off_speed_against_frequency():
     frequencies, values = np.array([1.0, 2.0, 4.0]), np.array([10.0, 30.0, 50.0])
-    found = [read_at(frequencies, values, at) for at in (0.5, 1.25, 4.0)]
-    assert found == [5.0, 15.0, 50.0]
+    speeds_read = [read_at(frequencies, values, frequency_Hz) for frequency_Hz in (0.5, 1.25, 4.0)]
+    assert speeds_read == [5.0, 15.0, 50.0]
     # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
     assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
     errors = compared()
-    axes = profiles(swept(speeds(), errors), "robot").axes[1]
+    axes = plot_profiles(swept(speeds(), errors), "robot").axes[1]
     points = next(line for line in axes.lines if line.get_marker() == "s")
-    own = errors.query("profile == 'table' and curvature_times_R == 1.0")
-    wanted = np.interp(2.0, own["frequency_Hz"], own["measured_cm_per_s"])
-    assert dict(xy(points).T.tolist())[1.0] == pytest.approx(wanted)
+    c_leg_errors = errors.query("profile == 'table' and curvature_times_R == 1.0")
+    expected = np.interp(2.0, c_leg_errors["frequency_Hz"], c_leg_errors["measured_cm_per_s"])
+    assert dict(xy(points).T.tolist())[1.0] == pytest.approx(expected)
     assert len(xy(points).T) == 7
 
 
@@ -154,20 +154,20 @@ def test_a_robot_upside_down_is_marked():
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
     runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
-    page = profiles(swept(runs, compared()), "robot")
+    page = plot_profiles(swept(runs, compared()), "robot")
     crosses = [xy(line).T.tolist() for line in page.axes[5].lines if line.get_marker() == "x"]
-    assert [at for one in crosses for at in one] == [[1.0, 0.0]] * 3
+    assert [point for points in crosses for point in points] == [[1.0, 0.0]] * 3
     assert "turned upside down" in [text.get_text() for text in page.legends[0].get_texts()]
     assert not any(xy(line).size for line in page.axes[1].lines if line.get_marker() == "x")
 
 
 def test_speeds_without_a_measurement():
-    figure = profiles(swept(speeds(), compared().iloc[:0]), "robot")
+    figure = plot_profiles(swept(speeds(), compared().iloc[:0]), "robot")
     assert inside(figure) == []
     assert len(figure.axes) == 6
     # seven of the curvatures that were simulated
     assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
-    (told,) = speed(swept(speeds().iloc[:0], compared()), "robot").texts
+    (told,) = plot_speed(swept(speeds().iloc[:0], compared()), "robot").texts
     assert "no simulated speed" in told.get_text()
 
 
@@ -181,12 +181,14 @@ def test_curvatures_look_different():
 def test_optimum_is_drawn_where_it_is():
     runs = speeds()
     best = optima(runs)
-    figure = curvature(swept(runs, compared(), best), "robot")
+    figure = plot_curvature(swept(runs, compared(), best), "robot")
     assert inside(figure) == []
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
-    own = best[best["profile"] == "table"]
-    np.testing.assert_allclose(xy(line), [own["best_curvature_times_R"].tolist(), [1, 2, 5]])
+    best_of_table = best[best["profile"] == "table"]
+    np.testing.assert_allclose(
+        xy(line), [best_of_table["best_curvature_times_R"].tolist(), [1, 2, 5]]
+    )
     fastest = runs[runs["profile"] == "table"]["speed_cm_per_s"].max()
     assert right.collections[0].get_array().max() == pytest.approx(fastest)  # type: ignore[union-attr]
 
@@ -196,10 +198,10 @@ def test_a_sweep_without_a_steady_run_says_why():
     lost = runs["profile"] == "table"
     why = "no alpha at (beta, gamma) in degrees (30, 90)"
     runs.loc[lost, ["speed_cm_per_s", "reason"]] = np.nan, why
-    figure = curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
+    figure = plot_curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
-    assert inside(speed(swept(runs, compared().iloc[:0]), "robot")) == []
+    assert inside(plot_speed(swept(runs, compared().iloc[:0]), "robot")) == []
 
 
 def test_motion_over_two_strides(motion):
@@ -208,11 +210,11 @@ def test_motion_over_two_strides(motion):
     assert len(figure.axes) == 2 * 5
     first = motion[motion["curvature_times_R"] == 1.0]
     assert first["stride"].iloc[-1] == pytest.approx(2 - 1 / 50)
-    one, two, simulated = (xy(line)[1] for line in figure.axes[0].lines[:3])
+    first_trial, second_trial, simulated = (xy(line)[1] for line in figure.axes[0].lines[:3])
     np.testing.assert_allclose(simulated, first["velocity_x_cm_per_s"])
     # both trials are moved to the moment at which they surge as the simulated robot does
-    np.testing.assert_allclose(one, two, atol=0.3)
-    assert np.corrcoef(one, simulated)[0, 1] > 0.8
+    np.testing.assert_allclose(first_trial, second_trial, atol=0.3)
+    assert np.corrcoef(first_trial, simulated)[0, 1] > 0.8
     pitch = figure.axes[2].lines[0]
     np.testing.assert_allclose(xy(pitch)[1], first["pitch_deg"])
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
@@ -229,7 +231,7 @@ def test_forces_are_means_over_ten_milliseconds(motion):
 
 
 def test_reaction_of_both_tripods(motion):
-    figure = robot_reaction(memory({"robot/motion.csv": motion}))
+    figure = plot_robot_reaction(memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 2
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -237,25 +239,27 @@ def test_reaction_of_both_tripods(motion):
     assert [line.get_linestyle() for line in figure.axes[0].lines][:2] == ["-", "--"]
     # they take turns
     first = motion[motion["curvature_times_R"] == 1.0]
-    one, two = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
-    np.testing.assert_allclose(np.roll(one, 25)[25:75], two[25:75], atol=0.02 * one.max())
+    first_tripod, second_tripod = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
+    np.testing.assert_allclose(
+        np.roll(first_tripod, 25)[25:75], second_tripod[25:75], atol=0.02 * first_tripod.max()
+    )
 
 
 def test_stance_shows_the_forces_of_one_tripod(every):
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
     table = pd.concat([stance_of(robot, profile, run, 50) for run in every])
-    figure = robot_stance(memory({"robot/stances.csv": table}))
+    figure = plot_robot_stance(memory({"robot/stances.csv": table}))
     assert inside(figure) == []
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["c-leg, 2 Hz", "reversed c-leg, 2.2 Hz"]
-    own = table.query("group == 'tripod_1' and curvature_times_R == 1.0")
+    elements = table.query("group == 'tripod_1' and curvature_times_R == 1.0")
     # the tips hang below the hips
-    ends = own[["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float).reshape(3, -1, 4)
+    ends = elements[["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float).reshape(3, -1, 4)
     np.testing.assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
     assert (ends[:, 0, 1] > ends[:, -1, 3]).all()
     arrows = figure.axes[0].collections[-1]
-    assert 0 < len(np.asarray(arrows.get_offsets())) <= len(own)
-    above = own[own["at_z_cm"] >= 0]
+    assert 0 < len(np.asarray(arrows.get_offsets())) <= len(elements)
+    above = elements[elements["at_z_cm"] >= 0]
     assert not above[["force_z_N", "force_x_N"]].any(axis=None)
 
 
@@ -263,10 +267,13 @@ def test_each_sweep_has_its_figures():
     results = memory(
         {"robot_full/errors.csv": compared(), "robot_full/speed.csv": speeds().assign(warning="")}
     )
-    for draw, panels in ((speed, 1), (profiles, 6)):
+    for draw, panels in ((plot_speed, 1), (plot_profiles, 6)):
         assert len(draw(results, "robot_full").axes) == panels
-    own = {one.file(sweep): one for one in figures() for sweep in one.media(results.campaign)}
-    assert [own[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")] == [
-        False,
-        True,
-    ]
+    figures_by_file = {
+        figure.file(sweep): figure
+        for figure in figures()
+        for sweep in figure.media(results.campaign)
+    }
+    assert [
+        figures_by_file[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")
+    ] == [False, True]

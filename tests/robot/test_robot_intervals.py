@@ -21,7 +21,7 @@ from rftfit.robot.intervals import (
     best_width,
     coarser,
     each_draw,
-    half_width,
+    half_width_of_draws,
     model_widths,
     speed_widths,
     speeds_of,
@@ -42,15 +42,15 @@ def nine_draws(spread, count=8):
 
 def test_half_width_is_students():
     # about the profile's own number, whose place is known: one degree of freedom a draw
-    found = half_width(7.0 + np.array([0.3, -0.1, 0.2, -0.4]), 7.0, 0.95)
+    width = half_width_of_draws(7.0 + np.array([0.3, -0.1, 0.2, -0.4]), 7.0, 0.95)
     root_mean_square = math.sqrt((0.09 + 0.01 + 0.04 + 0.16) / 4)
-    assert found.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
-    assert (found.draws, found.why) == (4, ())
+    assert width.half == pytest.approx(2.776445 * root_mean_square, rel=1e-6)
+    assert (width.draws, width.why) == (4, ())
     # no width where a draw, or the profile, has no speed
-    lost = half_width(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
+    lost = half_width_of_draws(np.array([1.0, np.nan, 2.0]), 1.0, 0.95)
     assert math.isnan(lost.half)
     assert lost.why == (remark("draws-lost", lost=1, draws=3),)
-    assert codes_of(half_width(np.ones(3), math.nan, 0.95).why) == "no-speed"
+    assert codes_of(half_width_of_draws(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
 def test_draws_of_every_kind_of_profile():
@@ -59,8 +59,8 @@ def test_draws_of_every_kind_of_profile():
     beta, gamma = np.radians([-70.0, 10.0, 33.0]), np.radians([120.0, 90.0, -20.0])
     for stack in (table, nine_draws(0.02, 3), DepthOnlyProfile.of(table)):
         whole, draws = np.stack(stack.alpha(beta, gamma), axis=1), each_draw(stack, 2)
-        found = [np.stack(draw.alpha(beta, gamma)) for draw in draws]
-        np.testing.assert_allclose(found, whole[:2], rtol=1e-12)
+        alpha = [np.stack(draw.alpha(beta, gamma)) for draw in draws]
+        np.testing.assert_allclose(alpha, whole[:2], rtol=1e-12)
         assert all(draw.pack is not None for draw in draws)
 
 
@@ -70,7 +70,10 @@ def test_widths_grow_with_the_errors_of_alpha():
         speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)[0]
         for spread in (0.002, 0.004)
     )
-    ratios = [two.half / one.half for one, two in zip(small, large, strict=True)]
+    ratios = [
+        large_width.half / small_width.half
+        for small_width, large_width in zip(small, large, strict=True)
+    ]
     assert ratios == pytest.approx([2, 2], rel=0.05)
     assert all(0.001 < width.half < 2 for width in large)
 
@@ -78,14 +81,14 @@ def test_widths_grow_with_the_errors_of_alpha():
 def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
     bare = TableProfile(*alpha_grid("poppy_LP"))
     factors = []
-    for one in with_model_error(bare, 0.28):
-        assert isinstance(one, TableProfile)
+    for profile in with_model_error(bare, 0.28):
+        assert isinstance(profile, TableProfile)
         lift, thrust = (
-            one.alpha_z.max() / bare.alpha_z.max(),
-            one.alpha_x.max() / bare.alpha_x.max(),
+            profile.alpha_z.max() / bare.alpha_z.max(),
+            profile.alpha_x.max() / bare.alpha_x.max(),
         )
-        np.testing.assert_allclose(one.alpha_z, lift * bare.alpha_z)
-        np.testing.assert_allclose(one.alpha_x, thrust * bare.alpha_x)
+        np.testing.assert_allclose(profile.alpha_z, lift * bare.alpha_z)
+        np.testing.assert_allclose(profile.alpha_x, thrust * bare.alpha_x)
         factors.append((lift, thrust))
     normals = np.log(factors).T / 0.28
     np.testing.assert_allclose(normals.mean(axis=1), 0, atol=1e-9)
@@ -108,17 +111,19 @@ def test_the_error_of_the_model_widens_a_speed():
         assert wider.half > 2 * width.half
     # two errors of 3 and 4 are one of 5, and without an error of the model nothing is added
     alone = [Width(3.0, 8)]
-    found = model_widths(alone, np.array([20.0]), [np.array([20 + 4 / 1.959964])] * 4, 0.95)
-    assert found[0].half == pytest.approx(5, rel=1e-6)
+    with_model = model_widths(alone, np.array([20.0]), [np.array([20 + 4 / 1.959964])] * 4, 0.95)
+    assert with_model[0].half == pytest.approx(5, rel=1e-6)
     speeds = np.array([30.0, 20.0])
-    others = [speeds + 1, speeds - 1]
+    other_speeds = [speeds + 1, speeds - 1]
     assert model_widths(of_alpha, speeds, [speeds] * 4, 0.95) == of_alpha
     # neither is known where a run is not steady
     lost = model_widths(alone, np.array([20.0]), [np.array([np.nan])], 0.95)[0]
     assert math.isnan(lost.half)
     assert codes_of(lost.why) == "no-speed"
     unknown = [Width(math.nan, 8, width.why) for width in of_alpha]
-    assert all(math.isnan(width.half) for width in model_widths(unknown, speeds, others, 0.95))
+    assert all(
+        math.isnan(width.half) for width in model_widths(unknown, speeds, other_speeds, 0.95)
+    )
 
 
 def test_widths_hold_what_another_arc_does():
@@ -129,8 +134,8 @@ def test_widths_hold_what_another_arc_does():
     )
     near = with_arc_scaled(Condition(5.0, 0.8), 1.01)
     assert math.asin(near.curvature_times_R) == pytest.approx(1.01 * math.asin(0.8))
-    own, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
-    assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - own)), rel=1e-3)
+    unmoved, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
+    assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - unmoved)), rel=1e-3)
     assert exact < small < large
     assert with_arc_scaled(Condition(5.0, 0.0), 1.01).curvature_times_R == 0
     assert 0.99 < with_arc_scaled(Condition(5.0, 1.0), 1.01).curvature_times_R < 1
@@ -141,25 +146,25 @@ def test_the_coarser_step_changes_no_width():
     fine = speeds_of(robot, [NINE, *draws], FAST)
     coarse = speeds_of(coarser(robot), [NINE, *draws], FAST)
     assert coarser(robot).numerics.step_s == pytest.approx(4 * robot.numerics.step_s)
-    shifts = [(found[1:] - found[0]) for found in (fine, coarse)]
+    shifts = [(speeds[1:] - speeds[0]) for speeds in (fine, coarse)]
     spread = [np.sqrt((shift**2).mean(axis=0)) for shift in shifts]
     np.testing.assert_allclose(spread[1], spread[0], rtol=0.02)
 
 
 def test_no_interval_of_a_best_curvature_at_the_end():
     # on nine terms the c-leg itself is the fastest
-    found = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
-    assert math.isnan(found.half)
-    assert codes_of(found.why) == "best-at-end"
+    width = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
+    assert math.isnan(width.half)
+    assert codes_of(width.why) == "best-at-end"
 
 
 def test_table_of_widths():
     places = {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
     profile = FourierProfile(NINE.coefficients, spread=nine_draws(0.002, 3))
-    found = widths(paper_robot(), {"generic": profile}, pd.DataFrame(places), 0.95)
-    assert list(found.columns) == WIDTH_COLUMNS[1:]
-    assert list(found["quantity"]) == [SPEED, SPEED, SPEED_MODEL, SPEED_MODEL, BEST]
-    assert set(found["draws"]) == {3}
-    speeds = found[found["quantity"] == SPEED]
+    table = widths(paper_robot(), {"generic": profile}, pd.DataFrame(places), 0.95)
+    assert list(table.columns) == WIDTH_COLUMNS[1:]
+    assert list(table["quantity"]) == [SPEED, SPEED, SPEED_MODEL, SPEED_MODEL, BEST]
+    assert set(table["draws"]) == {3}
+    speeds = table[table["quantity"] == SPEED]
     assert (speeds["half_width"] > 0).all()
     assert list(speeds["curvature_times_R"]) == [1.0, 0.8]

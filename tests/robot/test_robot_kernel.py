@@ -65,17 +65,19 @@ def test_samples_are_the_twins(robot, profile):
     path = plain_steps(profile, parts, state, 0.4, rate, step_s, 15)
     np.testing.assert_allclose(samples[:, :6], path[:15:3], rtol=1e-9, atol=1e-9)
     for row in samples:
-        at, turn = row[:6], row[6]
-        every = forces(profile, parts, at, turn, rate)
+        sample_state, turn = row[:6], row[6]
+        every = forces(profile, parts, sample_state, turn, rate)
         for index, group in enumerate(every):
             np.testing.assert_allclose(
                 row[9 + 2 * index : 11 + 2 * index], group[..., :2].sum(axis=(0, 1)), atol=1e-11
             )
-        np.testing.assert_allclose(row[7], net(profile, parts, at, turn, rate)[2], atol=1e-11)
+        np.testing.assert_allclose(
+            row[7], net(profile, parts, sample_state, turn, rate)[2], atol=1e-11
+        )
         drive = 0.0
-        still = parts.place(at, turn, 0.0)
+        still = parts.place(sample_state, turn, 0.0)
         for index in (3, 4):  # the tripods
-            group, elements = every[index], parts.place(at, turn, rate)[index]
+            group, elements = every[index], parts.place(sample_state, turn, rate)[index]
             # power of the legs' turn: force times the part of the velocity that it makes
             moved = elements[..., 6:] - still[index][..., 6:]
             x, z = group[..., 2] - elements[..., 0], group[..., 3] - elements[..., 1]
@@ -109,13 +111,13 @@ def test_constants_are_those_of_the_profiles():
 def test_compiled_code_needs_no_other_file():
     # all that is compiled stands in one file, but for types, which are not compiled
     tree = ast.parse(Path(kernel.__file__).read_text(encoding="utf-8"))
-    found = {
+    imported_names = {
         alias.name
         for node in tree.body
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rftfit")
         for alias in node.names
     }
-    assert found == {"FloatArray", "Pack"}
+    assert imported_names == {"FloatArray", "Pack"}
 
 
 @pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them

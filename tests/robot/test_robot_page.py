@@ -23,29 +23,29 @@ def results(tmp_path_factory):
 def cells(table):
     """What a table shows, with its small print."""
     shown = [[column.cell(row) for column in table.columns] for row in table.rows]
-    return [["|".join(filter(None, (one.text, *one.notes))) for one in row] for row in shown]
+    return [["|".join(filter(None, (cell.text, *cell.notes))) for cell in row] for row in shown]
 
 
 def test_tables_say_what_the_errors_say(results):
-    found = robot_tables(results)
-    assert found is not None
-    near, far = cells(found["shares"])
+    tables = robot_tables(results)
+    assert tables is not None
+    near, far = cells(tables["shares"])
     # within the errors of alpha alone, and with the model's own error: none was given
     assert near[1:] == [*["42 of 42|predicted: 39 of 39"] * 2, *["no value"] * 2]
     assert far[2] == "0 of 42|predicted: 0 of 39"
-    conditions = cells(found["conditions"])
+    conditions = cells(tables["conditions"])
     assert len(conditions) == 42
     assert sum(row[-1] == "yes" for row in conditions) == 3
     assert all(row[-2].endswith("|+100 %") for row in conditions)
     assert [float(row[0].replace("\N{MINUS SIGN}", "-")) for row in conditions[::41]] == [-1, 1]
-    assert [row[1:4] for row in cells(found["best"])] == [["5.0", "0.40", "74.8"]] * 2
+    assert [row[1:4] for row in cells(tables["best"])] == [["5.0", "0.40", "74.8"]] * 2
 
 
 def test_numbers_for_the_script(results):
     data = robot_data(results)
     assert data is not None
     json.dumps(data, allow_nan=False)
-    curvatures = [one["curvature"] for one in data["curves"]["table"]]
+    curvatures = [curve["curvature"] for curve in data["curves"]["table"]]
     assert curvatures == [-1, -0.92, -0.6, 0, 0.6, 0.92, 1]
     assert data["curves"]["table"][0] == {"curvature": -1.0, "f": [1.0, 5.0], "v": [6.0, 30.0]}
     assert sum(data["measured"]["calibrated"]) == 3

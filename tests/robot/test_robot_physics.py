@@ -79,8 +79,8 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     assert slip < 0.01 * scale
     np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
     # sand takes energy: over whole strides the drive has to give more than it gets back
-    given = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
-    assert given > max(energy[-1] - energy[0], 0)
+    work_of_drive = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
+    assert work_of_drive > max(energy[-1] - energy[0], 0)
 
 
 @pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])
@@ -132,14 +132,14 @@ def test_mirror_image(robot, profile, curvature):
     data = robot.model_dump()
     data["legs"]["hips"][0]["x_cm"] = 4.0  # a robot that is not its own mirror image
     robot = Robot.model_validate(data)
-    found = []
+    courses = []
     for body, sign in ((robot, 1), (mirrored(robot), -1)):
-        how = 2.0 * sign, curvature * sign, 0.1 * sign
-        s = simulate(body, profile, *how, samples_per_stride=20, strides=1).series
+        gait = 2.0 * sign, curvature * sign, 0.1 * sign
+        s = simulate(body, profile, *gait, samples_per_stride=20, strides=1).series
         assert s is not None
-        found.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
-    for one, two, most in zip(*found, (2e-5, 2e-5, 1e-3), strict=True):
-        np.testing.assert_allclose(one, two, atol=most)
+        courses.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
+    for course, mirrored_course, most in zip(*courses, (2e-5, 2e-5, 1e-3), strict=True):
+        np.testing.assert_allclose(course, mirrored_course, atol=most)
 
 
 def test_order_of_the_methods(robot, nine):

@@ -111,8 +111,8 @@ def test_series(robot, table):
     assert (lift, thrust) == pytest.approx((weight_N, 0), abs=0.03 * weight_N)
     assert s.drive_moment_N_cm[last].mean() > 0
     # the two tripods do the same, half a stride apart
-    one, two = s.force_z_N["tripod_1"][-25:], s.force_z_N["tripod_2"][-50:-25]
-    np.testing.assert_allclose(one, two, atol=0.05 * one.max())
+    tripod_1, tripod_2 = s.force_z_N["tripod_1"][-25:], s.force_z_N["tripod_2"][-50:-25]
+    np.testing.assert_allclose(tripod_1, tripod_2, atol=0.05 * tripod_1.max())
     # samples change nothing but the number of steps to a stride
     bare = simulate(robot, table, 2.0, 1.0, 1 / 6)
     np.testing.assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)

@@ -155,7 +155,10 @@ def test_what_the_workflow_reads(root):
     assert all((root / file).is_file() for file in states.robot_files)
     track = next(root / file for file in states.robot_files if "tracks/" in file)
     track.write_bytes(track.read_bytes() + b"# end\n")
-    before, after = (one.of("robot_measured", "") for one in (states, States(states.campaign)))
+    before, after = (
+        campaign_states.of("robot_measured", "")
+        for campaign_states in (states, States(states.campaign))
+    )
     assert [what for what in after if after[what] != before[what]] == ["robot files"]
     edit(root)  # a campaign without a robot
     states = read_states(config)[0]
@@ -185,9 +188,9 @@ def test_bad_sections_of_the_config(root, robot, words):
 def test_an_own_robot_is_neither_calibrated_nor_compared_with_the_papers(root):
     text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
     edit(root, medium="poppy_LP", file="config/mine.yaml")
-    for own, compared in (("elements: 30", 42), ("mass_g: 150", 0)):
-        assert own in text
-        changed = text.replace(own, own.replace("0", "5"))
+    for old_text, compared in (("elements: 30", 42), ("mass_g: 150", 0)):
+        assert old_text in text
+        changed = text.replace(old_text, old_text.replace("0", "5"))
         (root / "config" / "mine.yaml").write_text(changed, "utf-8")
         speeds = measured(root)[1]
         assert (len(speeds), {*speeds["calibrated"]} <= {"no"}) == (compared, True)
@@ -249,8 +252,8 @@ def test_tables(root, straight, monkeypatch):
     table = speed_table(straight).assign(profile="table", medium="poppy_LP")
     half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)
     monkeypatch.setattr(stages, "PROFILES", ("table",))
-    for name, made in (("measured", seen), ("runs_table", table), ("intervals", half)):
-        write_csv(made, folder / f"{name}.csv")
+    for name, stage_table in (("measured", seen), ("runs_table", table), ("intervals", half)):
+        write_csv(stage_table, folder / f"{name}.csv")
     speed, optimum, errors = robot_speeds(results)
     assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
     assert optimum.empty  # two curvatures are no sweep
@@ -268,12 +271,12 @@ def test_tables(root, straight, monkeypatch):
 
 def test_profiles_from_the_tables(root):
     results = with_alpha(root)
-    at = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
+    angles = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
     table, fourier, generic, depth_only = (
-        robot_profile(results, kind).alpha(*at)
+        robot_profile(results, kind).alpha(*angles)
         for kind in ("table", "fourier", "generic", "depth_only")
     )
-    np.testing.assert_allclose(table, TableProfile.published("poppy_LP").alpha(*at))
+    np.testing.assert_allclose(table, TableProfile.published("poppy_LP").alpha(*angles))
     # of one medium alone, the generic profile is its own
     np.testing.assert_allclose(generic, fourier, rtol=1e-6)
     assert depth_only[1][0] == pytest.approx(0)
@@ -289,10 +292,10 @@ def test_the_map_is_run_on_where_the_table_has_holes(root, monkeypatch):
     assert profiles_of(results) == PROFILES
     monkeypatch.setattr(sweep, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
     write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
-    lost, found = (robot_runs(results, f"runs_{name}", 1).iloc[0] for name in ("table", "map"))
+    lost, on_map = (robot_runs(results, f"runs_{name}", 1).iloc[0] for name in ("table", "map"))
     assert np.isnan(lost["speed_cm_per_s"])
     truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
-    assert found["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
+    assert on_map["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
 
 
 def test_its_pictures_are_of_the_profile_that_it_runs_on(root, monkeypatch):
@@ -321,7 +324,9 @@ def test_a_missing_fit_is_a_reason_not_a_number(root):
 
 
 def test_a_dropped_term_is_not_in_the_profile(root):
-    less, full = (robot_profile(with_alpha(root, threshold=one), "fourier") for one in (0.9, 0.0))
+    less, full = (
+        robot_profile(with_alpha(root, threshold=threshold), "fourier") for threshold in (0.9, 0.0)
+    )
     assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
     assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
@@ -329,7 +334,7 @@ def test_a_dropped_term_is_not_in_the_profile(root):
 def test_jobs_can_be_started_by_name(root, capsys, monkeypatch):
     monkeypatch.chdir(root)
     (job,) = [
-        one for one in planned_jobs(root / "config" / "config.yaml") if one.rule == "robot_measured"
+        job for job in planned_jobs(root / "config" / "config.yaml") if job.rule == "robot_measured"
     ]
     files = ["--reads", *job.reads, "--writes", *job.writes]
     assert main([job.reads[-1], *files]) == 0

@@ -29,14 +29,14 @@ def test_targets_and_layouts(robot):
 def test_calibrated_values_stand_in_the_file(robot, table):
     # nowhere on the grid is there a better neighbour; the whole search is
     # `python studies/calibrate.py`
-    here = layout_of(robot)
-    assert laid_out(robot, here) == robot
-    best = fit(robot, table, here, SPEEDS)
+    layout = layout_of(robot)
+    assert laid_out(robot, layout) == robot
+    best = fit(robot, table, layout, SPEEDS)
     assert best.misfit < 0.7
     for name, values in GRID.items():
-        place = values.index(getattr(here, name))
-        for other in {max(place - 1, 0), min(place + 1, len(values) - 1)} - {place}:
-            near = replace(here, **{name: values[other]})
+        place = values.index(getattr(layout, name))
+        for neighbour in {max(place - 1, 0), min(place + 1, len(values) - 1)} - {place}:
+            near = replace(layout, **{name: values[neighbour]})
             assert fit(robot, table, near, SPEEDS).misfit > best.misfit, near
 
 
@@ -54,15 +54,19 @@ def test_main_says_the_best(monkeypatch, capsys):
 
 
 def places(robot):
-    plates = [[*one.from_cm, *one.to_cm, one.width_cm] for one in robot.body.plates.values()]
+    plates = [
+        [*plate.from_cm, *plate.to_cm, plate.width_cm] for plate in robot.body.plates.values()
+    ]
     return [*np.ravel(plates), *np.ravel([(hip.x_cm, hip.z_cm) for hip in robot.legs.hips])]
 
 
 @pytest.mark.parametrize("name", PERTURBATIONS)
 def test_changes(robot, name):
-    other = changed(robot, {name: 0.2})
-    assert other != robot
-    np.testing.assert_allclose(places(changed(other, {name: -0.2})), places(robot), atol=1e-12)
+    changed_robot = changed(robot, {name: 0.2})
+    assert changed_robot != robot
+    np.testing.assert_allclose(
+        places(changed(changed_robot, {name: -0.2})), places(robot), atol=1e-12
+    )
 
 
 def test_what_the_changes_mean(robot):

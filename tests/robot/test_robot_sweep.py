@@ -41,10 +41,14 @@ CONDITIONS = [
 
 
 def test_tables(robot, nine):
-    two, one = (run_all(robot, nine, CONDITIONS, threads) for threads in (2, 1))
-    assert [run.condition for run in two] == CONDITIONS
-    assert [run.speed_cm_per_s for run in two] == [run.speed_cm_per_s for run in one]
-    table = speed_table(two)
+    runs_two_threads, runs_one_thread = (
+        run_all(robot, nine, CONDITIONS, threads) for threads in (2, 1)
+    )
+    assert [run.condition for run in runs_two_threads] == CONDITIONS
+    assert [run.speed_cm_per_s for run in runs_two_threads] == [
+        run.speed_cm_per_s for run in runs_one_thread
+    ]
+    table = speed_table(runs_two_threads)
     assert tuple(table.columns) == RUN_COLUMNS
     assert (table["outcome"] == "steady").all()
     means = mean_speed(table)

@@ -38,16 +38,16 @@ def written(folder, rows, header=GOOD_HEAD):
 @pytest.mark.parametrize("frequency", [0.343, 1.2, 2.0, 4.9])
 @pytest.mark.parametrize("strides", [3.2, 3.35, 3.6, 3.85, 5.3, 11.7])
 def test_frequency_and_speed_come_back(frequency, strides):
-    found = mean_stride_speed(running(frequency, strides=strides))
-    assert (found.frequency_from, found.flags) == ("track", ())
-    assert found.frequency_Hz == pytest.approx(frequency, rel=0.01)
+    stride_speed = mean_stride_speed(running(frequency, strides=strides))
+    assert (stride_speed.frequency_from, stride_speed.flags) == ("track", ())
+    assert stride_speed.frequency_Hz == pytest.approx(frequency, rel=0.01)
     # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
-    assert found.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
+    assert stride_speed.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
 
 
 def test_a_given_frequency_is_taken():
-    found = mean_stride_speed(running(2.0), frequency_Hz=1.9)
-    assert (found.frequency_Hz, found.frequency_from) == (1.9, "sheet")
+    stride_speed = mean_stride_speed(running(2.0), frequency_Hz=1.9)
+    assert (stride_speed.frequency_Hz, stride_speed.frequency_from) == (1.9, "sheet")
 
 
 @pytest.mark.parametrize(
@@ -106,8 +106,8 @@ def test_gaps():
 def test_units_of_the_header(tmp_path):
     rows = [f"{10 * i};{i};{2 * i}" for i in range(3)]
     track = read_track(written(tmp_path, rows, "Time [ms];X (mm);z_in"))
-    found = [track.time_s, track.x_cm, track.z_cm]
-    np.testing.assert_allclose(found, np.outer([0.01, 0.1, 5.08], range(3)))
+    columns = [track.time_s, track.x_cm, track.z_cm]
+    np.testing.assert_allclose(columns, np.outer([0.01, 0.1, 5.08], range(3)))
 
 
 def test_every_row_is_accounted_for(tmp_path):
@@ -183,8 +183,13 @@ def test_all_faults_of_a_sheet_at_once(tmp_path):
     )
     assert names == ["a1"]
     assert [
-        (one.place.row, one.place.column, one.code.removeprefix("robot-sheet."), one.found)
-        for one in problems
+        (
+            problem.place.row,
+            problem.place.column,
+            problem.code.removeprefix("robot-sheet."),
+            problem.found,
+        )
+        for problem in problems
     ] == [
         (3, "run_id", "repeated", "A1"),
         (4, "curvature_times_R", "condition", "0.5"),
@@ -207,8 +212,8 @@ def test_columns_of_a_sheet(tmp_path):
     _, problems = sheet(
         tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
     )
-    assert {(one.code, one.place.column, one.nearest) for one in problems} == {
+    assert {(problem.code, problem.place.column, problem.nearest) for problem in problems} == {
         ("robot-sheet.unknown-column", "curvature_tmes_R", "curvature_times_R"),
         ("robot-sheet.missing-column", "curvature_times_R", None),
     }
-    assert [one.code for one in sheet(tmp_path)[1]] == ["robot-sheet.empty"]
+    assert [problem.code for problem in sheet(tmp_path)[1]] == ["robot-sheet.empty"]

@@ -43,16 +43,28 @@ def test_numbers_figure_and_json(command, tmp_path):
     medium = rftfit.estimate_map(pd.DataFrame(push)).profile
     expected = rftfit.predict(medium, mesh, motion).drop(columns="reason")
     assert list(rows[0]) == list(expected)
-    found = np.array([[float(cell) for cell in row.values()] for row in rows])
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+    values = np.array([[float(cell) for cell in row.values()] for row in rows])
+    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9)
     peak = json.loads(out)["peaks"]["force_z"]
     row = expected.iloc[int(expected["force_z_N"].to_numpy().argmax())]
-    wanted = (row["force_z_N"], row["force_z_lo_N"], row["force_z_hi_N"], row["t_s"])
-    assert (peak["force_z_N"], peak["lo"], peak["hi"], peak["t_s"]) == pytest.approx(wanted)
+    expected_peak = (row["force_z_N"], row["force_z_lo_N"], row["force_z_hi_N"], row["t_s"])
+    assert (peak["force_z_N"], peak["lo"], peak["hi"], peak["t_s"]) == pytest.approx(expected_peak)
     # the model errs otherwise in every pose: its interval is of the peaks of whole draws, not of this row
-    [own] = [one for one in predict_with_peaks(medium, mesh, motion)[1] if one.name == "force_z"]
-    assert (peak["model_lo"], peak["model_hi"]) == pytest.approx((own.model_lo, own.model_hi))
-    assert own.model_lo < own.lo < own.value < own.hi < own.model_hi
+    [predicted_peak] = [
+        predicted
+        for predicted in predict_with_peaks(medium, mesh, motion)[1]
+        if predicted.name == "force_z"
+    ]
+    assert (peak["model_lo"], peak["model_hi"]) == pytest.approx(
+        (predicted_peak.model_lo, predicted_peak.model_hi)
+    )
+    assert (
+        predicted_peak.model_lo
+        < predicted_peak.lo
+        < predicted_peak.value
+        < predicted_peak.hi
+        < predicted_peak.model_hi
+    )
     assert (tmp_path / "ball.png").read_bytes()[:4] == b"\x89PNG"
     code, out, _ = command(*MESH, "--alpha", "0.35")
     assert (code, f"err by up to {expected['closure_N'].max():.3g} N" in out) == (0, True)

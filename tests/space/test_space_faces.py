@@ -13,7 +13,7 @@ from rftfit.model import faces, rft3d
 from rftfit.model.faces import LAWS, face_alpha
 from rftfit.model.forces import forces_on
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import CLOSURE, mesh_forces
+from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
 from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
@@ -72,7 +72,9 @@ BODIES = {
 def test_bodies(name):
     mesh, motion, expected = BODIES[name]
     law = ("3d-rft", 0.4) if "3D-RFT" in name else ()
-    np.testing.assert_allclose(mesh_forces(POPPY, mesh, motion, *law)[0, :6], expected, atol=1e-5)
+    np.testing.assert_allclose(
+        compiled_mesh_forces(POPPY, mesh, motion, *law)[0, :6], expected, atol=1e-5
+    )
 
 
 HOLED = np.reshape(POPPY.cells[2:], (2, 91)).copy()
@@ -91,10 +93,10 @@ PROFILES = {
 def test_compiled_and_plain_agree(profile, law, friction):
     wheel = Mesh.cylinder(6.25, 6, 24)
     for body in ((Mesh.sphere(2, 12), SINKING), (wheel, slipping()), (LEG, leg_at(35))):
-        found = mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
+        compiled = compiled_mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
         plain = faces.mesh_forces(PROFILES[profile], *body, law, friction)
         largest = abs(plain).max(initial=1, where=np.isfinite(plain))
-        np.testing.assert_allclose(found, plain, rtol=0, atol=1e-12 * largest)
+        np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-12 * largest)
 
 
 @pytest.mark.parametrize("leg", ["c_leg", "flat_leg", "reversed_c_leg"])
@@ -110,26 +112,26 @@ def test_a_leg_in_translation_is_that_of_the_plane(leg):
         None,
         Rotation.from_rotvec(theta[:, None] * [0, 1, 0]),
     )
-    found = mesh_forces(POPPY, Mesh.extrude(outline), motion)
-    np.testing.assert_allclose(found[:, 0], flat.force_x_N, atol=1e-12)
-    np.testing.assert_allclose(found[:, 2], flat.force_z_N, atol=1e-12)
-    np.testing.assert_array_equal(found[:, 6], 0)  # no face leaves its plane
+    forces = compiled_mesh_forces(POPPY, Mesh.extrude(outline), motion)
+    np.testing.assert_allclose(forces[:, 0], flat.force_x_N, atol=1e-12)
+    np.testing.assert_allclose(forces[:, 2], flat.force_z_N, atol=1e-12)
+    np.testing.assert_array_equal(forces[:, 6], 0)  # no face leaves its plane
 
 
 def test_a_turning_leg_differs_by_the_rule_within_a_strip():
     flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
-    found = mesh_forces(POPPY, LEG, leg_at(-40))[0]
+    forces = compiled_mesh_forces(POPPY, LEG, leg_at(-40))[0]
     np.testing.assert_allclose(
-        [found[0], found[2], found[4]],
+        [forces[0], forces[2], forces[4]],
         [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]],
         atol=0.02,
     )
 
 
 def test_convergence_with_the_mesh():
-    exact = mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
+    exact = compiled_mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
     errors = [
-        np.linalg.norm(mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
+        np.linalg.norm(compiled_mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
         for n in (12, 24, 48)
     ]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
@@ -145,12 +147,14 @@ def vector(tilt, turn):
 
 
 @PROPERTY
-@given(tilt=angle, turn=angle, other=angle, way=angle)
-def test_the_law_is_continuous_at_level_faces_and_vertical_motion(tilt, turn, other, way):
+@given(tilt=angle, turn=angle, first_azimuth=angle, second_azimuth=angle)
+def test_the_law_is_continuous_at_level_faces_and_vertical_motion(
+    tilt, turn, first_azimuth, second_azimuth
+):
     any_one, tiny = vector(tilt, turn), 1e-7
     for profile in (POPPY, PROFILES["nine terms"]):
         for pole in (0.0, np.pi):
-            near = [vector(pole + tiny, a) for a in (other, way)]
+            near = [vector(pole + tiny, a) for a in (first_azimuth, second_azimuth)]
             # a level face whatever way it is tilted; motion straight up or down whatever way it leans
             level = [face_alpha(profile, n, any_one) for n in near]
             vertical = [face_alpha(profile, any_one, v) for v in near]
@@ -165,10 +169,13 @@ def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
     for mesh, motion in ((Mesh.cylinder(6.25, 6, 24), slipping()), (Mesh.sphere(2, 8), SINKING)):
         position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
         turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
-        found, first = (mesh_forces(POPPY, mesh, one, law, friction)[0] for one in (turned, motion))
-        expected = about_z.apply(first[:6].reshape(2, 3)).ravel()
-        centre = about_z.apply(first[10:])
-        np.testing.assert_allclose(found, [*expected, *first[6:10], *centre], atol=1e-9)
+        rotated, original = (
+            compiled_mesh_forces(POPPY, mesh, mesh_motion, law, friction)[0]
+            for mesh_motion in (turned, motion)
+        )
+        expected = about_z.apply(original[:6].reshape(2, 3)).ravel()
+        centre = about_z.apply(original[10:])
+        np.testing.assert_allclose(rotated, [*expected, *original[6:10], *centre], atol=1e-9)
 
 
 def test_missing_numbers_say_why():

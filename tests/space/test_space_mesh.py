@@ -6,7 +6,7 @@ import pytest
 import rftfit
 from rftfit.errors import InputError
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import CLOSURE, mesh_forces
+from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 BALL = Mesh.sphere(2, 8)
@@ -56,18 +56,18 @@ def test_mended_with_a_word_to_the_same_forces(words):
     with pytest.warns(UserWarning, match=words):
         mesh = Mesh(*MENDED[words](BALL.vertices_cm, BALL.faces))
     assert len(mesh.notes) == 1
-    found, expected = (mesh_forces(POPPY, one, MOTION) for one in (mesh, BALL))
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    forces, expected = (compiled_mesh_forces(POPPY, body, MOTION) for body in (mesh, BALL))
+    np.testing.assert_allclose(forces, expected, atol=1e-12)
 
 
 def test_files(tmp_path):
     pytest.importorskip("trimesh")
     file = stl(tmp_path, BALL)
-    found = Mesh.read(file, unit="mm")
-    assert found.name == "ball"
-    assert found.faces.shape == BALL.faces.shape
-    same = mesh_forces(POPPY, BALL, MOTION)
-    np.testing.assert_allclose(mesh_forces(POPPY, found, MOTION), same, rtol=1e-5)
+    mesh = Mesh.read(file, unit="mm")
+    assert mesh.name == "ball"
+    assert mesh.faces.shape == BALL.faces.shape
+    same = compiled_mesh_forces(POPPY, BALL, MOTION)
+    np.testing.assert_allclose(compiled_mesh_forces(POPPY, mesh, MOTION), same, rtol=1e-5)
     (tmp_path / "empty.stl").write_text("solid nothing")
     for name, unit, words in (
         ("ball.stl", "m", "4000 cm long"),
@@ -85,8 +85,8 @@ def test_refined_is_the_same_body():
     assert np.linalg.norm(edges, axis=-1).max() <= 0.3
     np.testing.assert_allclose(finer.area_cm2, BALL.area_cm2)
     deep = Motion3D([0, 0, -9], [0, 0, -1])
-    found, same = (mesh_forces(POPPY, one, deep)[:, :3] for one in (finer, BALL))
-    np.testing.assert_allclose(found, same, atol=1e-9)
+    forces, same = (compiled_mesh_forces(POPPY, body, deep)[:, :3] for body in (finer, BALL))
+    np.testing.assert_allclose(forces, same, atol=1e-9)
 
 
 def test_wrong_motions():
@@ -112,18 +112,19 @@ def test_a_path_is_differentiated():
 
 def test_intervals_are_quantiles_of_the_draws():
     random = np.random.default_rng(0)
-    own = np.reshape(POPPY.cells[2:], (2, 1, 7, 13))
-    cells = own + 0.03 * random.standard_normal((2, 1000, 7, 13))
+    published_alpha = np.reshape(POPPY.cells[2:], (2, 1, 7, 13))
+    cells = published_alpha + 0.03 * random.standard_normal((2, 1000, 7, 13))
     profile = rftfit.TableProfile(*cells.mean(axis=1), spread=rftfit.TableProfile(*cells))
     table = rftfit.predict(profile, BALL, MOTION, confidence=0.9)
-    each = [
-        mesh_forces(rftfit.TableProfile(*cells[:, draw]), BALL, MOTION)[0] for draw in range(1000)
+    forces_by_draw = [
+        compiled_mesh_forces(rftfit.TableProfile(*cells[:, draw]), BALL, MOTION)[0]
+        for draw in range(1000)
     ]
-    ends = np.quantile(each, (0.05, 0.95), axis=0)
+    ends = np.quantile(forces_by_draw, (0.05, 0.95), axis=0)
     for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
-        found = [table[name.format(end)][0] for end in ("lo", "hi")]
-        np.testing.assert_allclose(found, ends[:, k], rtol=0.01)
-    load = mesh_forces(profile, BALL, MOTION)[0, 6]
+        bounds = [table[name.format(end)][0] for end in ("lo", "hi")]
+        np.testing.assert_allclose(bounds, ends[:, k], rtol=0.01)
+    load = compiled_mesh_forces(profile, BALL, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
     np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
 
@@ -131,6 +132,10 @@ def test_intervals_are_quantiles_of_the_draws():
 def test_one_push_gives_a_wider_interval_that_holds_the_map():
     one_push = rftfit.scale(0.35093).profile
     table = rftfit.predict(one_push, BALL, MOTION).iloc[0]
-    assert table["force_z_lo_N"] < mesh_forces(POPPY, BALL, MOTION)[0, 2] < table["force_z_hi_N"]
+    assert (
+        table["force_z_lo_N"]
+        < compiled_mesh_forces(POPPY, BALL, MOTION)[0, 2]
+        < table["force_z_hi_N"]
+    )
     law = rftfit.predict(one_push, BALL, MOTION, law="3d-rft", friction=0.4).iloc[0]
     assert np.isnan(law["closure_N"])

@@ -70,7 +70,7 @@ REFUSED: dict[str, tuple[str, str, dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_refused(case):
-    inside, options, more, words = REFUSED[case]
+    inside, options, settings, words = REFUSED[case]
     model = load(inside, options)
     with pytest.raises(InputError, match=words):
-        attach(model, mujoco.MjData(model), POPPY, **more)
+        attach(model, mujoco.MjData(model), POPPY, **settings)

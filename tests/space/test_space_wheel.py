@@ -20,14 +20,14 @@ EXPECTED = {  # rms error of x, y, z, N: all runs, those with abs(slip) <= 0.51;
 @pytest.mark.parametrize("case", EXPECTED)
 def test_errors_of_forces_and_sinkage(case, monkeypatch):
     monkeypatch.setitem(WHEEL["predicted"].__globals__, "DEPTHS_CM", np.arange(0.5, 12.1, 0.5))
-    found, depth = WHEEL["predicted"](RUNS, case)
-    off, few = found - RUNS[WHEEL["FORCES"]].to_numpy(), abs(RUNS.slip) <= 0.51
+    predicted, depth = WHEEL["predicted"](RUNS, case)
+    off, is_low_slip = predicted - RUNS[WHEEL["FORCES"]].to_numpy(), abs(RUNS.slip) <= 0.51
     every, modest, sinkage = EXPECTED[case]
     np.testing.assert_allclose(WHEEL["rms"](off), every, atol=0.1)
-    np.testing.assert_allclose(WHEEL["rms"](off[few]), modest, atol=0.1)
+    np.testing.assert_allclose(WHEEL["rms"](off[is_low_slip]), modest, atol=0.1)
     assert WHEEL["rms"](10 * depth - RUNS.sinkage_mm) == pytest.approx(sinkage, abs=0.3)
     if case == "measured law":
-        np.testing.assert_allclose(np.median(found[:, 2] / RUNS.force_z_N), 0.995, atol=0.01)
+        np.testing.assert_allclose(np.median(predicted[:, 2] / RUNS.force_z_N), 0.995, atol=0.01)
         for (angle, rim), forces in (
             ((0, 5), (-12.586, 0, 21.509)),
             ((30, 10), (-2.765, 7.890, 19.064)),
@@ -37,4 +37,4 @@ def test_errors_of_forces_and_sinkage(case, monkeypatch):
                 & (RUNS.rim_speed_mm_per_s == rim)
                 & (RUNS.trial == 1)
             )
-            np.testing.assert_allclose(found[chosen][0], forces, atol=1e-3)
+            np.testing.assert_allclose(predicted[chosen][0], forces, atol=1e-3)

@@ -27,7 +27,7 @@ from mistakes import (
     swapped,
 )
 
-from rftfit.measure.checks_surface import linearity
+from rftfit.measure.checks_surface import judge_linearity
 from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.laws import other_laws
 from rftfit.measure.verdicts import CHECKS
@@ -47,36 +47,36 @@ def lab(good):
     return copied(good)
 
 
-def put(made, settings):
+def put(lab, settings):
     for path, value in settings.items():
         *above, last = path.split(".")
-        place = made.config
+        place = lab.config
         for name in above:
             place = place[name]
         place[last] = value
 
 
-def axes(**own):
-    return {"transducer.axes": {"x": "-F2", "y": "+F1", "z": "-F3"} | own}
+def axes(**channels):
+    return {"transducer.axes": {"x": "-F2", "y": "+F1", "z": "-F3"} | channels}
 
 
 def size(*expected):
     return {f"media.{MEDIUM}.expected_alpha": [*expected]}
 
 
-def frozen(made, _):
-    def how(log):
+def frozen(lab, _):
+    def freeze(log):
         half = log.shape[1] // 2
         log[CHANNELS["z"], half:] = log[CHANNELS["z"], half]
 
-    of_logs(made, made.rows, how)
+    of_logs(lab, lab.rows, freeze)
 
 
-def all_in_pounds(made, _):
-    def how(log):
+def all_in_pounds(lab, _):
+    def convert(log):
         log[2:] /= POUND_N
 
-    of_logs(made, made.rows, how)
+    of_logs(lab, lab.rows, convert)
 
 
 def test_a_campaign_without_a_mistake_fails_no_check(lab):
@@ -90,7 +90,7 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
 
 
 @pytest.mark.parametrize(
-    ("settings", "mistake", "check", "effect", "said"),
+    ("settings", "mistake", "check", "effect", "sentence"),
     [
         (
             axes(x="-F3", z="-F2"),
@@ -139,14 +139,14 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
         ),
     ],
 )
-def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, effect, said):
+def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, effect, sentence):
     put(lab, settings)
     if mistake is not None:
         mistake(lab, LUCK)
     table, alpha, *_ = judged(lab)
-    found: Any = table.set_index("check").loc[check]
-    assert (found["verdict"], found["effect"]) == ("failed", effect)
-    assert re.match(said, found["sentence"]), found["sentence"]
+    outcome: Any = table.set_index("check").loc[check]
+    assert (outcome["verdict"], outcome["effect"]) == ("failed", effect)
+    assert re.match(sentence, outcome["sentence"]), outcome["sentence"]
     assert alpha["checks"].str.contains(CHECKS[check].fault).all()
     assert alpha["checks"].str.startswith(effect).all()
 
@@ -163,15 +163,15 @@ def test_channels_that_end_below_their_range(lab):
         if row["direction"] == "horizontal":
             change(lab, row["force_log"], partial(cut, run=row["run_id"]))
     table, alpha, _, flags, _ = judged(lab)
-    found = table.set_index("check").loc["channels"]
-    assert " stops at " in found["sentence"]
-    assert "look at the range of amplifier and logger" in found["sentence"]
+    outcome = table.set_index("check").loc["channels"]
+    assert " stops at " in outcome["sentence"]
+    assert "look at the range of amplifier and logger" in outcome["sentence"]
     # every cell with such a log is flagged, and no other is
     hit = np.array([bool(cut_runs & set(runs.split())) for runs in alpha["run_ids"]])
     assert hit.any()
     cells = alpha.to_dict("records")
-    told = [{flag.code for flag in flags.of_cell(cell)} for cell in cells]
-    assert ["channel-clipped" in codes for codes in told] == list(hit)
+    cell_codes = [{flag.code for flag in flags.of_cell(cell)} for cell in cells]
+    assert ["channel-clipped" in codes for codes in cell_codes] == list(hit)
 
 
 def test_stress_that_is_no_line():
@@ -189,15 +189,15 @@ def test_stress_that_is_no_line():
         table = pd.DataFrame(pushes, columns=names).assign(
             beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
         )
-        assert linearity(table, 0.05, 0.05).verdict == verdict
+        assert judge_linearity(table, 0.05, 0.05).verdict == verdict
 
 
 def test_copies_of_a_log_are_no_repeats(lab):
     copies(lab, LUCK, count=6)
     table, alpha, _, flags, _ = judged(lab)
-    found = table.set_index("check").loc["same_logs"]
-    assert found["effect"] == "unusable"
-    assert found["sentence"].startswith("Copies of a log are no repeats (7 runs")
+    outcome = table.set_index("check").loc["same_logs"]
+    assert outcome["effect"] == "unusable"
+    assert outcome["sentence"].startswith("Copies of a log are no repeats (7 runs")
     cell = alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
     assert cell["n_runs"] == 1
     assert [flag.code for flag in flags.of_cell({**cell})] == ["same-readings"]
@@ -207,8 +207,8 @@ def test_an_accepted_medium_is_used_and_says_why(lab):
     why = "the mount was re-seated; see the notebook"
     put(lab, {"transducer.turn_deg": 0.0, f"media.{MEDIUM}.accept": {"symmetry": why}})
     table, alpha, *_ = judged(lab)
-    found = table.set_index("check").loc["symmetry"]
-    assert (found["verdict"], found["effect"]) == ("accepted", "")
+    outcome = table.set_index("check").loc["symmetry"]
+    assert (outcome["verdict"], outcome["effect"]) == ("accepted", "")
     assert (
         alpha["checks"] == f"accepted: plates straight down are pushed to one side: {why}"
     ).all()
@@ -220,7 +220,7 @@ def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
         lab.write(tmp_path / name)
     good = Folder(tmp_path / "good").rftfit("check", "--diagnose")
     assert (good.returncode, "No check fails." in good.stdout) == (0, True)
-    done = Folder(tmp_path / "bad").rftfit("check", "--diagnose", "--strict")
-    assert done.returncode == 2
-    assert f"{MEDIUM}, unusable: Axes look wrong in all runs, with z reversed (" in done.stdout
+    completed = Folder(tmp_path / "bad").rftfit("check", "--diagnose", "--strict")
+    assert completed.returncode == 2
+    assert f"{MEDIUM}, unusable: Axes look wrong in all runs, with z reversed (" in completed.stdout
     assert not list(tmp_path.glob("*/results"))

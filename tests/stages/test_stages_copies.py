@@ -10,7 +10,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.measure.tables import fit_alpha_table
 from rftfit.results import Results
-from rftfit.workflow.measure import check_logs, measure_logs
+from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 TWICE = "2 runs have the readings of others: {} and {}"
@@ -26,7 +26,7 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
 
 
 @pytest.mark.parametrize(
-    ("rows", "verdict", "found"),
+    ("rows", "verdict", "words"),
     [
         (stress("a", 0, 90) + stress("b", 30, 90, seed=1), "passed", "no run is there twice"),
         (stress("a", 0, 90) + stress("b", 0, 45), "failed", TWICE.format("a", "b")),
@@ -42,7 +42,7 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
         (["a,0,90,0.3,0", "b,0,90,0.3,0"], "not checked", "a table of alpha, or of few depths"),
     ],
 )
-def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, found):
+def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, words):
     holds = "stress" if rows[0].count(",") == STRESS.count(",") else "alpha"
     head = (
         STRESS
@@ -53,9 +53,9 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, found):
     source = str(tmp_path / "table.csv")
     assert main(["init", str(tmp_path / "c"), f"--{holds}-table", source]) == 0
     campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
-    told = check_logs(campaign).set_index("check").loc["same_logs"]
-    assert told["verdict"] == verdict
-    assert found in told["found"]
+    outcome = measure_and_check(campaign).set_index("check").loc["same_logs"]
+    assert outcome["verdict"] == verdict
+    assert words in outcome["found"]
 
 
 def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
@@ -67,9 +67,9 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     (medium,) = results.media
     measure_logs(results, medium)
     fits, book = (results.table(f"{name}/{medium}.csv") for name in ("fits", "ledger/slopes"))
-    told = {row["run_id"]: row for row in fits.to_dict("records")}
-    assert [name for name, row in told.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
-    assert (told["rep2"]["reason"], told["rep2"]["reason_code"]) == (
+    fit_of_run = {row["run_id"]: row for row in fits.to_dict("records")}
+    assert [name for name, row in fit_of_run.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
+    assert (fit_of_run["rep2"]["reason"], fit_of_run["rep2"]["reason_code"]) == (
         "same readings as a",
         "same-readings",
     )
@@ -90,9 +90,9 @@ def test_a_table_without_a_force_along_x(tmp_path):
         folder = tmp_path / str(len(table[0]))
         assert main(["init", str(folder), "--alpha-table", str(tmp_path / "table.csv")]) == 0
         campaign = load_campaign(folder / "config" / "config.yaml")
-        found = check_logs(campaign).set_index("check")["verdict"]
-        assert "failed" not in set(found)
-        assert found["symmetry"] == "not checked"
+        verdicts = measure_and_check(campaign).set_index("check")["verdict"]
+        assert "failed" not in set(verdicts)
+        assert verdicts["symmetry"] == "not checked"
         fits, _, book = fit_alpha_table(
             campaign, campaign.media_with_runs[0], pd.DataFrame(columns=["run_id", "why"])
         )

@@ -7,7 +7,7 @@ import re
 
 import pandas as pd
 import pytest
-from rigroom import Room, one, paper, planned
+from rigroom import Room, paper, planned, row_of_run
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
@@ -16,8 +16,8 @@ from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
 from rftfit.measure.checks_axes import Cells
-from rftfit.measure.flags import about
-from rftfit.measure.ledger import check, join
+from rftfit.measure.flags import attach_run
+from rftfit.measure.ledger import check_ledger, join
 
 RUN = "poppy_LP_bp30_g45_in"
 PULL = "poppy_LP_bp30_g45_ex"
@@ -78,14 +78,14 @@ def first(share):
 def lines_of(change):
     """A change of the cells of a force log's rows."""
 
-    def how(text):
+    def change_rows(text):
         lines = text.splitlines()
         rows = [line.split(",") for line in lines[3:]]
         for place, row in enumerate(rows):
             change(row, place, len(rows))
         return "\n".join([*lines[:3], *map(",".join, rows), ""])
 
-    return how
+    return change_rows
 
 
 def no_number(row):
@@ -124,9 +124,9 @@ def test_fault_that_is_flagged(room, fault):
     codes, numbers = FLAGGED[fault]
     assert (fit["reason_code"], results.codes(RUN)) == ("", codes.split())
     flags = results.flags.of_run(RUN)
-    told = {name: value for flag in flags for name, value in flag.values.items()}
-    assert {name: told[name] for name in numbers} == pytest.approx(numbers, abs=0.005)
-    assert results.flags.of_cell(results.cell(30, 45)) == about(RUN, flags)
+    values = {name: value for flag in flags for name, value in flag.values.items()}
+    assert {name: values[name] for name in numbers} == pytest.approx(numbers, abs=0.005)
+    assert results.flags.of_cell(results.cell(30, 45)) == attach_run(RUN, flags)
     is_right(fit)
 
 
@@ -170,7 +170,7 @@ def test_fault_in_the_tare(room, fault, run):
     assert no_number(fit)
     if status["status"] == "refused":
         assert fit["reason"] == f"no tare: {rod} cannot be used: {status['reason']}"
-        tare = one(results.tares, run)
+        tare = row_of_run(results.tares, run)
         assert tare["reason"] == fit["reason"]
         assert math.isnan(tare["valid_to"])
     else:
@@ -232,7 +232,7 @@ def test_tare_shorter_than_the_run(room):
     fit = results.fit(RUN)
     assert fit["reason_code"] == "tare-short"
     assert no_number(fit)
-    assert 3 < one(results.tares, RUN)["valid_to"] < 6
+    assert 3 < row_of_run(results.tares, RUN)["valid_to"] < 6
 
 
 def without_rows(text):
@@ -285,7 +285,7 @@ def test_sheet_and_logs_that_do_not_belong_together(room, cells, logs, code):
     room.add(run, OTHER)
     for name, changed in cells.items():
         room.set(name, **changed)
-    room.logs |= {name: room.logs.get(other) for name, other in logs.items()}
+    room.logs |= {name: room.logs.get(source) for name, source in logs.items()}
     results = room.chain()
     results.check_ledger(room.counted)
     fit = results.fit(run)
@@ -325,35 +325,35 @@ def test_medium_of_which_nothing_can_be_used(room, fault):
 def test_no_number_rests_on_a_sentence(room, monkeypatch):
     room.add(RUN, PULL, LEVEL, OTHER, LEG, **{RUN: ("nan_cells", "gap"), PULL: ("saturated",)})
     words = {"reason", "note"}
-    said = room.chain()
-    monkeypatch.setattr("rftfit.measure.flags.Remark.__str__", lambda one: one.code)
+    worded = room.chain()
+    monkeypatch.setattr("rftfit.measure.flags.Remark.__str__", lambda remark: remark.code)
     coded = room.chain()
     for name in ("runs", "tares", "fits", "alpha", "curves", "book"):
-        tables = (getattr(one, name) for one in (said, coded))
-        kept = (one[one.columns.difference(words)] for one in tables)
+        tables = (getattr(results, name) for results in (worded, coded))
+        kept = (table[table.columns.difference(words)] for table in tables)
         pd.testing.assert_frame_equal(
-            *(one.sort_values([*one]).reset_index(drop=True) for one in kept)
+            *(table.sort_values([*table]).reset_index(drop=True) for table in kept)
         )
-    assert coded.codes(RUN) == said.codes(RUN) != []
+    assert coded.codes(RUN) == worded.codes(RUN) != []
 
 
 def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
     results = room.add(RUN).chain()
     book = results.book.copy()
-    check(book, results.runs)
+    check_ledger(book, results.runs)
     book["rows"] += book.index == 3
     with pytest.raises(RftfitError, match=rf"does not add up in 1 runs, first {RUN}"):
-        check(book, results.runs)
+        check_ledger(book, results.runs)
     with pytest.raises(RftfitError, match="does not add up"):
-        check(results.book.drop(index=0), results.runs)
+        check_ledger(results.book.drop(index=0), results.runs)
 
 
 def test_air_run_that_serves_two_media_is_counted_once(room):
     room.add(LEG, "poppy_CP_c_leg")
-    one, two = room.chain("poppy_LP"), room.chain("poppy_CP")
-    book = join([one.book, two.book])
+    loose, close = room.chain("poppy_LP"), room.chain("poppy_CP")
+    book = join([loose.book, close.book])
     assert book.groupby("file")["rows"].sum().to_dict() == room.counted
-    check(book, pd.concat([one.runs, two.runs]))
+    check_ledger(book, pd.concat([loose.runs, close.runs]))
 
 
 def test_logs_on_one_clock(room):
@@ -362,12 +362,12 @@ def test_logs_on_one_clock(room):
     synced = room.chain().run(OTHER)["clock_offset_s"]
     for run in (OTHER, f"{OTHER}_rod"):
 
-        def shift(text, by=room.chain().run(run)["clock_offset_s"]):
+        def shift(text, offset_s=room.chain().run(run)["clock_offset_s"]):
             lines = [line.split(",", 1) for line in text.splitlines()]
             return "".join(
                 ",".join(parts) + "\n"
                 if parts[0].startswith(("#", "time"))
-                else f"{float(parts[0]) - by:.4f},{parts[1]}\n"
+                else f"{float(parts[0]) - offset_s:.4f},{parts[1]}\n"
                 for parts in lines
             )
 

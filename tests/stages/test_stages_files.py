@@ -52,23 +52,27 @@ def through_files(room, out, config):
     return files
 
 
-def close(one, other):
+def assert_close(table, expected):
     """Equal but for the six digits of a csv."""
-    assert list(one.columns) == list(other.columns)
-    for name in one.columns:
-        if pd.api.types.is_numeric_dtype(one[name]) and pd.api.types.is_numeric_dtype(other[name]):
+    assert list(table.columns) == list(expected.columns)
+    for name in table.columns:
+        if pd.api.types.is_numeric_dtype(table[name]) and pd.api.types.is_numeric_dtype(
+            expected[name]
+        ):
             np.testing.assert_allclose(
-                one[name].to_numpy(float), other[name].to_numpy(float), rtol=1e-5, err_msg=name
+                table[name].to_numpy(float), expected[name].to_numpy(float), rtol=1e-5, err_msg=name
             )
         else:
             # a column of text without a word comes back as one of NaN
-            texts = [part[name].astype(object).fillna("").tolist() for part in (one, other)]
+            texts = [frame[name].astype(object).fillna("").tolist() for frame in (table, expected)]
             assert texts[0] == texts[1], name
 
 
-def same_numbers(one, other):
+def assert_same_numbers(expected, results):
     for name in ("fits", "alpha", "curves", "tares", "book"):
-        pd.testing.assert_frame_equal(getattr(one, name), getattr(other, name), check_exact=True)
+        pd.testing.assert_frame_equal(
+            getattr(expected, name), getattr(results, name), check_exact=True
+        )
 
 
 @pytest.fixture
@@ -83,7 +87,7 @@ def plain(tmp_path_factory):
 
 
 @dataclass(frozen=True)
-class Made:
+class MeasuredCampaign:
     """A campaign whose stages have run, which nobody changes: its folder, its config, a copy of its results."""
 
     config: Path
@@ -92,22 +96,22 @@ class Made:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     room = Room(folder).add(*RUNS)
     config, out = room.write(), folder / "out"
     before = digests(folder / "raw")
     files = through_files(room, out, config)
     assert digests(folder / "raw") == before
-    return Made(config, out, files)
+    return MeasuredCampaign(config, out, files)
 
 
-def test_files_hold_what_the_functions_give(plain, made):
-    p = made.files
-    close(read_result(p["fits"]), plain.fits)
-    close(read_result(p["alpha"]), plain.alpha)
-    close(read_result(p["legs"]), plain.curves)
-    close(read_result(p["tares"]), plain.tares)
+def test_files_hold_what_the_functions_give(plain, measured):
+    p = measured.files
+    assert_close(read_result(p["fits"]), plain.fits)
+    assert_close(read_result(p["alpha"]), plain.alpha)
+    assert_close(read_result(p["legs"]), plain.curves)
+    assert_close(read_result(p["tares"]), plain.tares)
     windows, tared = read_parquet(p["windows"]), read_parquet(p["tared"])
     assert windows["run_id"].tolist() == tared["run_id"].tolist()
     # the samples that the windows call good are the samples that were fitted
@@ -116,12 +120,12 @@ def test_files_hold_what_the_functions_give(plain, made):
         assert good[run] == points
 
 
-def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(some, made, tmp_path):
+def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(some, measured, tmp_path):
     some.folder = tmp_path / "Übung 3, sable « fin »"
     shuffled = np.random.default_rng(4).permutation(len(some.runs))
     config = some.write(order=lambda rows: [rows[i] for i in shuffled])
     through_files(some, tmp_path / "out", config)
-    shuffled_files, files = digests(tmp_path / "out"), digests(made.out)
+    shuffled_files, files = digests(tmp_path / "out"), digests(measured.out)
     # an error that grows over a campaign is looked for in the order of its plate runs
     ordered = {f"{folder}/checks/poppy_LP.json" for folder in ("state", "records")}
     assert all(shuffled_files.pop(name) != files.pop(name) for name in ordered)
@@ -140,7 +144,7 @@ def test_dress_of_the_logs_does_not_matter(some, plain, dress):
             "quiet": b"\n".join(x for x in content.split(b"\n") if not x.startswith(b"#")),
         }[dress]
     dressed = some.chain()
-    same_numbers(plain, dressed)
+    assert_same_numbers(plain, dressed)
     dressed.check_ledger(some.counted)
 
 
@@ -160,12 +164,12 @@ def test_units_of_the_rig_do_not_matter(some, plain):
     some.config = some.config.replace("force_unit: N", "force_unit: mN").replace(
         "position_unit: mm", "position_unit: m"
     )
-    other = some.chain()
-    assert (other.fits["reason"] == "").all()
+    rescaled = some.chain()
+    assert (rescaled.fits["reason"] == "").all()
     for c in "zx":
         for q in ("", "_lo", "_hi"):
             name = f"alpha_{c}{q}_N_per_cm3"
-            np.testing.assert_allclose(other.fits[name], plain.fits[name], atol=2e-5)
+            np.testing.assert_allclose(rescaled.fits[name], plain.fits[name], atol=2e-5)
 
 
 def test_mounting_of_the_sensor_does_not_matter(some, plain):
@@ -181,9 +185,9 @@ def test_mounting_of_the_sensor_does_not_matter(some, plain):
         '{x: "-F2", y: "+F1", z: "-F3"}', '{x: "-F3", y: "-F2", z: "-F1"}'
     )
     some.config = some.config.replace("range_N: [65, 65, 200]", "range_N: [200, 65, 65]")
-    other = some.chain()
+    remounted = some.chain()
     for name in [str(name) for name in plain.fits if str(name).startswith("alpha")]:
-        np.testing.assert_allclose(other.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(remounted.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
 
 
 def test_surface_of_the_sheet_counts(some, plain):
@@ -203,10 +207,8 @@ def test_surface_of_the_sheet_counts(some, plain):
     for run in (name, f"{name}_rod"):
         some.change(f"poppy_LP/{run}_motion.csv", higher)
         some.set(run, surface_z_mm="160")
-    told = some.chain().fit(name)
-    assert told["alpha_z_N_per_cm3"] == pytest.approx(
-        plain.fit(name)["alpha_z_N_per_cm3"], abs=2e-5
-    )
+    fit = some.chain().fit(name)
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(plain.fit(name)["alpha_z_N_per_cm3"], abs=2e-5)
     for run in (name, f"{name}_rod"):
         some.set(run, surface_z_mm="")
     assert some.chain().fit(name)["alpha_z_N_per_cm3"] > 0.36
@@ -241,7 +243,7 @@ def test_one_run_of_each_kind_of_error_reaches_the_files(room, tmp_path):
     assert fits["alpha_z_N_per_cm3"].isna().all()
     assert fits.loc[0, "reason_code"] == "empty"
     again = alpha_table(fits, "poppy_LP", 0.95, 3)
-    close(read_result(p["alpha"]), again.assign(flagged=False))
+    assert_close(read_result(p["alpha"]), again.assign(flagged=False))
     assert len(read_result(p["legs"])) == 0
 
 
@@ -256,9 +258,9 @@ def test_names_that_look_like_numbers(some, plain, tmp_path, name):
     p = through_files(some, tmp_path / "out", some.write())
     fits = pd.read_csv(p["fits"], dtype=str, keep_default_na=False).set_index("run_id")
     for _, row in plain.fits.iterrows():
-        found = fits.loc[names[row["run_id"]]]
-        assert found["tare_run"] == names[row["tare_run"]]
-        alpha = float(found["alpha_z_N_per_cm3"])
+        fit = fits.loc[names[row["run_id"]]]
+        assert fit["tare_run"] == names[row["tare_run"]]
+        alpha = float(fit["alpha_z_N_per_cm3"])
         assert alpha == pytest.approx(row["alpha_z_N_per_cm3"], rel=1e-5)
 
 
@@ -277,12 +279,12 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some, tmp_path):
     assert (rows["reason_code"] == "unclaimed").all()
 
 
-def test_run_that_is_in_no_ledger_stops_the_workflow(made):
-    results = open_results(made.config)
+def test_run_that_is_in_no_ledger_stops_the_workflow(measured):
+    results = open_results(measured.config)
     for stage in LEDGERS:
         name = f"ledger/{stage}/poppy_LP.csv"
-        part = results.table(name)
-        results._tables[name] = part[part["run_id"] != "poppy_LP_c_leg"]
+        book = results.table(name)
+        results._tables[name] = book[book["run_id"] != "poppy_LP_c_leg"]
     with pytest.raises(RftfitError, match="1 runs are not in the ledger, first poppy_LP_c_leg"):
         ledger(results)
 
@@ -290,7 +292,7 @@ def test_run_that_is_in_no_ledger_stops_the_workflow(made):
 def test_disk_that_refuses(some):
     config = some.write()
     states = read_states(config)[0]
-    job = next(one for one in planned_jobs(config) if one.rule == "ingest")
+    job = next(job for job in planned_jobs(config) if job.rule == "ingest")
     for name in ("traces", "records"):
         blocked = some.folder / "results" / name
         blocked.write_text("no folder", encoding="utf-8")
@@ -301,9 +303,9 @@ def test_disk_that_refuses(some):
         run_rules(config, "legs")
 
 
-def test_a_stage_reads_what_it_declares_and_nothing_else(made):
-    (job,) = [one for one in planned_jobs(made.config) if one.rule == "legs"]
-    results = open_results(made.config).only(job.reads)
+def test_a_stage_reads_what_it_declares_and_nothing_else(measured):
+    (job,) = [job for job in planned_jobs(measured.config) if job.rule == "legs"]
+    results = open_results(measured.config).only(job.reads)
     assert len(legs(results, "poppy_LP")[0]) > 0
     with pytest.raises(UndeclaredInput):
         slopes(results, "poppy_LP")
@@ -322,7 +324,7 @@ def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
             name, ("slopes", "tare")
         )
         findings = Recorded(read_states(config)[0]).findings(f"{maker}/poppy_LP")
-        assert [(one.sort, one.what) for one in findings] == [
+        assert [(finding.sort, finding.what) for finding in findings] == [
             ("edited", path.relative_to(some.folder).as_posix())
         ]
         if name in ("tared", "tares"):

@@ -46,12 +46,12 @@ def table(content):
 
 def change_config(room, key, value):
     """Set a dotted key; None removes it."""
-    config = part = yaml.safe_load(room.config)
+    config = section = yaml.safe_load(room.config)
     *path, last = key.split(".")
     for name in path:
-        part = part[name]
-    part.pop(last, None)
-    part |= {} if value is None else {last: value}
+        section = section[name]
+    section.pop(last, None)
+    section |= {} if value is None else {last: value}
     room.config = yaml.safe_dump(config, sort_keys=False)
 
 
@@ -81,9 +81,9 @@ def room_of(folder, **sections):
     return room
 
 
-def same_alpha(found, expected, rel):
+def assert_same_alpha(row, expected, rel):
     for name in ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3"):
-        assert found[name] == pytest.approx(expected[name], rel=rel)
+        assert row[name] == pytest.approx(expected[name], rel=rel)
 
 
 @pytest.fixture(scope="module")
@@ -92,23 +92,23 @@ def rig(tmp_path_factory):
 
 
 @pytest.fixture
-def other(tmp_path):
+def foreign(tmp_path):
     room = room_of(tmp_path / "other", **yaml.safe_load(SECTIONS))
     for name, content in room.logs.items():
         room.logs[name] = as_instron(content) if "force" in name else as_blanks(content)
     return room
 
 
-def test_the_same_traces(rig, other):
-    got = other.chain()
+def test_the_same_traces(rig, foreign):
+    results = foreign.chain()
     for name in ("time_s", "x_cm", "depth_cm", "force_z_N", "force_x_N"):
-        np.testing.assert_allclose(got.traces[name], rig.traces[name], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(results.traces[name], rig.traces[name], rtol=0, atol=1e-6)
     # the rig measures the angle, with its noise; here it is the run sheet's
-    np.testing.assert_allclose(got.traces["angle_deg"], rig.traces["angle_deg"], atol=0.2)
-    same_alpha(got.fit(RUN), rig.fit(RUN), 1e-3)
+    np.testing.assert_allclose(results.traces["angle_deg"], rig.traces["angle_deg"], atol=0.2)
+    assert_same_alpha(results.fit(RUN), rig.fit(RUN), 1e-3)
 
 
-def test_every_row_is_accounted_for(other):
+def test_every_row_is_accounted_for(foreign):
     """With rows cut out, damaged and cut short."""
 
     def damage(text):
@@ -117,17 +117,17 @@ def test_every_row_is_accounted_for(other):
         lines[200] = "x" + lines[200]
         return "\n".join(lines[:-2]) + "\n" + lines[-2][:9]
 
-    other.change(FORCE_LOG, damage)
-    got = other.chain()
-    fates = got.fates(FORCE_LOG)
-    assert sum(fates.values()) == len(other.logs[FORCE_LOG].splitlines()) - 2
+    foreign.change(FORCE_LOG, damage)
+    results = foreign.chain()
+    fates = results.fates(FORCE_LOG)
+    assert sum(fates.values()) == len(foreign.logs[FORCE_LOG].splitlines()) - 2
     codes = {"wrong-cells", "not-numbers", "cut-rows"}
     assert {code: fates["dropped", code] for code in codes} == dict.fromkeys(codes, 1)
-    assert codes <= {*got.codes(RUN)}
+    assert codes <= {*results.codes(RUN)}
 
 
 @pytest.mark.parametrize(
-    ("log", "name", "column", "said"),
+    ("log", "name", "column", "words"),
     [
         ("force", "F1", "Kx", "F1 in mN, but the config says N"),
         ("force", "F1", {"column": "Kx", "unit": "lbf"}, "the file says mN, the config lbf"),
@@ -140,16 +140,16 @@ def test_every_row_is_accounted_for(other):
         ("motion", "z", None, "no column for z, angle; name it under motion_log.columns"),
     ],
 )
-def test_what_is_refused(other, log, name, column, said):
-    change_config(other, f"{log}_log.columns.{name}", column)
-    got = other.chain()
-    assert got.run(RUN)["status"] == "refused"
-    assert said in got.run(RUN)["reason"]
-    assert (got.book["fate"] == "dropped").all()
+def test_what_is_refused(foreign, log, name, column, words):
+    change_config(foreign, f"{log}_log.columns.{name}", column)
+    results = foreign.chain()
+    assert results.run(RUN)["status"] == "refused"
+    assert words in results.run(RUN)["reason"]
+    assert (results.book["fate"] == "dropped").all()
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "said"),
+    ("key", "value", "words"),
     [
         ("columns.F3", {"column": "Kz", "unit": "MN"}, "allowed: one of N, mN, kN"),
         ("columns.F4", "Kx", "found 'F4'; allowed: one of time, arm_moving, F1, F2, F3"),
@@ -159,10 +159,10 @@ def test_what_is_refused(other, log, name, column, said):
         ("text", {"skip_lines": 1}, "goes with the dialect delimited, found instron"),
     ],
 )
-def test_config_is_checked(other, key, value, said):
-    change_config(other, f"force_log.{key}", value)
-    with pytest.raises(CampaignError, match=re.escape(said)):
-        load_campaign(other.write())
+def test_config_is_checked(foreign, key, value, words):
+    change_config(foreign, f"force_log.{key}", value)
+    with pytest.raises(CampaignError, match=re.escape(words)):
+        load_campaign(foreign.write())
 
 
 def test_lost_packets_reach_the_ledger(tmp_path):
@@ -182,10 +182,10 @@ def test_lost_packets_reach_the_ledger(tmp_path):
             values = table(content)
             rows = (values - [values[0, 0], 0, 0, 0]).tolist()
             room.logs[name] = csv_lines("time_s,x_mm,z_mm,angle_deg", rows)
-    got = room.chain()
-    assert got.fates(FORCE_LOG)["lost", "damaged-rows"] == 40
-    assert "damaged-rows" in got.codes(RUN)
-    steps = np.diff(got.traces.loc[got.traces["run_id"] == RUN, "time_s"])
+    results = room.chain()
+    assert results.fates(FORCE_LOG)["lost", "damaged-rows"] == 40
+    assert "damaged-rows" in results.codes(RUN)
+    steps = np.diff(results.traces.loc[results.traces["run_id"] == RUN, "time_s"])
     assert steps.max() == pytest.approx(0.41)
 
 
@@ -215,17 +215,17 @@ def one_file_a_run(folder, rig, ending, force_log, motion_log):
     """A room whose runs have one log each, still to be made, and force and position at its times."""
     room = room_of(folder, force_log=force_log, motion_log=motion_log)
     change_config(room, "clock.method", "same_clock")
-    found = {}
+    values_by_file = {}
     for run in room.runs:
         force, motion = (table(room.logs[log]) for log in (run.force_log, run.motion_log))
-        own = motion[:, 0] - rig.run(run.run_id)["clock_offset_s"]
-        force = force[(force[:, 0] >= own[0]) & (force[:, 0] <= own[-1])]
-        at = [np.interp(force[:, 0], own, motion[:, column]) for column in (1, 2)]
+        motion_s = motion[:, 0] - rig.run(run.run_id)["clock_offset_s"]
+        force = force[(force[:, 0] >= motion_s[0]) & (force[:, 0] <= motion_s[-1])]
+        positions = [np.interp(force[:, 0], motion_s, motion[:, column]) for column in (1, 2)]
         file = f"one/{run.run_id}.{ending}"
         room.set(run.run_id, force_log=file, motion_log=file)
-        found[file] = np.column_stack([force[:, 0], force[:, 2:5], *at])
+        values_by_file[file] = np.column_stack([force[:, 0], force[:, 2:5], *positions])
     room.logs.clear()
-    return room, found
+    return room, values_by_file
 
 
 @pytest.fixture
@@ -243,12 +243,12 @@ def test_force_and_motion_in_one_file(single, rig, capfd):
     """From `check` to alpha and the ledger of all, with every line counted once."""
     path = single.write()
     assert main(["check", "--config", str(path)]) == 0
-    got = single.chain()
-    same_alpha(got.fit(RUN), rig.fit(RUN), 2e-3)
-    same_alpha(got.cell(30, 45), rig.cell(30, 45), 2e-3)
-    got.check_ledger(single.counted, single.names)
+    results = single.chain()
+    assert_same_alpha(results.fit(RUN), rig.fit(RUN), 2e-3)
+    assert_same_alpha(results.cell(30, 45), rig.cell(30, 45), 2e-3)
+    results.check_ledger(single.counted, single.names)
     lines = single.counted[f"one/{RUN}.csv"]
-    assert [*got.run(RUN)[["rows_force", "rows_motion"]]] == [lines, lines]
+    assert [*results.run(RUN)[["rows_force", "rows_motion"]]] == [lines, lines]
     sums = {name: hashlib.sha256(log).hexdigest() for name, log in single.logs.items()}
     assert read_states(path)[0].all_logs == sums
     capfd.readouterr()
@@ -273,13 +273,13 @@ def test_damage_to_one_file_is_told_apart(single):
 
     file = f"one/{RUN}.csv"
     single.change(file, damage)
-    got = single.chain()
-    got.check_ledger(single.counted, single.names)
+    results = single.chain()
+    results.check_ledger(single.counted, single.names)
     # a line without a position still has its force
-    fates = got.fates(file)
+    fates = results.fates(file)
     assert (fates["dropped", "not-numbers"], fates["dropped", "wrong-cells"]) == (2, 1)
     flags = [
-        (flag.code, flag.values["count"], flag.values["file"]) for flag in got.flags.of_run(RUN)
+        (flag.code, flag.values["count"], flag.values["file"]) for flag in results.flags.of_run(RUN)
     ]
     assert sorted(flags) == [
         ("not-numbers", 2, f"{RUN}.csv (force)"),
@@ -306,9 +306,9 @@ def test_a_refused_run_of_one_file_is_counted_once(single, fault, status):
         change_config(single, "force_log.columns", {"time": FORCE["time"]})
     else:
         single.logs[f"one/{RUN}.csv"] = None
-    got = single.chain()
-    assert status in got.run(RUN)["reason"]
-    got.check_ledger(single.counted, single.names)
+    results = single.chain()
+    assert status in results.run(RUN)["reason"]
+    results.check_ledger(single.counted, single.names)
 
 
 def test_two_tables_in_one_file(rig, tmp_path):
@@ -321,21 +321,21 @@ def test_two_tables_in_one_file(rig, tmp_path):
     counted = {}
     for file, values in together.items():
         half = values[::2]
-        force: Any = {name: (values[:, at], {}) for at, name in enumerate(NAMES[:4])}
-        motion: Any = {NAMES[at]: (half[:, at], {}) for at in (0, 4, 5)}
+        force: Any = {name: (values[:, column], {}) for column, name in enumerate(NAMES[:4])}
+        motion: Any = {NAMES[column]: (half[:, column], {}) for column in (0, 4, 5)}
         room.logs[file] = tdms(tmp_path / "made.tdms", load=force, path=motion)
         counted[file] = len(values) + len(half)
-    got = room.chain()
-    same_alpha(got.fit(RUN), rig.fit(RUN), 2e-3)
-    got.check_ledger(counted, room.names)
+    results = room.chain()
+    assert_same_alpha(results.fit(RUN), rig.fit(RUN), 2e-3)
+    results.check_ledger(counted, room.names)
 
 
 def test_channels_that_began_apart_keep_their_own_time(rig, tmp_path):
     """Force recorded later than the position, in one group: the clock of each is its own."""
     # the channels hold no time: it comes from their waveforms
     logs = [
-        {"dialect": "tdms", "columns": {name: part[name] for name in part if name != "time"}}
-        for part in (FORCE, MOTION)
+        {"dialect": "tdms", "columns": {name: columns[name] for name in columns if name != "time"}}
+        for columns in (FORCE, MOTION)
     ]
     room, together = one_file_a_run(tmp_path, rig, "tdms", *logs)
     counted = {}
@@ -346,15 +346,15 @@ def test_channels_that_began_apart_keep_their_own_time(rig, tmp_path):
         size = even.size - shift
         wave = {"wf_start_time": np.datetime64("2026-01-02T03:04:05"), "wf_increment": step}
         channels = {}
-        for at, name in list(enumerate(NAMES))[1:]:
-            begin = shift if at < 4 else 0
-            column = np.interp(even, values[:, 0], values[:, at])[begin:][:size]
+        for index, name in list(enumerate(NAMES))[1:]:
+            begin = shift if index < 4 else 0
+            column = np.interp(even, values[:, 0], values[:, index])[begin:][:size]
             channels[name] = (column, {**wave, "wf_start_offset": begin * step})
         room.logs[file] = tdms(tmp_path / "made.tdms", all=channels)
         counted[file] = size
-    got = room.chain()
-    same_alpha(got.fit(RUN), rig.fit(RUN), 5e-3)
-    got.check_ledger(counted, room.names)
+    results = room.chain()
+    assert_same_alpha(results.fit(RUN), rig.fit(RUN), 5e-3)
+    results.check_ledger(counted, room.names)
 
 
 def tdms(file, **groups):
@@ -362,7 +362,7 @@ def tdms(file, **groups):
     with nptdms.TdmsWriter(file) as writer:
         for group, channels in groups.items():
             writer.write_segment(
-                [nptdms.ChannelObject(group, name, *made) for name, made in channels.items()]
+                [nptdms.ChannelObject(group, name, *content) for name, content in channels.items()]
             )
     return file.read_bytes()
 
@@ -383,9 +383,9 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     calibration = tmp_path / "raw" / "paper" / "gauges.csv"
     rows = [f"F{k},N,{','.join(f'{cell:.15g}' for cell in row)}" for k, row in enumerate(matrix, 1)]
     calibration.write_text("\n".join(["load,unit,G0,G1,G2,G3", *rows]) + "\n")
-    found = chain(load_campaign(path), "poppy_LP").fit(RUN)
+    fit = chain(load_campaign(path), "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
-        assert found[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
+        assert fit[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
     assert "gauges.csv" in log_names(load_campaign(path), "poppy_LP")
     calibration.write_text("load,unit\n")
     with pytest.raises(CampaignError, match=r"calibration.*row 1: found load, unit"):
@@ -420,9 +420,12 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
 
 def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
     room = Room(tmp_path).add("poppy_LP_bp00_g90_in")
-    for told in (1, 0):
-        problems = [str(one) for one in check_campaign(room.write())[1]]
-        assert sum("medium poppy_LP" in one and "natural_sand" in one for one in problems) == told
+    for count in (1, 0):
+        problems = [str(problem) for problem in check_campaign(room.write())[1]]
+        assert (
+            sum("medium poppy_LP" in problem and "natural_sand" in problem for problem in problems)
+            == count
+        )
         room.add(RUN)
 
 
@@ -434,13 +437,13 @@ def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
     config["transducer"]["turn_deg"] = 0
     config["errors"] = {"turn_deg": 1.0}
     room.config = yaml.safe_dump(config)
-    found = room.chain()
-    fit, cell = found.fit(RUN), found.cell(30, 45)
+    results = room.chain()
+    fit, cell = results.fit(RUN), results.cell(30, 45)
     for row in (fit, cell):
         assert row["alpha_z_N_per_cm3"] == pytest.approx(rig.fit(RUN)["alpha_z_N_per_cm3"], rel=0.1)
         assert row.filter(regex="^alpha_x_(N|se|lo|hi)").isna().all()
         assert row["alpha_z_lo_N_per_cm3"] < row["alpha_z_N_per_cm3"] < row["alpha_z_hi_N_per_cm3"]
-    assert found.curves["force_z_N"].max() > 5
-    assert found.curves["force_x_N"].isna().all()
-    flagged = found.flags.runs_with("no-force-x")
-    assert {RUN, *found.curves["run_id"]} <= flagged.keys()
+    assert results.curves["force_z_N"].max() > 5
+    assert results.curves["force_x_N"].isna().all()
+    flagged = results.flags.runs_with("no-force-x")
+    assert {RUN, *results.curves["run_id"]} <= flagged.keys()

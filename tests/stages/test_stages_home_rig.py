@@ -40,13 +40,13 @@ def read_push(root, row):
     sine = np.sin(np.radians(float(row["gamma_deg"])))
     depth = (np.interp(force[0], stage_s, stage[1]) - 60) / 10 * sine
     at_rest = force[0] < force[0][0] + 1.8
-    x, z = (one - one[at_rest].mean() for one in force[1:])
+    x, z = (channel - channel[at_rest].mean() for channel in force[1:])
     return depth, NEWTON_PER_GF * np.stack([-z, x])
 
 
 def fit_by_hand(root, row, rod):
     """Alpha z and x of a push with its rod subtracted: least squares through zero over the page's window."""
-    (depth, force), (rod_depth, rod_force) = (read_push(root, one) for one in (row, rod))
+    (depth, force), (rod_depth, rod_force) = (read_push(root, run) for run in (row, rod))
     beta = np.radians(float(row["beta_deg"]))
     half_cm = LENGTH_CM / 2 * abs(np.sin(beta)) + THICKNESS_CM / 2 * np.cos(beta)
     moving = np.arange(depth.size) < int(np.argmax(depth > depth.max() - 1e-3))
@@ -54,7 +54,7 @@ def fit_by_hand(root, row, rod):
     order = np.argsort(rod_depth, kind="stable")
     bare = [force[c] - np.interp(depth, rod_depth[order], rod_force[c][order]) for c in (0, 1)]
     d = depth[inside]
-    return [float(d @ one[inside] / AREA_CM2 / (d @ d)) for one in bare]
+    return [float(d @ tared_force[inside] / AREA_CM2 / (d @ d)) for tared_force in bare]
 
 
 def test_all_runs_of_the_home_rig_are_used_and_agree_with_a_fit_by_hand(home):
@@ -67,8 +67,8 @@ def test_all_runs_of_the_home_rig_are_used_and_agree_with_a_fit_by_hand(home):
     for name, fit in fits.iterrows():
         row = rows[name]
         by_hand = fit_by_hand(root, row, rows[row["tare_run"]])
-        found = fit[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].to_list()
-        assert found == pytest.approx(by_hand, abs=1e-3), name
+        alphas = fit[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].to_list()
+        assert alphas == pytest.approx(by_hand, abs=1e-3), name
 
 
 def test_alpha_of_the_home_rig_is_the_one_that_its_script_knows(home):

@@ -7,17 +7,17 @@ import pandas as pd
 import pytest
 from jobs import run_rules
 
-from rftfit.figures.plates import stress_of_runs
+from rftfit.figures.plates import plot_stress_of_runs
 from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
 
 TEST = "yuma_bp00_g90_in"
 
 
-def made(room, *more):
+def measure(room, *further_stages):
     """Measure, and do some more stages; the results."""
     config = room.write()
-    run_rules(config, "ingest", "tare", "slopes", "checks", *more)
+    run_rules(config, "ingest", "tare", "slopes", "checks", *further_stages)
     return open_results(room.folder)
 
 
@@ -31,7 +31,7 @@ def made(room, *more):
 def test_a_penetration_test_that_gave_nothing(room, cells, code):
     room.add(TEST).set(TEST, **cells)
     stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
-    row = made(room, *stages).table("sands.csv").iloc[0]
+    row = measure(room, *stages).table("sands.csv").iloc[0]
     assert (row["medium"], row["run_id"]) == ("yuma", TEST)
     assert np.isnan(row["zeta"])
     assert row["reason_code"] == code
@@ -40,21 +40,21 @@ def test_a_penetration_test_that_gave_nothing(room, cells, code):
 def test_a_penetration_test_that_stays_linear_has_no_end(room):
     room.add(TEST, "palms29_bp00_g90_in")
     stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
-    table = made(room, *stages).table("sands.csv").set_index(["medium", "window"])
+    table = measure(room, *stages).table("sands.csv").set_index(["medium", "window"])
     for medium, whole in (("palms29", True), ("yuma", False)):
         assert ("no-linear-end" in str(table.loc[(medium, "detected"), "reason_code"])) is whole
         assert "no-linear-end" not in str(table.loc[(medium, "stated"), "reason_code"])
 
 
 def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room):
-    sheet = made(room.add("poppy_LP_c_leg"), "quality").path("quality/poppy_LP.svg")
+    sheet = measure(room.add("poppy_LP_c_leg"), "quality").path("quality/poppy_LP.svg")
     assert "no plate run to draw" in sheet.read_text(encoding="utf-8")
 
 
 def test_a_stress_figure_without_a_run_names_the_reasons(room):
     run = "poppy_LP_bp00_g90_in"
     room.add(run).set(run, excluded="yes", reason="bed was disturbed")
-    figure = stress_of_runs(made(room))
+    figure = plot_stress_of_runs(measure(room))
     words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
     assert run in words
     assert "bed was disturbed" in words
@@ -63,8 +63,8 @@ def test_a_stress_figure_without_a_run_names_the_reasons(room):
 def test_a_table_without_rows_joins_as_numbers(tmp_path):
     """Else theta of every other medium would become words, which no stage can join by."""
     rows = pd.DataFrame({"medium": ["m"], "theta_deg": [1.5], "force_z_N": [2.0]})
-    for name, part in {"some": rows, "none": rows.iloc[:0]}.items():
-        write_csv(part, tmp_path / name)
+    for name, table in {"some": rows, "none": rows.iloc[:0]}.items():
+        write_csv(table, tmp_path / name)
     kinds = {"medium": "text"}
     joined = pd.concat(
         [

@@ -39,11 +39,11 @@ def test_law_of_one_push(tmp_path, law):
 def test_stress_over_depth_follows_the_law_that_was_told(tmp_path):
     """Of c + alpha depth it falls with depth, within its interval."""
     _, at_depth = judged(tmp_path, "c + alpha z, c/alpha = 10 mm", 5)
-    there = at_depth.dropna(subset=["alpha_z_N_per_cm3"])
-    assert len(there) > 1
-    truth = 0.3 * (1 + 1.0 / there["depth_cm"])
-    assert (there["alpha_z_lo_N_per_cm3"] < truth).all()
-    assert (truth < there["alpha_z_hi_N_per_cm3"]).all()
+    with_alpha = at_depth.dropna(subset=["alpha_z_N_per_cm3"])
+    assert len(with_alpha) > 1
+    truth = 0.3 * (1 + 1.0 / with_alpha["depth_cm"])
+    assert (with_alpha["alpha_z_lo_N_per_cm3"] < truth).all()
+    assert (truth < with_alpha["alpha_z_hi_N_per_cm3"]).all()
 
 
 def test_thirty_pushes_tell_less_than_one_can(tmp_path):

@@ -18,8 +18,8 @@ from seeds import seeds
 @settings(max_examples=seeds(20, 6), deadline=None)
 @given(st.randoms(use_true_random=False))
 def test_the_stages_refuse_nothing_that_check_passed(luck):
-    made = mutated(luck)
-    note(", ".join(made.done))
+    written = mutated(luck)
+    note(", ".join(written.mistakes))
     with TemporaryDirectory() as folder:
-        made.write(Path(folder))
+        written.write(Path(folder))
         compare(Folder(Path(folder)), MEASURED)

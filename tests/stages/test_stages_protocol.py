@@ -6,7 +6,7 @@ import pytest
 from memory import Memory
 
 from rftfit.campaign.load import load_campaign
-from rftfit.figures.protocol import columns_of, protocol
+from rftfit.figures.protocol import columns_of, plot_protocol
 from rftfit.measure.fits import fit_medium
 
 RUNS = (
@@ -26,15 +26,15 @@ def small(room):
 
 
 def results_of(room):
-    made = room.chain()
+    results = room.chain()
     campaign = load_campaign(room.folder / "config" / "config.yaml")
-    _, windows, _ = fit_medium(campaign, "poppy_LP", made.runs, made.tared, made.tares)
+    _, windows, _ = fit_medium(campaign, "poppy_LP", results.runs, results.tared, results.tares)
     tables = {
-        "traces/poppy_LP.parquet": made.traces,
-        "tared/poppy_LP.parquet": made.tared,
+        "traces/poppy_LP.parquet": results.traces,
+        "tared/poppy_LP.parquet": results.tared,
         "windows/poppy_LP.parquet": windows,
-        "fits/poppy_LP.csv": made.fits,
-        "legs/poppy_LP.csv": made.curves,
+        "fits/poppy_LP.csv": results.fits,
+        "legs/poppy_LP.csv": results.curves,
     }
     return Memory(campaign, tables)
 
@@ -44,32 +44,32 @@ def columns(room):
 
 
 def test_one_run_of_each_kind(small):
-    found = columns(small)
-    assert list(found) == ["intrusion", "extraction", "horizontal", "rotation"]
+    columns_by_kind = columns(small)
+    assert list(columns_by_kind) == ["intrusion", "extraction", "horizontal", "rotation"]
     # the deepest of the two horizontal runs, the first leg of the config
-    assert found["horizontal"].fit["run_id"] == "poppy_LP_bp30_g00_h762"
-    assert found["rotation"].about.startswith("c-leg")
-    assert "(\u221230\u00b0, \u221245\u00b0)" in found["extraction"].about
-    for column in found.values():
+    assert columns_by_kind["horizontal"].fit["run_id"] == "poppy_LP_bp30_g00_h762"
+    assert columns_by_kind["rotation"].about.startswith("c-leg")
+    assert "(\u221230\u00b0, \u221245\u00b0)" in columns_by_kind["extraction"].about
+    for column in columns_by_kind.values():
         assert column.tare
         first, last = column.phases["stroke"]
         assert first == 0.0
         assert last > 5
     # the tare of an intrusion is small beside its force
-    pushed = found["intrusion"]
+    pushed = columns_by_kind["intrusion"]
     assert abs(pushed.tare["force_z_N"]).max() < 0.1 * pushed.run["force_z_N"].max()
 
 
 def test_a_run_that_gave_no_slope_is_not_shown(small):
     small.set("poppy_LP_bp30_g45_in", excluded="yes", reason="dust")
     small.set("poppy_LP_c_leg", excluded="yes", reason="dust")
-    found = columns(small)
-    assert found["intrusion"].fit["run_id"] == "poppy_LP_bp00_g90_in"
-    assert found["rotation"].about.startswith("flat leg")
+    columns_by_kind = columns(small)
+    assert columns_by_kind["intrusion"].fit["run_id"] == "poppy_LP_bp00_g90_in"
+    assert columns_by_kind["rotation"].about.startswith("flat leg")
 
 
 def test_without_any_run_the_figure_says_so(small):
     for run in RUNS:
         small.set(run, excluded="yes", reason="dust")
-    (text,) = protocol(results_of(small), "poppy_LP").texts
+    (text,) = plot_protocol(results_of(small), "poppy_LP").texts
     assert "no run of which" in text.get_text()

@@ -25,14 +25,14 @@ def measured(folder):
 
 
 def off_by_half_widths(table):
-    found = []
+    deviations = []
     for row in table.to_dict("records"):
         truth = table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"])
         for c, true in zip("zx", truth, strict=True):
             name = f"alpha_{c}{{}}_N_per_cm3"
             half = (row[name.format("_hi")] - row[name.format("_lo")]) / 2
-            found.append((row[name.format("")] - true) / half)
-    return np.array(found)
+            deviations.append((row[name.format("")] - true) / half)
+    return np.array(deviations)
 
 
 @pytest.mark.parametrize("protocol", ["no-pause", "stroke-only", "separate-zero", "one-file"])
@@ -118,12 +118,12 @@ def test_strokes_of_one_log(tmp_path):
         path = raw / row.split(",")[8]
         lines = path.read_text(encoding="utf-8").splitlines()
         top = next(i for i, line in enumerate(lines) if line.startswith("time"))
-        data = np.array([[float(cell) for cell in line.split(",")] for line in lines[top + 1 :]])
+        samples = np.array([[float(cell) for cell in line.split(",")] for line in lines[top + 1 :]])
         parts = []
         for k in range(3):
-            part = data.copy()
-            part[:, 0] += k * (data[-1, 0] - data[0, 0] + 20)
-            parts.append(part)
+            shifted = samples.copy()
+            shifted[:, 0] += k * (samples[-1, 0] - samples[0, 0] + 20)
+            parts.append(shifted)
         body = [",".join(f"{value:.6f}" for value in line) for line in np.concatenate(parts)]
         path.write_text("\n".join([*lines[: top + 1], *body]) + "\n", encoding="utf-8")
     plate = next(row for row in rows if ",plate," in row).split(",")
@@ -139,8 +139,8 @@ def test_strokes_of_one_log(tmp_path):
     assert list(fits["run_id"]) == ["push1", "push2", "push3"]
     np.testing.assert_allclose(fits["alpha_z_N_per_cm3"], fits["alpha_z_N_per_cm3"][0], rtol=2e-3)
     assert alpha["n_runs"].tolist() == [3]
-    wanted = table_s5(MEDIUM, 0, 90)[0]
-    assert alpha["alpha_z_N_per_cm3"][0] == pytest.approx(wanted, abs=0.002)
+    truth = table_s5(MEDIUM, 0, 90)[0]
+    assert alpha["alpha_z_N_per_cm3"][0] == pytest.approx(truth, abs=0.002)
     text = sheet.read_text(encoding="utf-8").replace(",3\n", ",4\n")
     sheet.write_text(text, encoding="utf-8")
     _, fits, *_ = measured(tmp_path)

@@ -65,10 +65,10 @@ def test_a_code_for_no_data_that_the_config_names(tmp_path):
 
 def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
     """As penetrometers, bevameters and plate load tests write it; slanted pushes then have no alpha_x."""
-    made = Folder(tmp_path).rftfit(
+    completed = Folder(tmp_path).rftfit(
         "init", "lab", "--stress-table", str(REPORTED / "pressure_sinkage_table.csv")
     )
-    assert made.returncode in (0, 2), made.stderr
+    assert completed.returncode in (0, 2), completed.stderr
     folder = Folder(tmp_path / "lab")
     table = next((folder.root / "raw").glob("*.csv"))
     slanted = [f"30,45,{depth},{0.8 * depth:.3f}" for depth in range(1, 40)]
@@ -93,21 +93,21 @@ def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_cm,stress_z,stress_x", rows)
-    done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    said = done.stdout + done.stderr
-    assert "a number in all rows of a run, or in none; 1 rows are blank" in said
+    completed = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    output = completed.stdout + completed.stderr
+    assert "a number in all rows of a run, or in none; 1 rows are blank" in output
 
 
-@pytest.mark.parametrize(("at", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
-def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, at, depth_mm):
-    rows = [f"0,90,{depth_mm if row == at else row},{0.1 * row:.4f}" for row in range(1, 50)]
+@pytest.mark.parametrize(("bad_row", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
+def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm):
+    rows = [f"0,90,{depth_mm if row == bad_row else row},{0.1 * row:.4f}" for row in range(1, 50)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_mm,stress_z", rows)
-    done = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    said = done.stdout + done.stderr
+    completed = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    output = completed.stdout + completed.stderr
     if depth_mm < 0:
-        assert "negative-depth" in said or "0 or more" in said
+        assert "negative-depth" in output or "0 or more" in output
         return
-    assert "1 rows of the run" in said
+    assert "1 rows of the run" in output
     folder = Folder(tmp_path / "lab")
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")
     (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
@@ -127,10 +127,10 @@ def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
     config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
     config["table"]["missing"] = [-9999]
     write_yaml(folder.config, config)
-    done = folder.rftfit("check")
-    said = done.stdout + done.stderr
-    assert "18 rows" in said
-    assert "one row or more with data in each run" in said
+    completed = folder.rftfit("check")
+    output = completed.stdout + completed.stderr
+    assert "18 rows" in output
+    assert "one row or more with data in each run" in output
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")
     (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
     fit = folder.table(f"fits/{name}.csv").iloc[0]
@@ -228,13 +228,13 @@ def test_runs_below_one_another_are_never_read_as_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("cell", "said"),
+    ("cell", "words"),
     [
         ({"force_where": "Push 1"}, "column=value; column=value; found 'Push 1'"),
         ({"force_columns": "F4=Force"}, "found 'F4'"),
         ({"motion_columns": "z=z; z=Z"}, "found z twice"),
     ],
 )
-def test_a_cell_that_names_rows_or_columns_wrongly_is_told(tmp_path, cell, said):
+def test_a_cell_that_names_rows_or_columns_wrongly_is_told(tmp_path, cell, words):
     folder = campaign_around(tmp_path / "lab", "e3_pos_1.csv", row=cell)
-    assert said in folder.rftfit("check").stdout
+    assert words in folder.rftfit("check").stdout

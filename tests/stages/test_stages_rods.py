@@ -61,8 +61,8 @@ def test_a_rod_with_an_angle_still_is_that_of_its_own_plate(campaign):
     sheet = read_sheet(folder)
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = "0"
     write_sheet(folder, sheet)
-    said = folder.rftfit("check").stdout
-    assert "the tare must match: beta_deg is 30 here and 0 in" in said
+    output = folder.rftfit("check").stdout
+    assert "the tare must match: beta_deg is 30 here and 0 in" in output
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
     write_sheet(folder, sheet)
 
@@ -85,8 +85,8 @@ def rows_of_one_log(campaign):
 def test_rows_that_name_one_rod_log_are_one_run(campaign, rows_of_one_log):
     _, before, _ = campaign
     folder = rows_of_one_log
-    said = folder.rftfit("check").stdout
-    assert "0 errors" in said, said
+    output = folder.rftfit("check").stdout
+    assert "0 errors" in output, output
     run_rules(folder.config, last="ledger")
     after = folder.table(f"fits/{MEDIUM}.csv")
     assert (after["tare_run"] == "rod_0").all()
@@ -109,8 +109,8 @@ def test_rows_of_one_rod_log_must_describe_one_run(rows_of_one_log, changes, dif
     sheet = read_sheet(folder)
     sheet.loc[sheet["run_id"] == "rod_30", [*changes]] = [*changes.values()]
     write_sheet(folder, sheet)
-    said = " ".join(folder.rftfit("check").stdout.split())
+    output = " ".join(folder.rftfit("check").stdout.split())
     assert (
         f"a file of its own; force_log of row 2 names this one. Rows of one rod log must agree in {differs}"
-        in said
+        in output
     )

@@ -60,11 +60,11 @@ def differences(tmp_path_factory):
     (root / PAGE).unlink()
     renew_records(root, (ALPHA, TRACES, LEDGER, FIGURE))
     plain = json.loads(campaign.rftfit("verify", "--json").stdout)
-    told = [name for name, holds in plain["as_recorded"].items() if not holds]
-    assert not {ALPHA, TRACES, LEDGER, FIGURE} & {*told}  # the records cannot tell
-    done = campaign.rftfit("verify", "--again", "--json")
-    assert done.returncode == NOT_AS_RECORDED, done.stderr
-    return json.loads(done.stdout)
+    mismatched = [name for name, holds in plain["as_recorded"].items() if not holds]
+    assert not {ALPHA, TRACES, LEDGER, FIGURE} & {*mismatched}  # the records cannot tell
+    process = campaign.rftfit("verify", "--again", "--json")
+    assert process.returncode == NOT_AS_RECORDED, process.stderr
+    return json.loads(process.stdout)
 
 
 def test_a_forged_number_is_named_with_its_line_and_size(differences):

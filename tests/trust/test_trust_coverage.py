@@ -47,11 +47,11 @@ def honest(shares):
 @pytest.mark.parametrize("level", ["alpha, slanted", "alpha, horizontal"])
 @pytest.mark.parametrize("scenario", NAMES)
 def test_alpha(shares, scenario, level):
-    found = shares[scenario][level]
-    honest(found)
+    inside = shares[scenario][level]
+    honest(inside)
     # a thousand cells: no leniency is needed where there is no error common to them
     if level == "alpha, slanted" and ALL:
-        assert 0.93 <= found.mean() <= 0.97
+        assert 0.93 <= inside.mean() <= 0.97
 
 
 @pytest.mark.parametrize("method", ["lsq", "dft-index"])
@@ -65,7 +65,7 @@ def test_coefficients(shares, scenario, method):
 )
 def test_zeta_and_chi(shares, level):
     # one interval a campaign each: all scenarios together
-    honest(np.concatenate([part[level] for part in shares.values()]))
+    honest(np.concatenate([share[level] for share in shares.values()]))
 
 
 @pytest.mark.parametrize("scenario", NAMES)
@@ -74,22 +74,22 @@ def test_leg_force(shares, scenario):
 
 
 def test_peak_error(shares):
-    honest(np.concatenate([part["peak error"] for part in shares.values()]))
+    honest(np.concatenate([share["peak error"] for share in shares.values()]))
 
 
 def test_robot_speed():
     """Of beds that differ as stated; `benchmarks/intervals.py --robot` has more of it."""
-    few = simulate("poppy_CP", ROBOTS, SEED)
-    honest(cover_robot(few, STATED, paper_config(40), SEED)["robot speed"])
+    ensemble = simulate("poppy_CP", ROBOTS, SEED)
+    honest(cover_robot(ensemble, STATED, paper_config(40), SEED)["robot speed"])
 
 
 def test_few_repeats_and_the_generic_coefficients(ensemble):
     """Six repeats in each of two media: Student with few degrees of freedom, in M0 with more."""
-    found = cover(
+    inside = cover(
         [ensemble, ensemble.as_medium("glass0.3mm_CP")], FEW, paper_config(300), SEED, legs=False
     )
     for level in ("alpha, slanted", "alpha, horizontal", "M (lsq)", "M0 (lsq)", "M0 (dft-index)"):
-        honest(found[level])
+        honest(inside[level])
 
 
 def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble):
@@ -115,10 +115,10 @@ def test_curvature_is_not_found_in_straight_lines():
         noise = random.normal(0, 0.005, (2000, depth.size))
         variance = 0.001**2 * random.chisquare(24, (1, 2000)) / 24
         dof = np.full((1, 2000), 24.0)
-        found = fit_slope(depth, 0.3 * depth + noise + zero, variance, dof)
+        slopes = fit_slope(depth, 0.3 * depth + noise + zero, variance, dof)
         # 2000 lines: 3.3 standard errors about 5 % and 1 %
-        assert 0.034 <= np.mean(found.nonlinear_p < 0.05) <= 0.066
-        assert 0.003 <= np.mean(found.nonlinear_p < 0.01) <= 0.018
+        assert 0.034 <= np.mean(slopes.nonlinear_p < 0.05) <= 0.066
+        assert 0.003 <= np.mean(slopes.nonlinear_p < 0.01) <= 0.018
 
 
 def test_start_up_left_in_the_window():

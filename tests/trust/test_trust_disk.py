@@ -51,9 +51,9 @@ CIRCUMSTANCES = {
 }
 
 
-def call(words, *more, **environment):
+def call(words, *arguments, **environment):
     return subprocess.run(
-        [sys.executable, *words.split(), *more],
+        [sys.executable, *words.split(), *arguments],
         capture_output=True,
         text=True,
         check=False,
@@ -65,24 +65,24 @@ def call(words, *more, **environment):
 @pytest.mark.skipif(os.name != "posix", reason="limits of file sizes are Unix's")
 def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path):
     """There, what matplotlib raises while it closes the file is no error of a file."""
-    done = call("-c", DRAWING, tmp_path / "figure")
-    assert done.returncode == 0, done.stderr
-    assert "figure.pdf: cannot write: File too large" in done.stdout
+    process = call("-c", DRAWING, tmp_path / "figure")
+    assert process.returncode == 0, process.stderr
+    assert "figure.pdf: cannot write: File too large" in process.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
 def test_an_answer_that_nobody_has_room_for():
     with FULL.open("w") as full:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, *SCALE.split()],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
             check=False,
         )
-    assert done.returncode == 3
-    assert done.stderr == (
+    assert process.returncode == 3
+    assert process.stderr == (
         "rftfit: standard output: cannot write: No space left on device; free some space or write "
         "elsewhere, then run again\n"
     )
@@ -92,22 +92,22 @@ def test_an_answer_that_nobody_has_room_for():
 def test_a_stage_whose_log_is_on_the_full_disk_is_heard():
     """Its message goes to standard output, which `rftfit run` reads; the exit status is kept."""
     with FULL.open("w") as full:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-c", STAGE],
             stdout=subprocess.PIPE,
             stderr=full,
             text=True,
             check=False,
         )
-    assert done.returncode == 3
-    assert done.stdout == "rftfit slopes: results/alpha.csv: cannot write\n"
+    assert process.returncode == 3
+    assert process.stdout == "rftfit slopes: results/alpha.csv: cannot write\n"
 
 
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
 def test_a_disk_that_refuses_a_result(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
-    done = on_own_disks(
+    process = on_own_disks(
         [
             "sh",
             "-c",
@@ -118,14 +118,15 @@ def test_a_disk_that_refuses_a_result(tmp_path):
         ],
         capture_output=True,
     )
-    assert done.returncode == 3
-    why = "No space left on device"
+    assert process.returncode == 3
+    reason = "No space left on device"
     assert (
-        f"rftfit: {disk}/leg.csv: cannot write: {why}. Nothing was left half-written" in done.stderr
+        f"rftfit: {disk}/leg.csv: cannot write: {reason}. Nothing was left half-written"
+        in process.stderr
     )
-    assert "Traceback" not in done.stdout + done.stderr
+    assert "Traceback" not in process.stdout + process.stderr
     # ls finds nothing, not even an unfinished file
-    assert not done.stdout.endswith("csv\n")
+    assert not process.stdout.endswith("csv\n")
 
 
 def test_the_reason_is_the_systems_own(tmp_path):
@@ -139,8 +140,8 @@ def test_the_reason_is_the_systems_own(tmp_path):
 
 
 def test_same_bytes_in_any_locale_and_time_zone(tmp_path):
-    here, there = tmp_path / "here.csv", tmp_path / "été ü" / "leg.csv"
-    assert main([*PREDICT.split()[2:], str(here)]) == 0
-    done = call(PREDICT, there, **CIRCUMSTANCES)
-    assert done.returncode == 0, done.stderr
-    assert here.read_bytes() == there.read_bytes()
+    first_csv, second_csv = tmp_path / "here.csv", tmp_path / "été ü" / "leg.csv"
+    assert main([*PREDICT.split()[2:], str(first_csv)]) == 0
+    process = call(PREDICT, second_csv, **CIRCUMSTANCES)
+    assert process.returncode == 0, process.stderr
+    assert first_csv.read_bytes() == second_csv.read_bytes()

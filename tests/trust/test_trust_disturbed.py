@@ -14,7 +14,7 @@ from jobs import run_rules
 from rigroom import CONFIG_TEXT, chain, paper
 from seeds import seeds
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
@@ -54,7 +54,7 @@ def test_memory_is_disturbed_as_files_are(tmp_path, plain, asked):
     files = of_files(tmp_path, asked) - plain[0]
     memory = (of_memory(asked) - plain[1]).reindex(files.index)
     assert len(files) == len(SOME)
-    off, moved = (np.abs(part.to_numpy()) for part in (files - memory, files))
+    off, moved = (np.abs(table.to_numpy()) for table in (files - memory, files))
     assert moved.max() > 0.02
     # windows of the two differ a little
     assert (off < 0.0013 + 0.03 * moved).all()
@@ -70,11 +70,11 @@ def undisturbed():
 )
 def test_draws_of_memory(undisturbed, asked, sd):
     """Errors of the depth or the size, of each run or of each campaign, z and x alike."""
-    found = simulate(MEDIUM, CAMPAIGNS, SEED, sizes_of([asked]))
-    runs = found.runs
+    ensemble = simulate(MEDIUM, CAMPAIGNS, SEED, sizes_of([asked]))
+    runs = ensemble.runs
     steep = [i for i, run in enumerate(runs) if abs(run.gamma_deg) == 90 and run.beta_deg == 30]
     alpha = np.array([run.alpha for run in runs])[steep][:, :, None]
-    moved = (found.found["alpha"] - undisturbed.found["alpha"])[steep] / alpha
+    moved = (ensemble.quantities["alpha"] - undisturbed.quantities["alpha"])[steep] / alpha
     if asked.startswith("surface"):
         # error of the depth: times sum z over sum z squared
         lever = [float((runs[i].depth ** 2).sum() / runs[i].depth.sum()) for i in steep]
@@ -84,50 +84,56 @@ def test_draws_of_memory(undisturbed, asked, sd):
     draws = moved[0, 0] if common else moved[:, 0].ravel()
     assert draws.std() == pytest.approx(sd, rel=0.5 if common else 0.2)
     assert (np.ptp(moved[:, 0], axis=0).max() < 0.01 * sd) == common
-    assert (found.session == 0).all() != common
+    assert (ensemble.session == 0).all() != common
 
 
 def test_all_else_is_the_same(undisturbed):
     none = simulate(
-        MEDIUM, CAMPAIGNS, SEED, {name: one.nothing for name, one in DISTURBANCES.items()}
+        MEDIUM,
+        CAMPAIGNS,
+        SEED,
+        {name: disturbance.nothing for name, disturbance in DISTURBANCES.items()},
     )
-    for name, values in undisturbed.found.items():
-        np.testing.assert_array_equal(none.found[name], values)
+    for name, values in undisturbed.quantities.items():
+        np.testing.assert_array_equal(none.quantities[name], values)
 
 
 def test_the_rod_opposes_the_motion():
     for run in plan(MEDIUM):
         force_z, force_x = rod_stress(run, MEDIUM)
-        back = -1 if run.gamma_deg < 0 else 1
+        sign = -1 if run.gamma_deg < 0 else 1
         gamma = np.radians(run.gamma_deg)
         # filed in a mirror, a pull back along the path moves up and toward -x
         assert (force_x * np.cos(gamma) + force_z * np.sin(gamma))[run.depth > 1].min() > 0
-        assert (np.sign(force_z[run.depth > 1]) == back).all() or abs(run.gamma_deg) < 20
+        assert (np.sign(force_z[run.depth > 1]) == sign).all() or abs(run.gamma_deg) < 20
 
 
 def test_intervals_leave_out_what_nobody_stated(undisturbed):
     """What is known today of an error of the surface: the strongest cells miss the truth."""
     config = paper_config(100)
     scenario = Scenario("surface", sizes=sizes_of(["surface"]))
-    before = cover([undisturbed], Scenario("none"), config, SEED, legs=False)
-    after = cover(
+    shares_before = cover([undisturbed], Scenario("none"), config, SEED, legs=False)
+    shares_after = cover(
         [simulate(MEDIUM, CAMPAIGNS, SEED, scenario.sizes)], scenario, config, SEED, legs=False
     )
-    quarters = [[part[f"alpha, {name}"].mean() for name in QUARTERS] for part in (before, after)]
+    quarters = [
+        [shares[f"alpha, {name}"].mean() for name in QUARTERS]
+        for shares in (shares_before, shares_after)
+    ]
     assert min(quarters[0]) > 0.9
     assert quarters[1] == sorted(quarters[1], reverse=True)
     assert quarters[1][0] > 0.8
     assert quarters[1][-1] < 0.4
 
 
-@pytest.mark.parametrize("told", ["stated", "by default"])
-def test_intervals_hold_what_is_stated_or_shown(told):
+@pytest.mark.parametrize("source", ["stated", "by default"])
+def test_intervals_hold_what_is_stated_or_shown(source):
     """The same error of the surface, stated at its size, and as the runs themselves show it."""
     config, sizes = paper_config(100), sizes_of(["surface"])
-    errors = as_disturbed(sizes) if told == "stated" else Errors()
+    errors = as_disturbed(sizes) if source == "stated" else ErrorSettings()
     scenario = Scenario("surface", errors=errors, sizes=sizes)
-    found = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
-    assert min(found[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
+    shares = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
+    assert min(shares[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
 
 
 def test_slow_noise_that_is_stated_is_held():
@@ -137,8 +143,8 @@ def test_slow_noise_that_is_stated_is_held():
     for slow in (slow_noise(sizes), 0.0):
         scenario = Scenario("pink", sizes=sizes, slow_noise_N=slow)
         ensemble = simulate(MEDIUM, CAMPAIGNS, SEED, sizes, slow)
-        found = cover([ensemble], scenario, config, SEED, legs=False)
-        shares.append([found[f"alpha, {name}"].mean() for name in QUARTERS])
+        shares_of_slow = cover([ensemble], scenario, config, SEED, legs=False)
+        shares.append([shares_of_slow[f"alpha, {name}"].mean() for name in QUARTERS])
     assert min(shares[0]) > 0.92
     assert max(shares[1]) < 0.8
 
@@ -160,7 +166,7 @@ def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):
     )
     assert 0.25 < push < 0.45
     assert abs(push - 0.35) > 3 * width
-    found = folder.table("coefficients.csv")
-    assert (found["medium"] == "poppy_LP").any()
+    coefficients = folder.table("coefficients.csv")
+    assert (coefficients["medium"] == "poppy_LP").any()
     page = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
     assert "poppy seeds, loose" in page

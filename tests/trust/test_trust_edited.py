@@ -30,9 +30,9 @@ def rftfit(checkout, root, *words):
 def test_code_that_changes_during_a_run(tmp_path):
     checkout = tmp_path / "checkout"
     checkout.mkdir()
-    for part in PARTS:
-        (shutil.copytree if (PROJECT / part).is_dir() else shutil.copy)(
-            PROJECT / part, checkout / part
+    for name in PARTS:
+        (shutil.copytree if (PROJECT / name).is_dir() else shutil.copy)(
+            PROJECT / name, checkout / name
         )
     folder = make_campaign(tmp_path / "lab é", ("yuma",), plates_only=True)
     source = checkout / "src" / "rftfit" / "measure" / "fits.py"
@@ -41,13 +41,13 @@ def test_code_that_changes_during_a_run(tmp_path):
             time.sleep(0.01)
         text = source.read_text(encoding="utf-8")
         source.write_text(text.replace(*EDIT, 1), encoding="utf-8")
-        said = run.communicate()[0]
-    assert run.returncode == 4, said
+        printed = run.communicate()[0]
+    assert run.returncode == 4, printed
     assert source.read_text(encoding="utf-8") != text
-    assert "while the workflow ran, this changed: code" in said
+    assert "while the workflow ran, this changed: code" in printed
     result = "results/alpha/yuma.csv"
     assert not (folder.root / result).exists()
-    again = rftfit(checkout, folder.root, "run", result).communicate()[0]
-    assert "Done: " in again
+    text_of_rerun = rftfit(checkout, folder.root, "run", result).communicate()[0]
+    assert "Done: " in text_of_rerun
     alpha = folder.table("alpha/yuma.csv")["alpha_z_N_per_cm3"].iloc[0]
     assert alpha == pytest.approx(3 * 0.69, rel=0.02)

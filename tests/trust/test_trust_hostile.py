@@ -30,7 +30,7 @@ from waiting import LONGEST_S
 
 from rftfit.campaign import rows
 from rftfit.campaign.load import check_campaign
-from rftfit.figures.maps import alpha_maps
+from rftfit.figures.maps import plot_alpha_maps
 from rftfit.figures.style import content
 from rftfit.page.page import page as write
 
@@ -44,7 +44,7 @@ def room(tmp_path):
 
 def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
         cwd=cwd,
         capture_output=True,
@@ -53,8 +53,8 @@ def rftfit(*words, cwd=None):
         timeout=LONGEST_S,
         stdin=subprocess.DEVNULL,
     )
-    assert "Traceback" not in done.stdout + done.stderr
-    return done
+    assert "Traceback" not in process.stdout + process.stderr
+    return process
 
 
 # --- files that are none ----------------------------------------------------------------------------
@@ -99,7 +99,7 @@ def test_pipes_and_devices_of_a_campaign(room, tmp_path, target, place):
         "runs.csv": "config.path-outside" if target else "sheet.not-a-file",
         "raw/logs/p1_force.csv": "sheet.path-outside" if target else "sheet.log-not-a-file",
     }
-    assert [one.code for one in check_campaign(room.path)[1]] == [codes[place]]
+    assert [problem.code for problem in check_campaign(room.path)[1]] == [codes[place]]
 
 
 @needs_links
@@ -122,8 +122,8 @@ def test_results_and_raw_are_apart(room, raw, sheet, link):
     (room.folder / raw).mkdir(parents=True, exist_ok=True)
     (room.folder / sheet).parent.mkdir(exist_ok=True)
     room.config = room.config.replace("raw: raw", f"raw: {raw}")
-    found = {one.code: one for one in room.check(name=sheet)}
-    assert "outside of results/" in str(found["config.in-results"])
+    problems = {problem.code: problem for problem in room.check(name=sheet)}
+    assert "outside of results/" in str(problems["config.in-results"])
 
 
 @pytest.mark.parametrize("path", ["../../secret.csv", "/etc/hostname", "absent.csv", "CON.csv"])
@@ -149,14 +149,14 @@ def book(sheet, strings=f"<sst {NS}/>"):
 
     plain = io.BytesIO()
     Workbook().save(plain)
-    out = io.BytesIO()
-    with zipfile.ZipFile(plain) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(plain) as old, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as new:
         for name in old.namelist():
             if name not in ("xl/worksheets/sheet1.xml", "xl/sharedStrings.xml"):
                 new.writestr(name, old.read(name))
         new.writestr("xl/worksheets/sheet1.xml", sheet)
         new.writestr("xl/sharedStrings.xml", strings)
-    return out.getvalue()
+    return buffer.getvalue()
 
 
 def with_false_sizes(data):
@@ -194,7 +194,7 @@ def test_the_largest_workbook_that_is_read_takes_seconds(room, monkeypatch):
     count = rows.MAX_TAGS // cells.count("<") - 10
     sheet = book(f"<worksheet {NS}><sheetData>{cells * count}</sheetData></worksheet>")
     start = time.process_time()
-    assert "sheet.missing-column" in {one.code for one in room.check(sheet)}
+    assert "sheet.missing-column" in {problem.code for problem in room.check(sheet)}
     assert time.process_time() - start < 20
 
 
@@ -236,8 +236,10 @@ def test_devices_of_windows_are_no_names(room, name):
     room.config = right
     room.add(name, "p1", force_log=f"logs/{name}.csv")
     room.touch(f"logs/{name}.csv")
-    named = [one for one in room.check() if "no device of Windows" in str(one)]
-    assert [one.place.column for one in named][:2] == ["run_id", "force_log"]
+    device_problems = [
+        problem for problem in room.check() if "no device of Windows" in str(problem)
+    ]
+    assert [problem.place.column for problem in device_problems][:2] == ["run_id", "force_log"]
 
 
 @pytest.mark.parametrize("name", ["CONcrete", "null", "com", "auxiliary", "COM10", "a.nul"])
@@ -255,9 +257,9 @@ def test_names_that_some_disks_take_for_the_same(room):
         room.touch(name)
         room.rows[row]["force_log"] = name
     room.rows["t1"]["run_id"] = room.rows["p1"]["tare_run"] = "P1"
-    found = {one.code: str(one) for one in room.check()}
-    assert "differs by more than case from p1" in found["sheet.case-id"]
-    assert "some disks treat both names as one" in found["sheet.shared-file"]
+    messages = {problem.code: str(problem) for problem in room.check()}
+    assert "differs by more than case from p1" in messages["sheet.case-id"]
+    assert "some disks treat both names as one" in messages["sheet.shared-file"]
 
 
 @pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85"])
@@ -272,10 +274,10 @@ def test_notes_hold_no_control_characters(room, sign):
 def test_messages_hold_nothing_that_a_terminal_would_act_on(room):
     room.rows["p1"]["medium"] = "\x1b[2J\x07\u202egnas"
     room.write()
-    done = rftfit("check", "--config", room.path)
-    assert done.returncode == 2
-    assert all(line.isprintable() for line in done.stdout.splitlines())
-    assert r"\x1b[2J\x07\u202egnas" in done.stdout
+    process = rftfit("check", "--config", room.path)
+    assert process.returncode == 2
+    assert all(line.isprintable() for line in process.stdout.splitlines())
+    assert r"\x1b[2J\x07\u202egnas" in process.stdout
 
 
 # --- spreadsheets -----------------------------------------------------------------------------------
@@ -324,13 +326,15 @@ TITLES = (
 
 def test_any_title_can_be_drawn():
     """As text: neither as mathematics nor as a part of the svg."""
-    own, one = memory({}).campaign, chain.alpha_table("poppy_LP")
-    poppy = own.config.media["poppy_LP"]
+    base_campaign, alpha = memory({}).campaign, chain.alpha_table("poppy_LP")
+    poppy = base_campaign.config.media["poppy_LP"]
     media = {f"m{i}": poppy.model_copy(update={"title": title}) for i, title in enumerate(TITLES)}
-    config = own.config.model_copy(update={"media": media})
-    campaign = replace(own, config=config, runs=tuple(run(name, name, "plate") for name in media))
-    tables = {"alpha/{medium}.csv": pd.concat([one.assign(medium=name) for name in media])}
-    figure = alpha_maps(Memory(campaign, tables))
+    config = base_campaign.config.model_copy(update={"media": media})
+    campaign = replace(
+        base_campaign, config=config, runs=tuple(run(name, name, "plate") for name in media)
+    )
+    tables = {"alpha/{medium}.csv": pd.concat([alpha.assign(medium=name) for name in media])}
+    figure = plot_alpha_maps(Memory(campaign, tables))
     assert b"<script" not in content(figure, "svg")
 
 
@@ -375,10 +379,10 @@ def test_odd_names_pass_through_the_workflow(tmp_path):
         writer = csv.DictWriter(handle, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    before = folder.raw_digests()
-    done = folder.rftfit("run", "results/ledger.csv")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert folder.raw_digests() == before
+    digests = folder.raw_digests()
+    process = folder.rftfit("run", "results/ledger.csv")
+    assert process.returncode == 0, process.stdout + process.stderr
+    assert folder.raw_digests() == digests
     assert list(tmp_path.rglob("owned*")) == []
     ledger = read_result(folder.root / "results" / "ledger.csv")
     assert set(ledger.loc[ledger["fate"] == "used", "file"]) >= {

@@ -81,8 +81,8 @@ write_text(sys.argv[1], "done")
 
 
 def killed_midway(target):
-    done = subprocess.run([sys.executable, "-c", HALF, target], capture_output=True, check=False)
-    assert done.returncode == -signal.SIGKILL, done.stderr
+    process = subprocess.run([sys.executable, "-c", HALF, target], capture_output=True, check=False)
+    assert process.returncode == -signal.SIGKILL, process.stderr
 
 
 def rests(folder):
@@ -93,13 +93,13 @@ def test_killed_while_it_writes(tmp_path):
     target = tmp_path / "alpha.csv"
     killed_midway(target)
     assert not target.exists()
-    (left,) = rests(tmp_path)
+    (leftover,) = rests(tmp_path)
     write_text(target, "old")
     # the first write into a folder clears what is left there
     assert rests(tmp_path) == []
     killed_midway(target)
     assert target.read_text(encoding="utf-8") == "old"
-    assert rests(tmp_path) != [left]
+    assert rests(tmp_path) != [leftover]
 
 
 def test_what_a_living_process_writes_is_not_cleared_away(tmp_path):
@@ -110,12 +110,12 @@ def test_what_a_living_process_writes_is_not_cleared_away(tmp_path):
         (tmp_path / ".alpha.1.part.csv").write_text("a dead one's")
         (tmp_path / ".alpha.csv").write_text("the user's")
         (tmp_path / ".link.1.part.csv").symlink_to(tmp_path / ".alpha.csv")
-        with atomic_path(tmp_path / "beta.csv") as own:
+        with atomic_path(tmp_path / "beta.csv") as written_path:
             assert remove_temporary(tmp_path) == 0
             assert sorted(rests(tmp_path)) == sorted(
-                [f".alpha.{child.pid}.part.csv", ".link.1.part.csv", own.name]
+                [f".alpha.{child.pid}.part.csv", ".link.1.part.csv", written_path.name]
             )
-            own.write_text("")
+            written_path.write_text("")
         child.kill()
     _cleared.clear()
     write_text(tmp_path / "beta.csv", "")
@@ -138,19 +138,19 @@ def test_an_orphan_ends_itself():
 
 
 def test_whose_parent_ended_before_it_looked(monkeypatch):
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
+    ended_process = subprocess.Popen([sys.executable, "-c", ""])
+    ended_process.wait()
     ends: list[bool] = []
-    monkeypatch.setenv(VARIABLE, str(gone.pid))
+    monkeypatch.setenv(VARIABLE, str(ended_process.pid))
     assert not end_with_parent(lambda: ends.append(True))
     assert ends == [True]
 
 
-@pytest.mark.parametrize("named", ["", "x", None])
-def test_what_a_person_starts_watches_nobody(monkeypatch, named):
+@pytest.mark.parametrize("parent_pid", ["", "x", None])
+def test_what_a_person_starts_watches_nobody(monkeypatch, parent_pid):
     monkeypatch.delenv(VARIABLE, raising=False)
-    if named is not None:
-        monkeypatch.setenv(VARIABLE, named)
+    if parent_pid is not None:
+        monkeypatch.setenv(VARIABLE, parent_pid)
     assert not end_with_parent(pytest.fail)
     assert VARIABLE not in os.environ
 
@@ -174,11 +174,11 @@ def test_only_what_is_certain_is_taken_for_the_dead_ones(locked):
     note, lock = locked / "rftfit" / "holder", locked / "locks" / "0.output.lock"
     text = note.read_text(encoding="utf-8")
     host, _, start = text.partition("\n")
-    with stale_lock(locked) as first, stale_lock(locked) as second:
-        assert (first, second) == (True, False)
+    with stale_lock(locked) as is_first_stale, stale_lock(locked) as is_second_stale:
+        assert (is_first_stale, is_second_stale) == (True, False)
     # another computer, or the same one started anew
-    for other in (f"elsewhere\n{start}", f"{host}\n1-2\n", ""):
-        note.write_text(other, encoding="utf-8")
+    for holder_text in (f"elsewhere\n{start}", f"{host}\n1-2\n", ""):
+        note.write_text(holder_text, encoding="utf-8")
         assert not is_certain(locked)
     note.write_text(text, encoding="utf-8")
     assert is_certain(locked)
@@ -202,10 +202,12 @@ def test_every_rule_is_one_program():
     """The prefix of the shell puts it in the shell's place: no second command could follow."""
     texts = [path.read_text(encoding="utf-8") for path in (PROJECT / "workflow").rglob("*.smk")]
     shared = sum(len(re.findall(r"^use rule stage as ", text, re.MULTILINE)) for text in texts)
-    own = [name for text in texts for name in re.findall(r"^rule (\w+)", text, re.MULTILINE)]
-    assert own == ["stage"]
+    rule_names = [name for text in texts for name in re.findall(r"^rule (\w+)", text, re.MULTILINE)]
+    assert rule_names == ["stage"]
     assert shared >= 19
-    (block,) = (text for one in texts for text in re.findall(r"\n +shell:\n((?: +.+\n)+)", one))
+    (block,) = (
+        text for content in texts for text in re.findall(r"\n +shell:\n((?: +.+\n)+)", content)
+    )
     command = "".join(re.findall(r'"([^"\n]*)"', block))
     assert command.startswith("python -P -m rftfit ")
     assert command.endswith(" 2> {log:q}")
@@ -232,12 +234,12 @@ def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake):
 
     child = rftfit_run(fake)
     wait_for((fake / "began").exists)
-    now = living(child)
-    assert now.snakemake is not None
+    processes = living(child)
+    assert processes.snakemake is not None
     # the run, Snakemake and the stage
     assert len(working(fake)) == 3
-    now.run.kill()
-    now.snakemake.kill()
+    processes.run.kill()
+    processes.snakemake.kill()
     wait_for(lambda: not working(fake))
     child.communicate(timeout=LONGEST_S)
     assert not (fake / "results/orphan.txt").exists()

@@ -62,13 +62,13 @@ def test_a_link_at_any_place_that_a_run_writes_is_refused(campaign, elsewhere, p
     is_file = "." in place.rpartition("/")[2].lstrip(".") or place.endswith("holder")
     target = elsewhere / ("none" if dangling else "mine.txt" if is_file else "")
     link.symlink_to(target)
-    before = contents(elsewhere)
+    contents_before = contents(elsewhere)
     for command in (("run",), ("run", "--dry-run"), ("run", "--unlock")):
-        done = campaign.rftfit(*command)
-        assert done.returncode == 2
-        assert f"{link} -> " in done.stderr
-        assert "--results-at DIR" in done.stderr
-    assert contents(elsewhere) == before
+        process = campaign.rftfit(*command)
+        assert process.returncode == 2
+        assert f"{link} -> " in process.stderr
+        assert "--results-at DIR" in process.stderr
+    assert contents(elsewhere) == contents_before
     assert link.is_symlink()
 
 
@@ -90,9 +90,9 @@ def test_what_writes_logs_or_settings_follows_no_link(campaign, elsewhere, place
     link.unlink(missing_ok=True)
     link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(elsewhere / "copy")
-    before = contents(elsewhere)
+    contents_before = contents(elsewhere)
     assert campaign.rftfit(*command).returncode != 0
-    assert contents(elsewhere) == before
+    assert contents(elsewhere) == contents_before
 
 
 INIT_WRITES = [
@@ -125,11 +125,11 @@ WAYS = ["file", "folder", "nowhere", "relative nowhere"]
 def test_init_writes_through_no_link(tmp_path, elsewhere, place, way):
     folder = Folder(tmp_path / "new")
     plant(folder.root / place, elsewhere, way)
-    before = contents(elsewhere)
-    done = folder.rftfit("init", ".")
-    assert done.returncode == 2
-    assert place in done.stderr
-    assert contents(elsewhere) == before
+    contents_before = contents(elsewhere)
+    process = folder.rftfit("init", ".")
+    assert process.returncode == 2
+    assert place in process.stderr
+    assert contents(elsewhere) == contents_before
     assert [
         path for path in folder.root.rglob("*") if path.is_file() and not path.is_symlink()
     ] == []
@@ -144,9 +144,9 @@ def test_init_of_a_table_writes_through_no_link(tmp_path, elsewhere, place, way)
     table.write_text(
         "medium,beta_deg,gamma_deg,alpha_z,alpha_x\nsand,0,90,1.2,0\n", encoding="utf-8"
     )
-    before = contents(elsewhere)
+    contents_before = contents(elsewhere)
     assert folder.rftfit("init", ".", "--alpha-table", str(table)).returncode == 2
-    assert contents(elsewhere) == before
+    assert contents(elsewhere) == contents_before
 
 
 RAW_WRITES = [
@@ -165,35 +165,35 @@ RAW_WRITES = [
 @pytest.mark.parametrize("place", RAW_WRITES)
 @pytest.mark.parametrize("live", [False, True])
 def test_a_re_enactment_writes_through_no_link(tmp_path, elsewhere, place, way, live):
-    made = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
-    shutil.rmtree(made.root / "raw")
-    link = made.root / place.replace("@", str(os.getpid()))
+    campaign = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
+    shutil.rmtree(campaign.root / "raw")
+    link = campaign.root / place.replace("@", str(os.getpid()))
     plant(link, elsewhere, way)
-    before = contents(elsewhere)
+    contents_before = contents(elsewhere)
     words = ("--live", ".", "--pace", "0", "--bad", "0", "--grid", "0:90") if live else ()
-    assert made.rftfit("reenact", *words).returncode == 2
-    assert contents(elsewhere) == before
+    assert campaign.rftfit("reenact", *words).returncode == 2
+    assert contents(elsewhere) == contents_before
     assert link.is_symlink()
 
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("place", ["config", "config/config.yaml"])
 def test_a_live_re_enactment_copies_its_config_through_no_link(tmp_path, elsewhere, place, way):
-    made = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
-    plant(made.root / "bench" / place, elsewhere, way)
-    before = contents(elsewhere)
-    done = made.rftfit("reenact", "--live", "bench", "--pace", "0")
-    assert done.returncode == 2
-    assert "links that lead out of the campaign" in done.stderr
-    assert contents(elsewhere) == before
+    campaign = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
+    plant(campaign.root / "bench" / place, elsewhere, way)
+    contents_before = contents(elsewhere)
+    process = campaign.rftfit("reenact", "--live", "bench", "--pace", "0")
+    assert process.returncode == 2
+    assert "links that lead out of the campaign" in process.stderr
+    assert contents(elsewhere) == contents_before
 
 
 def test_a_pipe_is_no_file_to_write_into(campaign):
     """To look whether it may be overwritten would wait for ever."""
     os.mkfifo(campaign.root / "profile.json")
-    done = campaign.rftfit("export", "--medium", "poppy_LP")
-    assert done.returncode == 3
-    assert "this is a pipe or device" in done.stderr
+    process = campaign.rftfit("export", "--medium", "poppy_LP")
+    assert process.returncode == 3
+    assert "this is a pipe or device" in process.stderr
 
 
 @pytest.mark.parametrize(
@@ -205,14 +205,14 @@ def test_commands_that_only_tell_write_nothing_here(campaign, elsewhere, tmp_pat
     shutil.copyfile(log, campaign.root / "log.csv")
     for name in ("rftfit-crash.txt", "crash.txt"):
         plant(campaign.root / name, elsewhere, "file")
-    before, here = contents(elsewhere), contents(campaign.root)
+    contents_before, contents_here = contents(elsewhere), contents(campaign.root)
     campaign.rftfit(*command)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rftfit.cli.main._invoke", fail)
-        done = campaign.rftfit(*command)
-    assert "Unexpected error" in done.stderr
-    assert str(tmp_path / "cache") in done.stderr
-    assert (contents(elsewhere), contents(campaign.root)) == (before, here)
+        process = campaign.rftfit(*command)
+    assert "Unexpected error" in process.stderr
+    assert str(tmp_path / "cache") in process.stderr
+    assert (contents(elsewhere), contents(campaign.root)) == (contents_before, contents_here)
 
 
 def fail(*_, **__):
@@ -223,12 +223,12 @@ def test_a_watch_writes_nothing(campaign, elsewhere):
     """Neither a result nor a note, though links wait for them."""
     for place in ("results", ".snakemake", "rftfit-crash.txt"):
         plant(campaign.root / place, elsewhere, "folder")
-    before, here = contents(elsewhere), sorted(campaign.root.rglob("*"))
+    contents_before, paths_here = contents(elsewhere), sorted(campaign.root.rglob("*"))
     watch = Watch(campaign.config, 0.0)
-    events = [event.kind for look in range(4) for event in watch.step(float(look))]
+    events = [event.kind for time_s in range(4) for event in watch.step(float(time_s))]
     assert "push" in events
-    assert contents(elsewhere) == before
-    assert sorted(campaign.root.rglob("*")) == here
+    assert contents(elsewhere) == contents_before
+    assert sorted(campaign.root.rglob("*")) == paths_here
 
 
 def test_links_inside_are_followed_once_and_loops_end(tmp_path):
@@ -263,9 +263,9 @@ def test_results_that_are_there_are_not_hidden_by_a_link(campaign, elsewhere):
 def test_an_unfinished_file_is_written_through_no_link(tmp_path, elsewhere):
     """Its name can be guessed: it has the number of the process."""
     (tmp_path / f".table.{os.getpid()}.part.csv").symlink_to(elsewhere / "mine.txt")
-    before = contents(elsewhere)
+    contents_before = contents(elsewhere)
     write_text(tmp_path / "table.csv", "theirs")
-    assert contents(elsewhere) == before
+    assert contents(elsewhere) == contents_before
     assert (tmp_path / "table.csv").read_text(encoding="utf-8") == "theirs"
 
 
@@ -289,11 +289,11 @@ def test_no_command_writes_its_output_through_a_link(tmp_path, elsewhere, comman
     name = f"out.{ending}" if place == "file" else f"out/new.{ending}"
     target = elsewhere / ("none" if dangling else "mine.txt" if place == "file" else "")
     (stranger.root / "out").with_suffix(f".{ending}" if place == "file" else "").symlink_to(target)
-    before = contents(elsewhere)
-    done = stranger.rftfit(*WRITING[command], name, *(["--force"] if place == "file" else []))
-    assert done.returncode == 2, done.stdout
-    assert str(target.resolve()) in done.stderr
-    assert contents(elsewhere) == before
+    contents_before = contents(elsewhere)
+    process = stranger.rftfit(*WRITING[command], name, *(["--force"] if place == "file" else []))
+    assert process.returncode == 2, process.stdout
+    assert str(target.resolve()) in process.stderr
+    assert contents(elsewhere) == contents_before
 
 
 PLANTED = (
@@ -313,11 +313,11 @@ def test_what_only_reads_changes_nothing_through_any_link(campaign, elsewhere, p
     link = campaign.root / place
     link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(elsewhere / ("none" if dangling else "mine.txt"))
-    before = contents(elsewhere), campaign.raw_digests()
+    contents_before = contents(elsewhere), campaign.raw_digests()
     log = next((campaign.root / "raw").rglob("*_force.csv")).relative_to(campaign.root)
     for command in (("check",), ("check", "--diagnose"), ("inspect", str(log))):
         assert campaign.rftfit(*command).returncode in (0, 2)
     watch = Watch(campaign.config, wait_s=0.0)
-    for now in (0.0, 10.0):
-        assert [*watch.step(now)] or now
-    assert (contents(elsewhere), campaign.raw_digests()) == before
+    for time_s in (0.0, 10.0):
+        assert [*watch.step(time_s)] or time_s
+    assert (contents(elsewhere), campaign.raw_digests()) == contents_before

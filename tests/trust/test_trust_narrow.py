@@ -18,8 +18,10 @@ CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
 def sound(errors, curved):
     """A campaign without a mistake: of curved stress, once a direction, or three times."""
     cells, repeats, sizes = (CURVED, 1, {"power": 1.3}) if curved else (FEW[:10], 3, {})
-    made = enacted("poppy_CP", 1, stated() if errors == "stated" else None, cells, repeats, sizes)
-    return made, judged(made)
+    campaign = enacted(
+        "poppy_CP", 1, stated() if errors == "stated" else None, cells, repeats, sizes
+    )
+    return campaign, judged(campaign)
 
 
 @pytest.mark.parametrize("errors", ["stated", "default"])
@@ -28,11 +30,11 @@ def sound(errors, curved):
 )
 def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     """Neither of alpha nor at stated depths: that of five copies of a push was 0.6 times as wide there."""
-    base, before = sound(errors, curved=True)
-    after = judged(with_mistake(base, name, 1)[0])
-    assert len(before.at_depth) == 3 * len(before.alpha)
-    assert "same_logs" in after.failed
-    assert after.narrower(before, EQUAL).empty
+    base, judged_before = sound(errors, curved=True)
+    judged_after = judged(with_mistake(base, name, 1)[0])
+    assert len(judged_before.at_depth) == 3 * len(judged_before.alpha)
+    assert "same_logs" in judged_after.failed
+    assert judged_after.narrower(judged_before, EQUAL).empty
 
 
 @pytest.mark.parametrize(
@@ -46,26 +48,26 @@ def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     ],
 )
 def test_no_mistake_narrows_an_interval_in_silence(errors, name, narrows):
-    base, before = sound(errors, curved=False)
-    after = judged(with_mistake(base, name, 1)[0])
-    assert not before.failed
-    assert after.failed
-    assert (len(after.narrower(before)) > 0) == narrows
-    assert after.silently(before).empty
+    base, judged_before = sound(errors, curved=False)
+    judged_after = judged(with_mistake(base, name, 1)[0])
+    assert not judged_before.failed
+    assert judged_after.failed
+    assert (len(judged_after.narrower(judged_before)) > 0) == narrows
+    assert judged_after.silently(judged_before).empty
 
 
 def test_a_run_that_stands_apart_does_not_widen_other_cells_at_depths():
     """It does not tell how beds differ; the interval of its own cell reaches what the others say."""
     base = enacted("poppy_CP", 1, None, FEW[:10], 3, {"power": 1.3})
-    before, (made, runs) = judged(base), with_mistake(base, "one run in lbf", 1)
-    after = judged(made)
-    assert "repeats" in after.failed
-    both = after.at_depth.merge(
-        before.at_depth, on=["beta_deg", "gamma_deg", "depth_cm"], suffixes=("", "_old")
+    judged_before, (mistaken, runs) = judged(base), with_mistake(base, "one run in lbf", 1)
+    judged_after = judged(mistaken)
+    assert "repeats" in judged_after.failed
+    merged = judged_after.at_depth.merge(
+        judged_before.at_depth, on=["beta_deg", "gamma_deg", "depth_cm"], suffixes=("", "_old")
     )
-    lo, hi = (both[column("z", end)] for end in ("_lo", "_hi"))
-    old_lo, old_hi = (both[column("z", end) + "_old"] for end in ("_lo", "_hi"))
-    own = both["run_ids"].str.contains(rf"\b{runs[0]}\b")
-    assert own.sum() == 3
-    assert ((hi - lo) < 1.5 * (old_hi - old_lo))[~own & lo.notna()].all()
-    assert (hi >= (old_lo + old_hi) / 2)[own & lo.notna()].all()
+    lo, hi = (merged[column("z", end)] for end in ("_lo", "_hi"))
+    old_lo, old_hi = (merged[column("z", end) + "_old"] for end in ("_lo", "_hi"))
+    is_own_cell = merged["run_ids"].str.contains(rf"\b{runs[0]}\b")
+    assert is_own_cell.sum() == 3
+    assert ((hi - lo) < 1.5 * (old_hi - old_lo))[~is_own_cell & lo.notna()].all()
+    assert (hi >= (old_lo + old_hi) / 2)[is_own_cell & lo.notna()].all()

@@ -35,8 +35,8 @@ def test_pipes_devices_folders_and_nothing_are_not_read(tmp_path):
     (tmp_path / "folder").mkdir()
     odd = os.fsdecode(b"caf\xe9.csv")
     (tmp_path / odd).write_bytes(b"1")
-    found = digests_of_files(tmp_path, ["pipe", "folder", "absent", "a\0b", odd])
-    assert found == dict.fromkeys(("pipe", "folder", "absent", "a\0b"), "") | {
+    digests_found = digests_of_files(tmp_path, ["pipe", "folder", "absent", "a\0b", odd])
+    assert digests_found == dict.fromkeys(("pipe", "folder", "absent", "a\0b"), "") | {
         odd: sha256_of(tmp_path / odd)
     }
 
@@ -79,16 +79,16 @@ def code_of(rules):
 )
 def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, changed):
     rules = ("ingest", "tare", "maps", "robot_runs", "page")
-    before, plain = code_of(rules), digests.sha256_of
+    codes_before, plain = code_of(rules), digests.sha256_of
 
-    def other(path):
+    def sha256_changed(path):
         return "0" * 64 if str(path).endswith(f"/{file}") else plain(path)
 
-    monkeypatch.setattr(digests, "sha256_of", other)
-    after = code_of(rules)
+    monkeypatch.setattr(digests, "sha256_of", sha256_changed)
+    codes_after = code_of(rules)
     monkeypatch.undo()
     digests.source_digests.cache_clear()
-    assert {rule for rule in rules if before[rule] != after[rule]} == changed
+    assert {rule for rule in rules if codes_before[rule] != codes_after[rule]} == changed
 
 
 def test_rooms_import_lower_rooms_only():
@@ -150,11 +150,11 @@ def robot_campaign(tmp_path):
     root = tmp_path / "campaign"
     (root / "raw" / "paper" / "robot").mkdir(parents=True)
     (root / "config").mkdir()
-    here = PACKAGE.parents[1] / "config"
-    text = (here / "config.yaml").read_text("utf-8")
+    config_folder = PACKAGE.parents[1] / "config"
+    text = (config_folder / "config.yaml").read_text("utf-8")
     text = text.replace("robot:", "robot:\n  file: config/mine.yaml", 1)
     (root / "config" / "config.yaml").write_text(text, "utf-8")
-    (root / "config" / "mine.yaml").write_bytes((here / "robot.yaml").read_bytes())
+    (root / "config" / "mine.yaml").write_bytes((config_folder / "robot.yaml").read_bytes())
     (root / "raw" / "paper" / "runs.csv").write_text(
         "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
         "p1,plate,poppy_LP,plate,intrusion,0,90,f.csv,m.csv\n",
@@ -184,8 +184,8 @@ def test_the_robots_files_are_watched(robot_campaign):
         )
         path.write_bytes(new)
         changed = read_states(robot_campaign / "config" / "config.yaml")[0]
-        found = changes_between(state, present_provenance(changed))
-        assert [(one.sort, one.name) for one in found] == [("log", name)]
+        changes = changes_between(state, present_provenance(changed))
+        assert [(change.sort, change.name) for change in changes] == [("log", name)]
         for job, watches in (
             (("robot_measured", ""), True),
             (("robot_runs", "runs_table"), True),
@@ -246,9 +246,9 @@ def test_tables_come_back_and_hold_no_formula(tmp_path):
     for row in rows:
         assert row["note"][0] not in SIGNS or is_number(row["note"]), row
         assert is_number(row["force_N"])
-    back = read_csv(tmp_path / "t.csv", lambda name: "" if name == "force_N" else "text")
-    assert back["note"].tolist() == texts
-    assert back["force_N"].to_numpy() == pytest.approx(table["force_N"].to_numpy(), rel=1e-5)
+    table_read = read_csv(tmp_path / "t.csv", lambda name: "" if name == "force_N" else "text")
+    assert table_read["note"].tolist() == texts
+    assert table_read["force_N"].to_numpy() == pytest.approx(table["force_N"].to_numpy(), rel=1e-5)
 
 
 def test_names_as_categories_are_guarded_too(tmp_path):

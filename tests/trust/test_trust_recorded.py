@@ -38,18 +38,18 @@ def result(rule):
 
 
 @pytest.fixture
-def now(tmp_path):
+def states_now(tmp_path):
     """All three jobs done; a state of a medium of before, and one of the sweep, lie there too."""
-    before: dict[str, str] = {}
+    reads: dict[str, str] = {}
     for rule, key in CHAIN:
         path = tmp_path / result(rule)
         path.parent.mkdir(parents=True)
         path.write_text(rule, encoding="utf-8")
-        made = {result(rule): sha256_of(path)}
-        record = Record(rule, key, STATE, before, made)
+        writes = {result(rule): sha256_of(path)}
+        record = Record(rule, key, STATE, reads, writes)
         record.save(tmp_path)
         plan(tmp_path, record.name)
-        before = made
+        reads = writes
     for name in ("tare/dune", "robot_full_speeds"):
         plan(tmp_path, name)
     return Now(tmp_path)
@@ -61,29 +61,32 @@ def plan(root, name):
     path.write_text(json.dumps(STATE), encoding="utf-8")
 
 
-def found(now, *targets):
-    states: Any = now
-    return [(one.job, one.sort, one.what) for one in Recorded(states).findings_of(targets)]
+def findings_of(states_now, *targets):
+    states: Any = states_now
+    return [
+        (finding.job, finding.sort, finding.what)
+        for finding in Recorded(states).findings_of(targets)
+    ]
 
 
-def edit(now):
-    (now.campaign.root / result("tare")).write_text("edited", encoding="utf-8")
+def edit(states_now):
+    (states_now.campaign.root / result("tare")).write_text("edited", encoding="utf-8")
 
 
-def lose(now):
-    (now.campaign.root / result("slopes")).unlink()
+def lose(states_now):
+    (states_now.campaign.root / result("slopes")).unlink()
 
 
-def change(now):
-    now.state = {"code": "other", "rows": "r", "logs": "l"}
+def change(states_now):
+    states_now.state = {"code": "other", "rows": "r", "logs": "l"}
 
 
-def forget(now):
-    (now.campaign.root / "results/records/tare/sand.json").unlink()
+def forget(states_now):
+    (states_now.campaign.root / "results/records/tare/sand.json").unlink()
 
 
 @pytest.mark.parametrize(
-    ("happens", "wanted"),
+    ("happens", "expected"),
     [
         (lambda _: None, []),
         (edit, [("tare/sand", "edited", result("tare")), ("slopes/sand", "input", result("tare"))]),
@@ -98,41 +101,48 @@ def forget(now):
         (forget, [("tare/sand", "new", ""), ("slopes/sand", "input", result("tare"))]),
     ],
 )
-def test_findings(now, happens, wanted):
-    happens(now)
-    assert found(now) == wanted
+def test_findings(states_now, happens, expected):
+    happens(states_now)
+    assert findings_of(states_now) == expected
 
 
-def test_findings_of_targets(now):
-    change(now)
-    assert found(now, result("tare")) == []
-    assert [one[1] for one in found(now, result("slopes"))] == ["changed", "changed"]
+def test_findings_of_targets(states_now):
+    change(states_now)
+    assert findings_of(states_now, result("tare")) == []
+    assert [finding[1] for finding in findings_of(states_now, result("slopes"))] == [
+        "changed",
+        "changed",
+    ]
     # which jobs a result needs that was never made, nobody knows
-    assert {one[0] for one in found(now, "results/never.csv")} == {"slopes/sand"}
-    now.state = dict(STATE)
-    assert found(now, "results/never.csv") == [("provenance", "new", "")]
+    assert {finding[0] for finding in findings_of(states_now, "results/never.csv")} == {
+        "slopes/sand"
+    }
+    states_now.state = dict(STATE)
+    assert findings_of(states_now, "results/never.csv") == [("provenance", "new", "")]
 
 
-def test_what_a_result_is_made_from_and_what_is_nobodys(now):
-    states: Any = now
+def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
+    states: Any = states_now
     recorded = Recorded(states)
     assert [*recorded.all] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
     assert [*recorded.results()] == ["provenance", "slopes/sand", "tare/sand"]
     assert [*recorded.results(recorded.all["slopes/sand"])] == ["slopes/sand", "tare/sand"]
     for name in ("mine.txt", "logs/tare.log"):
-        path = now.campaign.root / "results" / name
+        path = states_now.campaign.root / "results" / name
         path.parent.mkdir(exist_ok=True)
         path.touch()
-    assert recorded.others() == ["results/mine.txt"]
+    assert recorded.list_foreign_files() == ["results/mine.txt"]
 
 
-def test_a_job_that_is_not_as_recorded_loses_its_state_file(now):
-    states: Any = now
-    edit(now)
+def test_a_job_that_is_not_as_recorded_loses_its_state_file(states_now):
+    states: Any = states_now
+    edit(states_now)
     recorded = Recorded(states)
     recorded.make_outdated(recorded.findings_of())
-    there = {name: (now.campaign.root / state_file(name)).is_file() for name in recorded.all}
-    assert there == {
+    has_state_file = {
+        name: (states_now.campaign.root / state_file(name)).is_file() for name in recorded.all
+    }
+    assert has_state_file == {
         "tare/sand": False,
         "slopes/sand": False,
         "robot_full_speeds": True,
@@ -141,26 +151,26 @@ def test_a_job_that_is_not_as_recorded_loses_its_state_file(now):
 
 
 @pytest.mark.parametrize("happens", [None, edit, lose, forget])
-def test_whether_a_record_holds(now, happens):
-    root = now.campaign.root
+def test_whether_a_record_holds(states_now, happens):
+    root = states_now.campaign.root
     jobs = {
         "slopes": ([result("tare"), state_file("slopes/sand")], [result("slopes")]),
         "tare": ([state_file("tare/sand")], [result("tare")]),
     }
     if happens:
-        happens(now)
+        happens(states_now)
     holds = {rule: record_holds(root, *files) for rule, files in jobs.items()}
     broken: dict[Any, set[str]] = {edit: {"tare", "slopes"}, lose: {"slopes"}, forget: {"tare"}}
-    assert {rule for rule, one in holds.items() if not one} == broken.get(happens, set())
+    assert {rule for rule, is_held in holds.items() if not is_held} == broken.get(happens, set())
     assert not record_holds(root, jobs["tare"][0], [result("tare"), "results/more.csv"])
     (root / state_file("tare/sand")).write_text('{"code": "other"}', encoding="utf-8")
     assert not record_holds(root, *jobs["tare"])
 
 
-def test_what_is_made_from_an_outdated_result_is_outdated(now):
-    states: Any = now
+def test_what_is_made_from_an_outdated_result_is_outdated(states_now):
+    states: Any = states_now
     assert Recorded(states).outdated == {"robot_full_speeds"}
-    change(now)
+    change(states_now)
     recorded = Recorded(states)
     assert recorded.outdated == {"robot_full_speeds", "slopes/sand", "provenance"}
     assert recorded.is_current(result("tare"))
@@ -169,26 +179,26 @@ def test_what_is_made_from_an_outdated_result_is_outdated(now):
     assert not recorded.is_current("results/never.csv")
 
 
-def test_times_in_the_future_are_brought_back_and_those_of_outdated_results_long_gone(now):
-    root = now.campaign.root
-    states: Any = now
+def test_times_in_the_future_are_brought_back_and_those_of_outdated_results_long_gone(states_now):
+    root = states_now.campaign.root
+    states: Any = states_now
     hour_ahead = time.time() + 3600
     for rule in ("tare", "provenance"):
         os.utime(root / result(rule), (hour_ahead, hour_ahead))
-    before = (root / result("slopes")).stat().st_mtime
-    change(now)
+    time_before = (root / result("slopes")).stat().st_mtime
+    change(states_now)
     recorded = Recorded(states)
     recorded.bring_times_back()
     recorded.make_outdated(recorded.findings_of())
     times = {rule: (root / result(rule)).stat().st_mtime for rule, _ in CHAIN}
-    assert times["slopes"] == LONG_AGO_S < before
+    assert times["slopes"] == LONG_AGO_S < time_before
     assert time.time() - 60 < times["tare"] == times["provenance"] < time.time() - 5
 
 
-def test_a_time_that_cannot_be_set_is_told_with_its_cure(now, monkeypatch):
-    states: Any = now
+def test_a_time_that_cannot_be_set_is_told_with_its_cure(states_now, monkeypatch):
+    states: Any = states_now
     hour_ahead = time.time() + 3600
-    os.utime(now.campaign.root / result("tare"), (hour_ahead, hour_ahead))
+    os.utime(states_now.campaign.root / result("tare"), (hour_ahead, hour_ahead))
 
     def refuse(*_):
         raise PermissionError(1, "Operation not permitted")

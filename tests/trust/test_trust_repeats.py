@@ -10,7 +10,7 @@ from disturbances import NOTHING, disturbed_logs
 from ensembles import paper_config
 from rigroom import paper, planned
 
-from rftfit.campaign.config import Errors
+from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.coefficients import sand_row
 from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
@@ -21,7 +21,7 @@ from rftfit.measure.errors import (
     STATED,
     Part,
     bed_of_mean,
-    half_width,
+    combined_half_width,
     spread_of_beds,
 )
 from rftfit.measure.flags import Flags
@@ -40,18 +40,20 @@ def pairs(count, seed, se=0.001):
 
 def test_spread_from_repeats_by_hand():
     groups = [(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
-    found = spread_of_beds([[*groups, (np.array([9.0]), np.array([0.1]))]])[0]
+    spread = spread_of_beds([[*groups, (np.array([9.0]), np.array([0.1]))]])[0]
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
-    between, own = 5e-5, (1e-6 + 4e-6) / 2
-    assert found.source == REPEATS
-    part = found.error_at(0.305)
-    assert part.sd == pytest.approx(math.sqrt(between - own))
-    assert part.dof == pytest.approx(LEAST_DOF * ((between - own) / between) ** 2)
+    variance_between, variance_within = 5e-5, (1e-6 + 4e-6) / 2
+    assert spread.source == REPEATS
+    error = spread.error_at(0.305)
+    assert error.sd == pytest.approx(math.sqrt(variance_between - variance_within))
+    assert error.dof == pytest.approx(
+        LEAST_DOF * ((variance_between - variance_within) / variance_between) ** 2
+    )
 
 
 def test_spread_from_repeats_is_unbiased():
-    found = [spread_of_beds([pairs(12, seed)])[0].error_at(0.3).sd ** 2 for seed in range(400)]
-    assert np.mean(found) == pytest.approx(SPREAD**2, rel=0.06)
+    variances = [spread_of_beds([pairs(12, seed)])[0].error_at(0.3).sd ** 2 for seed in range(400)]
+    assert np.mean(variances) == pytest.approx(SPREAD**2, rel=0.06)
 
 
 @pytest.mark.parametrize(("a", "b"), [(0.004, 0.0), (0.0, 0.05), (0.002, 0.03)])
@@ -60,15 +62,15 @@ def test_a_spread_that_grows_with_alpha_is_found(a, b):
     alphas = np.tile([0.01, 0.05, 0.1, 0.2, 0.35], 12)
     sizes, inside = [], []
     for _ in range(60):
-        own = np.full(3, 0.0005)
+        se = np.full(3, 0.0005)
         groups = [
-            (alpha + random.normal(0, math.hypot(a, b * alpha, 0.0005), 3), own) for alpha in alphas
+            (alpha + random.normal(0, math.hypot(a, b * alpha, 0.0005), 3), se) for alpha in alphas
         ]
-        found = spread_of_beds([groups])[0]
-        sizes.append(found.size)
+        spread = spread_of_beds([groups])[0]
+        sizes.append(spread.size)
         true = math.hypot(a, b * 0.35)
         one_more = random.normal(0, true)
-        inside.append(abs(one_more) <= half_width([found.error_at(0.35)], 0.95))
+        inside.append(abs(one_more) <= combined_half_width([spread.error_at(0.35)], 0.95))
     mean = np.mean(sizes, axis=0)
     # what is 0 can only be found too large
     np.testing.assert_allclose(np.sqrt(mean), [a, b], rtol=0.15, atol=0.0008 if a == 0 else 0.006)
@@ -84,8 +86,8 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
             (alpha * (1 + random.normal(0, 0.04, 3)), np.full(3, 0.0001))
             for alpha in (0.6, 0.45, 0.22, 0.15)
         ]
-        part = spread_of_beds([groups])[0].error_at(0.02)
-        half = half_width([part], 0.95)
+        error = spread_of_beds([groups])[0].error_at(0.02)
+        half = combined_half_width([error], 0.95)
         ratios.append(half / 0.0008)
         inside.append(abs(random.normal(0, 0.0008)) <= half)
     assert max(ratios) < 100
@@ -114,14 +116,19 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
         se = 0.005 * truth
         counts = [2] * cells + [1] * 4
         groups = [
-            [(alpha[:n], np.full(n, error)) for alpha, error, n in zip(*both, counts, strict=True)]
-            for both in zip(runs, se, strict=True)
+            [
+                (alpha[:n], np.full(n, error))
+                for alpha, error, n in zip(*component, counts, strict=True)
+            ]
+            for component in zip(runs, se, strict=True)
         ]
-        for part, spread, alphas in zip(groups, spread_of_beds(groups), truth, strict=True):
-            for (alpha, error), true in zip(part, alphas, strict=True):
+        for cells_of_group, spread, alphas in zip(
+            groups, spread_of_beds(groups), truth, strict=True
+        ):
+            for (alpha, error), true in zip(cells_of_group, alphas, strict=True):
                 share = np.full(alpha.size, 1 / alpha.size)
                 noise = Part(float(error[0]) / math.sqrt(alpha.size))
-                half = half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
+                half = combined_half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
                 inside.append(abs(alpha.mean() - true) <= half)
                 halves.append(half / true)
     assert np.mean(inside) > 0.89
@@ -130,10 +137,10 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
 
 
 def test_what_repeats_show_goes_before_what_the_config_states():
-    same = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
-    found = spread_of_beds([same], (0.005, 0.0))[0]
-    assert (found.error_at(0.3).sd, found.source) == (0, REPEATS)
-    assert spread_of_beds([same[1:]], (0.0, 0.0))[0].source == AS_PREPARED
+    equal_runs = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
+    spread_of_pairs = spread_of_beds([equal_runs], (0.005, 0.0))[0]
+    assert (spread_of_pairs.error_at(0.3).sd, spread_of_pairs.source) == (0, REPEATS)
+    assert spread_of_beds([equal_runs[1:]], (0.0, 0.0))[0].source == AS_PREPARED
     # a single run has the spread of others
     spread = spread_of_beds([pairs(20, 3)])[0]
     noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
@@ -148,7 +155,7 @@ def fits(run_to_run):
     row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
     for c in "zx":
         row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
-    errors = Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
+    errors = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
     return alpha_table(pd.DataFrame([row]), "m", 0.95, 3, errors)
 
 
@@ -184,7 +191,7 @@ def test_typical_dof():
 
 def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
     """Force of pushes with a spread less that of the same pushes without: alpha times depth and area."""
-    found = []
+    alphas = []
     for run in planned().values():
         if (run.kind, run.beta_deg, run.gamma_deg, run.natural) == ("plate", 0, 90, False):
             logs = (
@@ -195,13 +202,13 @@ def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
                 np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",") for log in logs
             )
             push = -(spread - plain)[:, 4] / 9.6774
-            found.append(push[np.abs(push).argmax()] / 8.7)
-    assert len(found) == 10
-    assert 0.005 < np.std(found) < 0.2
+            alphas.append(push[np.abs(push).argmax()] / 8.7)
+    assert len(alphas) == 10
+    assert 0.005 < np.std(alphas) < 0.2
     run = planned()["poppy_LP_c_leg"]
-    same = run_logs(run, paper(), 3)
-    assert disturbed_logs(run, paper(), 3, NOTHING) == same
-    assert disturbed_logs(run, paper(), 3, NOTHING, 0.05) != same
+    plain_logs = run_logs(run, paper(), 3)
+    assert disturbed_logs(run, paper(), 3, NOTHING) == plain_logs
+    assert disturbed_logs(run, paper(), 3, NOTHING, 0.05) != plain_logs
 
 
 def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
@@ -215,5 +222,5 @@ def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
     }
     row |= {name.replace("_z_", "_x_"): 0.0 for name in row}
     place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "reason": ""}
-    found = sand_row(pd.DataFrame([place | row]), published(), paper_config(200), Flags())
-    assert found["zeta_hi"] > found["zeta"] * (1 + half / 0.936)  # type: ignore[operator]
+    row_of_sand = sand_row(pd.DataFrame([place | row]), published(), paper_config(200), Flags())
+    assert row_of_sand["zeta_hi"] > row_of_sand["zeta"] * (1 + half / 0.936)  # type: ignore[operator]

@@ -105,39 +105,39 @@ def test_no_command_executes_what_lies_in_the_folder(small, hostile, tmp_path):
     # somebody's own profile, of a name that the stranger has guessed
     (tmp_path / "home/snakemake/site").mkdir(parents=True)
     (tmp_path / "home/snakemake/site/config.yaml").write_text("cores: 2\n", encoding="utf-8")
-    own = {"SNAKEMAKE_PROFILE": "site", "XDG_CONFIG_HOME": str(tmp_path / "home")}
+    own_profile = {"SNAKEMAKE_PROFILE": "site", "XDG_CONFIG_HOME": str(tmp_path / "home")}
     shutil.copytree(small.root / "raw", root / "raw")
     # an empty entry of PYTHONPATH is the current folder of each process: the campaign's, in jobs
     config = ("--config", str(root / "config/config.yaml"))
     paths = f"{os.pathsep}{PROJECT / 'src'}"
-    done = call(tmp_path, "run", *config, *TARGETS, **own, PYTHONPATH=paths)
-    assert (executed(marker), done.returncode) == ([], 0), done.stdout + done.stderr
+    process = call(tmp_path, "run", *config, *TARGETS, **own_profile, PYTHONPATH=paths)
+    assert (executed(marker), process.returncode) == ([], 0), process.stdout + process.stderr
     # Snakemake started by hand, with nothing from `rftfit run`
     hand = ("--snakefile", str(PROJECT / "Snakefile"), "--directory", str(root), "--cores", "1")
     words = [str(RFTFIT.with_name("snakemake")), *hand, "-f", "results/alpha_extended.csv"]
-    done = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False)
-    assert (executed(marker), done.returncode) == ([], 0), done.stderr
+    process = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False)
+    assert (executed(marker), process.returncode) == ([], 0), process.stderr
     leg = ("--leg", "c_leg", "--output", "forces.csv")
-    other = tmp_path / "other"
-    shutil.copytree(root / "config", other / "config")
+    second_root = tmp_path / "other"
+    shutil.copytree(root / "config", second_root / "config")
     commands = {
         "check": ["check"],
         "dry run": ["run", "--dry-run", *TARGETS],
         "scale": ["scale", "--alpha", "0.9"],
         "predict": ["predict", *leg, "--results", "results", "--medium", MEDIUM],
         "verify": ["verify"],
-        "reenact": ["reenact", "--media", "yuma", "--config", other / "config/config.yaml"],
+        "reenact": ["reenact", "--media", "yuma", "--config", second_root / "config/config.yaml"],
     }
-    env = {**os.environ, **own}
+    env = {**os.environ, **own_profile}
     answers = run_commands(commands.values(), root, tmp_path / "bin", env)
     assert executed(marker) == []
     codes = [answer.returncode for answer in answers]
     assert codes == [0, 0, 0, 0, 2, 0], [answer.stdout + answer.stderr for answer in answers]
     assert "Nothing to do" in answers[1].stdout
-    assert (other / "raw").is_dir()
+    assert (second_root / "raw").is_dir()
     for name in (f"alpha/{MEDIUM}.csv", f"quality/{MEDIUM}.png"):
-        ours, wanted = (folder / "results" / name for folder in (root, small.root))
-        assert ours.read_bytes() == wanted.read_bytes(), name
+        ours, expected = (folder / "results" / name for folder in (root, small.root))
+        assert ours.read_bytes() == expected.read_bytes(), name
 
 
 @pytest.mark.slow
@@ -165,11 +165,11 @@ def test_a_dialect_that_is_installed_still_works(tmp_path):
     (site / "ourlab-1.0.dist-info/entry_points.txt").write_text(PLUGIN)
     (site / "ourlab_dialect.py").write_text(DIALECT)
     code = "from rftfit.logs.registry import dialects; print(dialects()['ours'].describe())"
-    for paths, found in ((str(site), True), (f".{os.pathsep}", False)):
+    for paths, is_found in ((str(site), True), (f".{os.pathsep}", False)):
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("PYTHONPATH", paths)
             environment = child_environment()
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-c", code],
             cwd=site,
             env=environment,
@@ -177,4 +177,4 @@ def test_a_dialect_that_is_installed_still_works(tmp_path):
             text=True,
             check=False,
         )
-        assert ("our logs (package ourlab)" in done.stdout) is found, done.stderr
+        assert ("our logs (package ourlab)" in process.stdout) is is_found, process.stderr

@@ -33,7 +33,7 @@ TARGETS = (
 
 
 @pytest.fixture(scope="module")
-def before(tmp_path_factory):
+def made_before(tmp_path_factory):
     """A campaign that was made whole, and what was printed of it."""
     root = tmp_path_factory.mktemp("targets") / "lab"
     folder = make_campaign(root, (MEDIUM,), plates_only=True, directions=DIRECTIONS)
@@ -42,9 +42,9 @@ def before(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def outdated(before):
+def outdated(made_before):
     """The campaign after one of its runs was excluded."""
-    folder, _ = before
+    folder, _ = made_before
     sheet = folder.root / "raw" / "paper" / "runs.csv"
     rows = [line.split(",") for line in sheet.read_text(encoding="utf-8").splitlines()]
     for cells in rows:
@@ -56,7 +56,7 @@ def outdated(before):
 
 
 @pytest.fixture(scope="module")
-def whole(outdated, tmp_path_factory):
+def made_whole(outdated, tmp_path_factory):
     """The campaign made whole again, and what was printed of it."""
     folder = Folder(tmp_path_factory.mktemp("whole") / "lab")
     shutil.copytree(outdated.root, folder.root)
@@ -82,23 +82,23 @@ def of_the_campaign(lines):
     return {line for line in lines if not re.search(r"\(\d+ files?\)$|^Not up to date", line)}
 
 
-def test_the_exclusion_changes_what_is_printed(before, whole):
-    assert of_the_campaign(before[1]) - of_the_campaign(whole[1])
+def test_the_exclusion_changes_what_is_printed(made_before, made_whole):
+    assert of_the_campaign(made_before[1]) - of_the_campaign(made_whole[1])
 
 
 @pytest.mark.parametrize("seed", range(seeds(12, 3)))
-def test_no_number_is_older_than_the_run(outdated, whole, tmp_path, seed):
+def test_no_number_is_older_than_the_run(outdated, made_whole, tmp_path, seed):
     chance = random.Random(seed)
     folder = Folder(tmp_path / "lab")
     shutil.copytree(outdated.root, folder.root)
     make(folder, chance.sample(TARGETS, chance.choice([1, 1, 2, 3])))
     lines = printed(folder)
-    assert of_the_campaign(lines) <= of_the_campaign(whole[1])
+    assert of_the_campaign(lines) <= of_the_campaign(made_whole[1])
     assert any(line.startswith("Not up to date") for line in lines)
-    named = [line.strip() for line in lines if line.startswith("  results/") and "(" not in line]
-    digests = folder.digests(), whole[0].digests()
+    names = [line.strip() for line in lines if line.startswith("  results/") and "(" not in line]
+    digests = folder.digests(), made_whole[0].digests()
     # the page shows figures, and `run_here` draws none
-    for path in {*named} - {"results/report.html"}:
+    for path in {*names} - {"results/report.html"}:
         name = path.removeprefix("results/")
         assert digests[0][name] == digests[1][name], path
 

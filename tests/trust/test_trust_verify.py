@@ -13,7 +13,7 @@ from jobs import planned_jobs
 
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
-from rftfit.workflow.diff import Comparison, compare
+from rftfit.workflow.diff import ResultsDiff, compare_folders
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 
@@ -39,10 +39,10 @@ def checked(small):
         FIGURE,
         CODE,
     )
-    kept = {name: (small.root / name).read_bytes() for name in names}
+    contents = {name: (small.root / name).read_bytes() for name in names}
     states = {name: (small.root / name).stat() for name in names}
     yield small
-    for name, content in kept.items():
+    for name, content in contents.items():
         path = small.root / name
         if not path.exists() or path.read_bytes() != content:
             path.write_bytes(content)
@@ -66,18 +66,18 @@ def replace(path, old, new):
 
 
 def test_all_is_as_recorded(checked):
-    done = checked.rftfit("verify")
-    assert done.returncode == 0, done.stdout
-    assert "all as recorded" in done.stdout
+    process = checked.rftfit("verify")
+    assert process.returncode == 0, process.stdout
+    assert "all as recorded" in process.stdout
     assert "Nothing to do" in checked.rftfit("run", "--dry-run").stdout
-    told = json.loads(checked.rftfit("verify", "--json").stdout)
-    assert all(told["as_recorded"].values())
-    assert (told["changed"], told["why"]) == ([], [])
+    report = json.loads(checked.rftfit("verify", "--json").stdout)
+    assert all(report["as_recorded"].values())
+    assert (report["changed"], report["why"]) == ([], [])
 
 
 def test_the_record_names_every_result_and_its_content(checked):
     results = checked.root / "results"
-    there = {
+    digests_there = {
         f"results/{path.relative_to(results).as_posix()}": sha256(path)
         for path in results.rglob("*")
         if path.is_file() and not {"logs", "records", "state"} & {*path.parts}
@@ -87,13 +87,13 @@ def test_the_record_names_every_result_and_its_content(checked):
         for file in (results / "records").rglob("*.json")
         for path, digest in json.loads(file.read_text(encoding="utf-8"))["writes"].items()
     }
-    assert recorded == there
+    assert recorded == digests_there
     jobs = json.loads((checked.root / "results" / "provenance.json").read_text(encoding="utf-8"))[
         "jobs"
     ]
-    assert {path for one in jobs.values() for path in one["writes"]} == {
+    assert {path for job in jobs.values() for path in job["writes"]} == {
         path
-        for path in there
+        for path in digests_there
         if path.rsplit("/", 1)[1] not in ("provenance.json", "manifest.sha256", "run_sheet.csv")
     }
 
@@ -117,9 +117,9 @@ def test_the_record_holds_no_machine_and_no_time(checked):
 
 
 def test_a_chain_is_told(checked):
-    done = checked.rftfit("verify", "results/coefficients.csv")
-    assert done.returncode == 0
-    for part in (
+    process = checked.rftfit("verify", "results/coefficients.csv")
+    assert process.returncode == 0
+    for phrase in (
         "ingest of poppy_LP, yuma",
         "slopes of poppy_LP, yuma",
         "fourier",
@@ -128,10 +128,10 @@ def test_a_chain_is_told(checked):
         "67 rows of the run sheet",
         "depends on: ",
     ):
-        assert part in done.stdout
-    alone = checked.rftfit("verify", "results/alpha/yuma.csv").stdout
-    assert "poppy_LP_" not in alone
-    assert "scaling" not in alone
+        assert phrase in process.stdout
+    text_of_alpha = checked.rftfit("verify", "results/alpha/yuma.csv").stdout
+    assert "poppy_LP_" not in text_of_alpha
+    assert "scaling" not in text_of_alpha
 
 
 def change_row(root):
@@ -201,21 +201,21 @@ CHANGES = {
 """What changes it, what `verify` says, and a result that rests on it and one that does not."""
 
 
-@pytest.mark.parametrize("what", CHANGES)
-def test_a_change_is_noticed(checked, what):
-    change, said, stale, right = CHANGES[what]
+@pytest.mark.parametrize("kind", CHANGES)
+def test_a_change_is_noticed(checked, kind):
+    change, messages, stale, right = CHANGES[kind]
     change(checked.root)
-    done = checked.rftfit("verify", f"results/{stale}")
-    assert done.returncode == NOT_AS_RECORDED
-    assert all(words in done.stdout for words in said)
+    process = checked.rftfit("verify", f"results/{stale}")
+    assert process.returncode == NOT_AS_RECORDED
+    assert all(words in process.stdout for words in messages)
     assert checked.rftfit("verify", f"results/{right}").returncode == 0
-    if what == "log":
-        every = json.loads(checked.rftfit("verify", "--json").stdout)
-        assert not every["as_recorded"]["results/alpha/yuma.csv"]
-        assert every["as_recorded"]["results/alpha/poppy_LP.csv"]
-        assert any(LOG in one for one in every["changed"])
-        told = checked.rftfit("run", "--dry-run").stderr
-        assert "logs changed since the results were made: ingest yuma" in told
+    if kind == "log":
+        report = json.loads(checked.rftfit("verify", "--json").stdout)
+        assert not report["as_recorded"]["results/alpha/yuma.csv"]
+        assert report["as_recorded"]["results/alpha/poppy_LP.csv"]
+        assert any(LOG in changed_file for changed_file in report["changed"])
+        error_text = checked.rftfit("run", "--dry-run").stderr
+        assert "logs changed since the results were made: ingest yuma" in error_text
 
 
 def test_line_ends_of_the_sheet_and_the_order_of_its_tares_do_not_count(checked):
@@ -223,21 +223,25 @@ def test_line_ends_of_the_sheet_and_the_order_of_its_tares_do_not_count(checked)
     sheet = checked.root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
     plates = [row for row in rows if row.split(",")[1] == "plate"]
-    others = [row for row in rows if row not in plates]
-    sheet.write_bytes(("\r\n".join([header, *plates, *reversed(others)]) + "\r\n").encode())
+    other_rows = [row for row in rows if row not in plates]
+    sheet.write_bytes(("\r\n".join([header, *plates, *reversed(other_rows)]) + "\r\n").encode())
     assert checked.rftfit("verify").returncode == 0
-    sheet.write_text("\n".join([header, *reversed(plates), *others]) + "\n", encoding="utf-8")
-    said = checked.rftfit("verify")
-    assert said.returncode == 5
-    assert "checks" in said.stdout
+    sheet.write_text("\n".join([header, *reversed(plates), *other_rows]) + "\n", encoding="utf-8")
+    process = checked.rftfit("verify")
+    assert process.returncode == 5
+    assert "checks" in process.stdout
     sheet.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
 
 
 def test_edits_and_damage_are_made_again(checked):
     """An edit, a spreadsheet's save, one flipped bit in each kind of intermediate, a deleted one."""
     results = checked.root / "results"
-    before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
-    before = {path: one for path, one in before.items() if not {"logs", "state"} & {*path.parts}}
+    digests_before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
+    digests_before = {
+        path: digest
+        for path, digest in digests_before.items()
+        if not {"logs", "state"} & {*path.parts}
+    }
     replace(results / "alpha" / "poppy_LP.csv", "0.", "9.")
     saved = (results / "coefficients.csv").read_text(encoding="utf-8").replace("\n", "\r\n")
     (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
@@ -264,21 +268,21 @@ def test_edits_and_damage_are_made_again(checked):
         path.write_bytes(content)
     (results / "runs" / "yuma.csv").unlink()
     assert checked.rftfit("verify", "results/report.html").returncode != 0
-    done = checked.rftfit("run")
-    assert done.returncode == 0, done.stderr
-    assert "made again" in done.stderr
-    assert "results/fits/yuma.csv" in done.stderr
-    assert "not there, made again: results/runs/yuma.csv" in done.stderr
-    assert {path: sha256(path) for path in before} == before
+    process = checked.rftfit("run")
+    assert process.returncode == 0, process.stderr
+    assert "made again" in process.stderr
+    assert "results/fits/yuma.csv" in process.stderr
+    assert "not there, made again: results/runs/yuma.csv" in process.stderr
+    assert {path: sha256(path) for path in digests_before} == digests_before
     assert checked.rftfit("verify").returncode == 0
     assert "Nothing to do" in checked.rftfit("run").stdout
 
 
 @pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
 def test_what_is_not_recorded_is_no_result(checked, word):
-    done = checked.rftfit("verify", word)
-    assert done.returncode == INPUT_NOT_VALID
-    assert "not among the" in done.stderr
+    process = checked.rftfit("verify", word)
+    assert process.returncode == INPUT_NOT_VALID
+    assert "not among the" in process.stderr
 
 
 @pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])
@@ -288,21 +292,21 @@ def test_a_record_that_is_absent_or_damaged_is_told(checked, text):
         path.unlink()
     else:
         path.write_text(text, encoding="utf-8")
-    done = checked.rftfit("verify")
-    assert done.returncode == INPUT_NOT_VALID
-    assert "provenance.json" in done.stderr
-    assert "rftfit run" in done.stderr
+    process = checked.rftfit("verify")
+    assert process.returncode == INPUT_NOT_VALID
+    assert "provenance.json" in process.stderr
+    assert "rftfit run" in process.stderr
 
 
-@pytest.mark.parametrize("what", ["log", "row", "setting", "result"])
-def test_a_change_while_the_workflow_runs_is_an_error(checked, what):
+@pytest.mark.parametrize("kind", ["log", "row", "setting", "result"])
+def test_a_change_while_the_workflow_runs_is_an_error(checked, kind):
     """The record is not written when it would not be true."""
     job = planned_jobs(checked.config)[-1]
-    CHANGES[what][0](checked.root)
-    before = sha256(checked.root / "results" / "provenance.json")
+    CHANGES[kind][0](checked.root)
+    digests_before = sha256(checked.root / "results" / "provenance.json")
     with pytest.raises(RftfitError):
         do_job(read_states(checked.config)[0], job.reads, job.writes)
-    assert sha256(checked.root / "results" / "provenance.json") == before
+    assert sha256(checked.root / "results" / "provenance.json") == digests_before
 
 
 @pytest.fixture
@@ -319,36 +323,42 @@ def two(checked, tmp_path):
 
 def test_diff_of_two_folders_of_results(checked, two):
     """One changed log: which alpha moved, by how much, and because of what."""
-    first, second, path, table, half = two
-    assert compare(first, checked.root) == Comparison([], [], [], [], {})
+    first_folder, second_folder, path, table, half = two
+    assert compare_folders(first_folder, checked.root) == ResultsDiff([], [], [], [], {})
     cell = int(np.isfinite(half).argmax())
     table.loc[cell, "alpha_z_N_per_cm3"] += 2 * half[cell]
     table.to_csv(path, index=False)
-    replace(second / "manifest.sha256", (second / "manifest.sha256").read_text()[:5], "00000")
-    data = json.loads((second / "provenance.json").read_text(encoding="utf-8"))
+    replace(
+        second_folder / "manifest.sha256",
+        (second_folder / "manifest.sha256").read_text()[:5],
+        "00000",
+    )
+    data = json.loads((second_folder / "provenance.json").read_text(encoding="utf-8"))
     data["settings"]["fourier"]["threshold"] = 0.06
-    (second / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
-    compared = compare(first, second)
-    (found,) = compared.numbers
-    assert (found.file, found.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
-    assert found.half_widths == pytest.approx(2, rel=1e-3)
-    changes = [(one.sort, one.name) for one in compared.changes]
+    (second_folder / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
+    compared = compare_folders(first_folder, second_folder)
+    (number,) = compared.numbers
+    assert (number.file, number.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
+    assert number.half_widths == pytest.approx(2, rel=1e-3)
+    changes = [(change.sort, change.name) for change in compared.changes]
     assert [name for sort, name in changes if sort == "setting"] == ["fourier.threshold"]
     assert sum(sort == "log" for sort, _ in changes) == 1
     assert compared.alone == []
     # the record of the second folder is of another table
     assert compared.unrecorded == [path]
-    said = checked.rftfit("diff", str(first), str(second)).stdout
-    assert f"Not as recorded (edited, or its run was not finished): {path}" in said
-    assert "By their records, what they were made from differs in:" in said
+    text = checked.rftfit("diff", str(first_folder), str(second_folder)).stdout
+    assert f"Not as recorded (edited, or its run was not finished): {path}" in text
+    assert "By their records, what they were made from differs in:" in text
 
 
 def test_changes_of_numbers_with_an_interval_come_first(two):
     """A depth that doubles is no news beside an alpha that moved by a tenth of its half width."""
-    first, second, path, table, half = two
+    first_folder, second_folder, path, table, half = two
     table["depth_to_cm"] *= 2
     table["alpha_z_N_per_cm3"] += 0.1 * half
     table.to_csv(path, index=False)
-    quantities = [one.quantity for one in compare(first, second).numbers]
+    quantities = [
+        change.quantity for change in compare_folders(first_folder, second_folder).numbers
+    ]
     count = int(np.isfinite(half).sum())
     assert quantities == ["alpha_z_N_per_cm3"] * count + ["depth_to_cm"] * count

@@ -30,9 +30,9 @@ def medium_of(table, config):
     return results_of([table], config)[str(table["medium"].iloc[0])]
 
 
-def shares(told):
+def shares(shares_text):
     """Percent by the name of the error."""
-    pairs = (part.removesuffix(" %").rsplit(" ", 1) for part in told.split(", "))
+    pairs = (share.removesuffix(" %").rsplit(" ", 1) for share in shares_text.split(", "))
     return {name: float(percent) for name, percent in pairs}
 
 
@@ -54,17 +54,19 @@ def exact(table):
 
 
 def test_noise_is_all_there_is_where_the_legs_are_exact(table, paper_config):
-    found = errors_of_peaks(medium_of(table, with_errors(paper_config, hip_cm=0, arc_percent=0)))
-    assert set(found) == {(leg, c) for leg in LEGS for c in "zx"}
-    assert {told for told, _ in found.values()} == {"noise 100 %"}
-    assert [percent for _, percent in found.values()] == pytest.approx([0.0] * 6)
+    peak_errors = errors_of_peaks(
+        medium_of(table, with_errors(paper_config, hip_cm=0, arc_percent=0))
+    )
+    assert set(peak_errors) == {(leg, c) for leg in LEGS for c in "zx"}
+    assert {share for share, _ in peak_errors.values()} == {"noise 100 %"}
+    assert [percent for _, percent in peak_errors.values()] == pytest.approx([0.0] * 6)
 
 
 def test_hip_and_arc_share_the_variance_that_exact_cells_leave(table, paper_config):
     """The flat leg has no arc; the shares of the others are those of a leg turned anew."""
     config = with_errors(paper_config, hip_cm=0.05, arc_percent=2.0)
-    found = errors_of_peaks(medium_of(exact(table), config))
-    assert {found["flat_leg", c][0] for c in "zx"} == {"hip 100 %"}
+    peak_errors = errors_of_peaks(medium_of(exact(table), config))
+    assert {peak_errors["flat_leg", c][0] for c in "zx"} == {"hip 100 %"}
     for name in ("c_leg", "reversed_c_leg"):
         leg: Any = config.intruders[name]
         forces = [
@@ -76,12 +78,12 @@ def test_hip_and_arc_share_the_variance_that_exact_cells_leave(table, paper_conf
             )
         ]
         for c in "zx":
-            plain, hip, arc = (getattr(one, f"force_{c}_N") for one in forces)
-            at = extreme(plain, c)
-            of_hip, of_arc = ((one - plain)[at] ** 2 for one in (hip, arc))
-            wanted = {"hip": of_hip, "arc": of_arc}
-            for error, percent in shares(found[name, c][0]).items():
-                assert percent == pytest.approx(100 * wanted[error] / (of_hip + of_arc), abs=0.51)
+            plain, hip, arc = (getattr(force, f"force_{c}_N") for force in forces)
+            row = extreme(plain, c)
+            of_hip, of_arc = ((moved - plain)[row] ** 2 for moved in (hip, arc))
+            expected = {"hip": of_hip, "arc": of_arc}
+            for error, percent in shares(peak_errors[name, c][0]).items():
+                assert percent == pytest.approx(100 * expected[error] / (of_hip + of_arc), abs=0.51)
 
 
 def test_the_surface_of_the_plates_moves_the_axle_too(paper_config):
@@ -90,10 +92,10 @@ def test_the_surface_of_the_plates_moves_the_axle_too(paper_config):
     plain = sweep(PROFILE, model_leg("c_leg"))
     best = {"z": plain.force_z_N, "x": plain.force_x_N}
     apart = {"hip_cm": 0.03, "surface_run_mm": 0.4, "surface_session_mm": 1.2}
-    found = shape_errors(PROFILE, leg, with_errors(paper_config, **apart), best)
+    changes = shape_errors(PROFILE, leg, with_errors(paper_config, **apart), best)
     raised = sweep(PROFILE, model_leg("c_leg"), hip_height_cm=2.13)
-    np.testing.assert_allclose(found["hip"]["z"], raised.force_z_N - best["z"], atol=1e-9)
-    np.testing.assert_allclose(found["hip"]["x"], raised.force_x_N - best["x"], atol=1e-9)
+    np.testing.assert_allclose(changes["hip"]["z"], raised.force_z_N - best["z"], atol=1e-9)
+    np.testing.assert_allclose(changes["hip"]["x"], raised.force_x_N - best["x"], atol=1e-9)
 
 
 def flagged(table, where):
@@ -105,10 +107,10 @@ def test_flagged_cells_and_the_others_make_the_whole_peak(table, paper_config):
     config = with_errors(paper_config, hip_cm=0, arc_percent=0)
     some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
     parts = [errors_of_peaks(medium_of(flagged(table, where), config)) for where in (some, ~some)]
-    both = [{key: told[1] for key, told in part.items()} for part in parts]
-    for key, one in both[0].items():
-        assert one + both[1][key] == pytest.approx(100), key
-        assert one != pytest.approx(0)
+    both = [{key: entry[1] for key, entry in peak_errors.items()} for peak_errors in parts]
+    for key, percent in both[0].items():
+        assert percent + both[1][key] == pytest.approx(100), key
+        assert percent != pytest.approx(0)
 
 
 def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suction(paper_config):
@@ -117,15 +119,15 @@ def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suc
     z = np.where(GAMMA_DEG < 0, 30 * z, z)
     table = alpha_frame(MEDIUM, (z, x))
     some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
-    found = errors_of_peaks(medium_of(flagged(table, some), paper_config))
+    peak_errors = errors_of_peaks(medium_of(flagged(table, some), paper_config))
     bare = [np.where(some, 0, grid.ravel()).reshape(7, 13) for grid in (z, x)]
-    whole, left = (
+    whole, unflagged = (
         sweep(TableProfile(up, along), model_leg("flat_leg")).force_z_N
         for up, along in ((z, x), bare)
     )
-    at = int(whole.argmax())
-    assert whole.min() < -whole[at] < -1
-    assert found["flat_leg", "z"][1] == pytest.approx(100 * (1 - left[at] / whole[at]))
+    row = int(whole.argmax())
+    assert whole.min() < -whole[row] < -1
+    assert peak_errors["flat_leg", "z"][1] == pytest.approx(100 * (1 - unflagged[row] / whole[row]))
 
 
 def test_only_the_legs_that_meet_an_empty_cell_are_left_out(table, paper_config):
@@ -134,15 +136,15 @@ def test_only_the_legs_that_meet_an_empty_cell_are_left_out(table, paper_config)
     lacking = table.copy()
     lacking.loc[empty, alphas(table)] = np.nan
     whole = errors_of_peaks(medium_of(table, paper_config))
-    found = errors_of_peaks(medium_of(lacking, paper_config))
+    peak_errors = errors_of_peaks(medium_of(lacking, paper_config))
     assert {leg for leg, _ in whole} == set(LEGS)
-    assert set(found) == {("flat_leg", "z"), ("flat_leg", "x")}
-    assert shares(found["flat_leg", "z"][0]).keys() == {"hip", "noise"}
+    assert set(peak_errors) == {("flat_leg", "z"), ("flat_leg", "x")}
+    assert shares(peak_errors["flat_leg", "z"][0]).keys() == {"hip", "noise"}
 
 
 def test_a_table_without_errors_and_a_sand_tell_nothing(table, paper_config):
     silent, nothing = table.copy(), table.copy()
     silent[alphas(table, "_hi_N_per_cm3")] = np.nan
     nothing[alphas(table)] = np.nan
-    for own in (silent, nothing, table.assign(medium="yuma")):
-        assert errors_of_peaks(medium_of(own, paper_config)) == {}
+    for table_of_medium in (silent, nothing, table.assign(medium="yuma")):
+        assert errors_of_peaks(medium_of(table_of_medium, paper_config)) == {}

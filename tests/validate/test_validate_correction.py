@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.compare.sands import corrections
+from rftfit.compare.sands import fit_corrections
 
 LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
 THETA = np.arange(-130.0, 131.0)
@@ -29,7 +29,7 @@ ONE = dict.fromkeys(LEGS, 1.0)
 
 
 def result(measured):
-    return corrections(measured, curves(ONE, ONE)).set_index("model")
+    return fit_corrections(measured, curves(ONE, ONE)).set_index("model")
 
 
 def test_factors_come_back():
@@ -60,17 +60,17 @@ def few(z, x):
 @pytest.mark.parametrize("size_N", [1.0, 0.01])
 def test_factors_and_errors_by_hand(size_N):
     """One factor for all six forces is (2 + 1 + 2 + 1 + 8 + 4) / (4 + 8), whichever leg is left out."""
-    one, two = [size_N], [2 * size_N]
-    predicted = few([one, one, two], [one, one, two]).assign(force_z_lo_N=np.nan)
-    measured = few([two, two, [4 * size_N]], [one, one, two])
-    table = corrections(measured, predicted).set_index("model")
+    unit, double = [size_N], [2 * size_N]
+    predicted = few([unit, unit, double], [unit, unit, double]).assign(force_z_lo_N=np.nan)
+    measured = few([double, double, [4 * size_N]], [unit, unit, double])
+    table = fit_corrections(measured, predicted).set_index("model")
     numbers = ["factor_z", "factor_x", "rms_fit_N", "rms_cv_N", "gain_cv_percent"]
     half = np.sqrt(0.5)
-    wanted = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
-              "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
-    for model, row in wanted.items():
-        found = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
-        assert list(found) == pytest.approx(row, abs=1e-12), model
+    expected = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
+                "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
+    for model, row in expected.items():
+        actual = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
+        assert list(actual) == pytest.approx(row, abs=1e-12), model
     assert list(table["earns_its_place"]) == [False, True, True]
     assert (table["reason"] == "").all()
 
@@ -78,7 +78,7 @@ def test_factors_and_errors_by_hand(size_N):
 def test_each_leg_is_judged_by_the_factor_of_the_other_two():
     """Lifts of 2, 1, 1 N for 1 N each: factors 1, 1.5, 1.5 of the others leave 1, 0.5, 0.5 N."""
     predicted = few([[1.0]] * 3, [[0.0]] * 3)
-    table = corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
+    table = fit_corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
     row = table.loc["factors for z and x"]
     assert row["factor_z"] == pytest.approx(4 / 3)
     assert row["rms_fit_N"] == pytest.approx(1 / 3)
@@ -91,7 +91,7 @@ def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
     """Lifts 1 N off either way, beyond a factor: the error falls by 1 - 1 / sqrt(1 + extra^2)."""
     predicted = few([[1.0, 1.0]] * 3, [[1.0, 1.0]] * 3)
     measured = few([[extra, 2 + extra]] * 3, [[1.0, 1.0]] * 3)
-    row = corrections(measured, predicted).set_index("model").loc["factors for z and x"]
+    row = fit_corrections(measured, predicted).set_index("model").loc["factors for z and x"]
     assert row["factor_z"] == pytest.approx(1 + extra)
     assert row["gain_cv_percent"] == pytest.approx(100 * (1 - 1 / np.hypot(1, extra)))
     assert row["earns_its_place"] == worth
@@ -101,7 +101,7 @@ def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
 def test_theta_without_a_predicted_force_are_left_out(lost):
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted.loc[predicted["theta_deg"] < 0, lost] = np.nan
-    table = corrections(measured, predicted).set_index("model")
+    table = fit_corrections(measured, predicted).set_index("model")
     assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
     assert table.loc["factors for z and x", "rms_fit_N"] == pytest.approx(0, abs=1e-12)
 
@@ -134,14 +134,14 @@ def test_no_predicted_force_is_left_as_it_is():
     """Where nothing is predicted along x, no factor can be had, and 1 changes nothing."""
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted["force_x_N"] = 0.0
-    table = corrections(measured, predicted).set_index("model")
+    table = fit_corrections(measured, predicted).set_index("model")
     assert table.loc["factors for z and x", "factor_x"] == 1
     assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
 
 
 def test_media_and_models_come_in_order():
     parts = [curves(ONE, ONE).assign(medium=name) for name in ("yuma", "palms29")]
-    table = corrections(pd.concat(parts), pd.concat(parts[::-1]))
+    table = fit_corrections(pd.concat(parts), pd.concat(parts[::-1]))
     assert list(table["medium"]) == ["palms29"] * 3 + ["yuma"] * 3
     assert list(table["model"]) == ["none", "one factor", "factors for z and x"] * 2
     # a prediction that is right already cannot gain
@@ -155,12 +155,12 @@ def test_a_sand_without_a_measured_leg_is_no_fault():
     untyped = pd.DataFrame(columns=curves(ONE, ONE).columns)
     typed = curves(ONE, ONE).iloc[:0]
     for pair in ((untyped, typed), (typed, untyped), (untyped, curves(ONE, ONE))):
-        assert corrections(*pair).empty
+        assert fit_corrections(*pair).empty
 
 
 def test_no_natural_sand_leaves_an_empty_table_with_its_columns():
     nothing = curves(ONE, ONE).iloc[:0]
-    found = corrections(nothing, nothing)
-    assert found.empty
-    assert list(found.columns) == list(corrections(curves(ONE, ONE), curves(ONE, ONE)).columns)
-    assert "earns_its_place" in found
+    table = fit_corrections(nothing, nothing)
+    assert table.empty
+    assert list(table.columns) == list(fit_corrections(curves(ONE, ONE), curves(ONE, ONE)).columns)
+    assert "earns_its_place" in table

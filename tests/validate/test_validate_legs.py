@@ -81,9 +81,9 @@ def test_intervals_cover_the_truth_at_their_rate(config):
         profile = measured_profile(alpha_of("poppy_LP", random), quick)
         inside = []
         for name, true in truth.items():
-            own = leg_prediction(profile, config.intruders[name], quick)[0]
+            curve = leg_prediction(profile, config.intruders[name], quick)[0]
             for c, force in (("z", true.force_z_N), ("x", true.force_x_N)):
-                low, high = (own[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
+                low, high = (curve[f"force_{c}_{end}_N"].to_numpy() for end in ("lo", "hi"))
                 wide = high - low > 1e-6
                 inside.append(((low <= force) & (force <= high))[wide].mean())
         shares.append(np.mean(inside))
@@ -99,17 +99,17 @@ def test_the_shape_of_a_leg_is_in_the_intervals(config):
     wide, plain = leg_prediction(profile, leg, config)[0], leg_prediction(profile, leg, exact)[0]
     best = {c: plain[f"force_{c}_N"].to_numpy() for c in "zx"}
     moved = shape_errors(profile, leg, config, best)
-    other = leg_prediction(profile, lower, exact)[0]["force_z_N"]
-    np.testing.assert_allclose(other - plain["force_z_N"], moved["hip"]["z"], atol=1e-9)
+    lower_force = leg_prediction(profile, lower, exact)[0]["force_z_N"]
+    np.testing.assert_allclose(lower_force - plain["force_z_N"], moved["hip"]["z"], atol=1e-9)
     for c in "zx":
         top = int(plain[f"force_{c}_N"].abs().argmax())
-        extra = 1.96 * math.hypot(*(part[c][top] for part in moved.values()))
+        extra = 1.96 * math.hypot(*(change[c][top] for change in moved.values()))
         assert extra > 0.01 * abs(best[c][top])
         for end in ("lo", "hi"):
-            own, whole = (
-                abs(one[f"force_{c}_{end}_N"][top] - best[c][top]) for one in (plain, wide)
+            alpha_half, whole = (
+                abs(table[f"force_{c}_{end}_N"][top] - best[c][top]) for table in (plain, wide)
             )
-            assert whole == pytest.approx(math.hypot(own, extra), rel=1e-3)
+            assert whole == pytest.approx(math.hypot(alpha_half, extra), rel=1e-3)
 
 
 def curve(theta, z, x, **names):
@@ -202,7 +202,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     assert 1300 < items[DEPTH_ONLY].ours < 1600
     assert items[WITHIN_33].why.startswith("10 of 15 lifts, 14 of 15 thrusts")
     # one statement: 35 % rests on zeta = 0.89 alpha; by the text's 0.8 it is 25 to 26 %
-    (over,) = (one for one in claims if "overpredicted" in one.item)
+    (over,) = (item for item in claims if "overpredicted" in item.item)
     assert over.ours == pytest.approx(25.5, abs=1)
     assert over.verdict == "differs"
     assert "zeta = 0.889 alpha_z, ours: palms29 +3" in over.why
@@ -267,8 +267,8 @@ def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config)
     curves = curves_of(alpha_frame("yuma", one_cell(0.69)), config)
     reasons = curves.groupby(["profile", "leg"])["reason_code"].unique()
     assert len(reasons) == 2 * len(LEGS)
-    assert all(list(found) == ["published-media"] for found in reasons["generic"])
-    assert all(list(found) == [""] for found in reasons["map"])
+    assert all(list(codes) == ["published-media"] for codes in reasons["generic"])
+    assert all(list(codes) == [""] for codes in reasons["map"])
     # without a test there is no curve, and there are all columns
     curves = curves_of(alpha_frame("yuma", one_cell(np.nan)), config)
     assert curves.empty

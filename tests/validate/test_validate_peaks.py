@@ -14,7 +14,7 @@ from rftfit.compare.legs import (
     leg_errors,
     measured_peak,
 )
-from rftfit.measure.flags import REASON, Flags, about, flag_table, remark
+from rftfit.measure.flags import REASON, Flags, attach_run, flag_table, remark
 
 THETA = np.arange(-135.0, 136.0)
 
@@ -25,9 +25,9 @@ def parabola(top_N, centre_deg, theta=THETA):
 
 @pytest.mark.parametrize("centre", [0.0, 0.5, 17.25, -60.4, 2.6])
 def test_the_top_of_a_parabola_is_exact_between_readings(centre):
-    found = measured_peak(THETA, parabola(8.0, centre), "z")
+    peak = measured_peak(THETA, parabola(8.0, centre), "z")
     # the fine grid has steps of 0.1 degrees: 0.05 off is 8 (0.05 / 40)^2 N
-    assert found.force_N == pytest.approx(8, abs=2e-5)
+    assert peak.force_N == pytest.approx(8, abs=2e-5)
     pull = parabola(-8.0, centre).clip(max=0)
     assert measured_peak(THETA, pull, "x").force_N == pytest.approx(-8, abs=2e-5)
 
@@ -58,9 +58,9 @@ def test_a_peak_at_the_end_is_not_beyond_it():
 
 def test_few_readings_give_the_highest_without_an_error():
     five = np.array([1.0, 4.0, 9.0, 3.0, 1.0])
-    found = measured_peak(np.arange(5.0), five, "z")
-    assert found.force_N == 9
-    assert math.isnan(found.se_N)
+    peak = measured_peak(np.arange(5.0), five, "z")
+    assert peak.force_N == 9
+    assert math.isnan(peak.se_N)
     six = parabola(3.0, 2.0, np.arange(6.0))
     assert measured_peak(np.arange(6.0), six, "z").force_N == pytest.approx(3)
     sparse = np.arange(-120.0, 121.0, 5.0)  # three readings within 5 degrees
@@ -73,8 +73,8 @@ def test_few_readings_give_the_highest_without_an_error():
 def test_scatter_needs_twelve_blocks_of_three(length):
     noise = np.random.default_rng(2).normal(0, 0.1, length)
     theta = np.arange(float(length))
-    found = measured_peak(theta, parabola(5.0, length / 2, theta) + noise, "z")
-    assert math.isnan(found.se_N) == (length < 36)
+    peak = measured_peak(theta, parabola(5.0, length / 2, theta) + noise, "z")
+    assert math.isnan(peak.se_N) == (length < 36)
 
 
 def test_error_of_the_peak_is_its_scatter():
@@ -85,9 +85,9 @@ def test_error_of_the_peak_is_its_scatter():
         for _ in range(400):
             white = random.normal(0, 0.05, THETA.size + 2)
             noise = np.convolve(white, taps, mode="valid")[: THETA.size]
-            found = measured_peak(THETA, parabola(4.0, 10.0) + noise, "z")
-            errors.append(found.force_N - 4)
-            stated.append(found.se_N)
+            peak = measured_peak(THETA, parabola(4.0, 10.0) + noise, "z")
+            errors.append(peak.force_N - 4)
+            stated.append(peak.se_N)
         spread = math.sqrt(np.mean(np.square(errors)))
         assert np.mean(stated) == pytest.approx(spread, rel=0.2)
 
@@ -97,7 +97,7 @@ T = 2.0639
 
 
 @pytest.mark.parametrize(
-    ("predicted", "ends", "measured", "se", "wanted"),
+    ("predicted", "ends", "measured", "se", "expected"),
     [
         # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
         (12.0, [11.4, 12.9], 10.0, 0.0, (14, 29)),
@@ -118,9 +118,9 @@ T = 2.0639
         (12.0, [1, 2], 0.0, 0.1, (math.nan, math.nan)),
     ],
 )
-def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, wanted):
-    found = _error_interval(predicted, ends, measured, se, 0.95)
-    assert found == pytest.approx(wanted, nan_ok=True, rel=1e-5)
+def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, expected):
+    interval = _error_interval(predicted, ends, measured, se, 0.95)
+    assert interval == pytest.approx(expected, nan_ok=True, rel=1e-5)
 
 
 def curves(measured, predicted):
@@ -131,7 +131,7 @@ def curves(measured, predicted):
         for c in "zx"
         for end, sign in (("lo", -1), ("hi", 1))
     }
-    forces = ({"force_z_N": part, "force_x_N": part} for part in (measured, predicted))
+    forces = ({"force_z_N": values, "force_x_N": values} for values in (measured, predicted))
     ours, theirs = (pd.DataFrame(names | force) for force in forces)
     return ours, theirs.assign(profile="table", **ends)
 
@@ -152,13 +152,13 @@ def test_peak_errors_have_the_errors_they_are_told_of():
     for spread in (None, {"another": 0.04}):
         row = leg_errors(measured, predicted, spread).iloc[0]
         assert error_of(row) == pytest.approx((20, 1))
-    known = measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0)
-    table = leg_errors(known, predicted, {"m": 0.04})
+    with_zero_error = measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0)
+    table = leg_errors(with_zero_error, predicted, {"m": 0.04})
     for (_, row), off in zip(table.iterrows(), (math.hypot(0.3, 0.4), 0.4), strict=True):
         half = 120 * math.hypot(0.1 / 12, T * off / 10)
         assert error_of(row) == pytest.approx((20, half), rel=1e-4)
     # of 80 % by Student's factor for that
-    row = leg_errors(known, predicted, confidence=0.8).iloc[0]
+    row = leg_errors(with_zero_error, predicted, confidence=0.8).iloc[0]
     half = 120 * math.hypot(0.1 / 12, 1.3178 * 0.03)
     assert error_of(row) == pytest.approx((20, half), rel=1e-4)
 
@@ -166,11 +166,11 @@ def test_peak_errors_have_the_errors_they_are_told_of():
 def test_what_a_parabola_does_to_a_corner_is_in_the_interval():
     corner = np.asarray(10.0 * (1 - np.abs(THETA) / 150))
     row = leg_errors(*curves(corner, corner)).iloc[0]
-    found = measured_peak(THETA, corner, "z")
-    lost = 1 - found.force_N / 10
+    peak = measured_peak(THETA, corner, "z")
+    lost = 1 - peak.force_N / 10
     assert 0.005 < lost < 0.02  # a corner of 5 degrees either side, cut off
-    own = T * math.hypot(found.se_N / found.force_N, lost)
-    half = 100 * 10 / found.force_N * math.hypot(0.1 / 10, own)
+    relative_error = T * math.hypot(peak.se_N / peak.force_N, lost)
+    half = 100 * 10 / peak.force_N * math.hypot(0.1 / 10, relative_error)
     assert row["peak_error_hi_percent"] - row["peak_error_percent"] == pytest.approx(half, rel=1e-4)
 
 
@@ -199,30 +199,32 @@ def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed():
     measured, predicted = curves(lift, 0.9 * lift)
     for table, force in ((measured, thrust), (predicted, 0.9 * thrust)):
         table["force_x_N"] = force
-    found = leg_errors(measured[measured["theta_deg"] <= -20], predicted).set_index("component")
-    assert dict(found["reason_code"]) == {"z": "short-curve", "x": "short-at-peak"}
-    assert found.loc["z", "peak_error_percent"] == pytest.approx(-10, abs=1)
+    errors = leg_errors(measured[measured["theta_deg"] <= -20], predicted).set_index("component")
+    assert dict(errors["reason_code"]) == {"z": "short-curve", "x": "short-at-peak"}
+    assert errors.loc["z", "peak_error_percent"] == pytest.approx(-10, abs=1)
     numbers = ["peak_measured_N", "peak_predicted_N", "peak_error_percent"]
-    assert found.loc["x", numbers].isna().all()
-    assert (found["rms_error_N"] > 0).all()
+    assert errors.loc["x", numbers].isna().all()
+    assert (errors["rms_error_N"] > 0).all()
 
 
 def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error():
     noisy = wide(8.0) + np.random.default_rng(6).normal(0, 0.1, THETA.size)
-    found = leg_errors(*curves(noisy, wide(8.0))).iloc[0]
+    row = leg_errors(*curves(noisy, wide(8.0))).iloc[0]
     peak = measured_peak(THETA, noisy, "z")
-    own = T * peak.se_N / peak.force_N
-    assert own > 0.005
-    half = 100 * 8 / peak.force_N * math.hypot(0.1 / 8, own)
-    assert error_of(found)[1] == pytest.approx(half, rel=1e-3)
-    assert found["rms_relative_to_peak"] == pytest.approx(found["rms_error_N"] / peak.force_N)
+    relative_error = T * peak.se_N / peak.force_N
+    assert relative_error > 0.005
+    half = 100 * 8 / peak.force_N * math.hypot(0.1 / 8, relative_error)
+    assert error_of(row)[1] == pytest.approx(half, rel=1e-3)
+    assert row["rms_relative_to_peak"] == pytest.approx(row["rms_error_N"] / peak.force_N)
 
 
 def test_flags_of_the_logs_stand_behind_the_reason():
     measured, predicted = curves(wide(10.0), wide(12.0))
     flag = remark("no-tare")
     measured = measured.assign(run_id="turn")
-    flags = {m: Flags(flag_table(m, "tare", about("turn", [flag]))) for m in measured["medium"]}
+    flags = {
+        m: Flags(flag_table(m, "tare", attach_run("turn", [flag]))) for m in measured["medium"]
+    }
     compared = leg_errors(measured, predicted, flags=flags)
     assert set(compared["reason_code"]) == {"no-tare"}
     lost = predicted.assign(force_z_N=np.nan, reason="no run", reason_code="no-run")
@@ -238,16 +240,16 @@ def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone():
     table = leg_errors(measured, predicted, behind=behind).set_index(["profile", "component"])
     names = ["peak_errors", "peak_on_flagged_percent"]
     assert list(table.loc[("table", "z"), names]) == ["bed 90 %, noise 10 %", 12.5]
-    rest = table.drop(index=("table", "z"))
-    assert len(rest) == 3
-    assert (rest["peak_errors"] == "").all()
-    assert rest["peak_on_flagged_percent"].isna().all()
+    other_rows = table.drop(index=("table", "z"))
+    assert len(other_rows) == 3
+    assert (other_rows["peak_errors"] == "").all()
+    assert other_rows["peak_on_flagged_percent"].isna().all()
 
 
 def test_curves_are_compared_over_the_theta_that_both_have():
     measured, predicted = curves(wide(10.0), wide(12.0))
-    part = predicted[predicted["theta_deg"] >= -120]
-    row = leg_errors(measured[measured["theta_deg"] <= 125], part).iloc[0]
+    cut_curve = predicted[predicted["theta_deg"] >= -120]
+    row = leg_errors(measured[measured["theta_deg"] <= 125], cut_curve).iloc[0]
     assert (row["theta_from_deg"], row["theta_to_deg"]) == (-120, 125)
     assert row["reason"] == ""
     theta = np.arange(-120.0, 126.0)

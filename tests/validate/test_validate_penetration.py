@@ -20,8 +20,8 @@ DEPTH_CM = np.arange(0.01, 5.0, 0.01)
 NONE = "no linear regime with enough samples"
 
 
-def push(name="down", **more):
-    return plate_run(name, **{"medium": "yuma", "tare_run": "rod", "tare_shared": True, **more})
+def push(name="down", **facts):
+    return plate_run(name, **{"medium": "yuma", "tare_run": "rod", "tare_shared": True, **facts})
 
 
 def kneed(knee_cm):
@@ -29,11 +29,11 @@ def kneed(knee_cm):
     return np.asarray(0.5 * DEPTH_CM + 1.5 * np.clip(DEPTH_CM - knee_cm, 0, None))
 
 
-def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=False):
+def fit_tests(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=False):
     """Rows by run and window; `stresses` of the runs that have a tared stroke, `reasons` of the others."""
-    here = Path("no campaign is here")
+    folder = Path("no campaign is here")
     table = {run.run_id: {"depth_cm": np.ones(1)} for run in runs} if numbers else {}
-    campaign = Campaign(here, here, here, config, runs, table)
+    campaign = Campaign(folder, folder, folder, config, runs, table)
     facts = {
         "note": "",
         "sample_step_s": 0.01,
@@ -69,23 +69,25 @@ def told(config, stresses, runs=(push(),), *, alpha=None, reasons=None, numbers=
     tables = {"runs": status, "tared": tared, "tares": tares, "fits": fits, "alpha": table_of}
     rows: list[Any] = penetration_rows(campaign, "yuma", tables, CHI)
     assert {row["medium"] for row in rows} <= {"yuma"}
-    found = {(row["run_id"], row["window"]): row for row in rows}
-    assert len(found) == len(rows)
-    return found
+    rows_by_window = {(row["run_id"], row["window"]): row for row in rows}
+    assert len(rows_by_window) == len(rows)
+    return rows_by_window
 
 
 def test_each_regime_has_its_own_slope_and_zeta(paper_config):
     """The stated regime of 2 cm ends above the knee at 3 cm, the detected one below it."""
-    found = told(paper_config, {"down": kneed(3.0)})
-    assert list(found) == [("down", "stated"), ("down", "detected")]
-    stated, detected = found.values()
+    rows = fit_tests(paper_config, {"down": kneed(3.0)})
+    assert list(rows) == [("down", "stated"), ("down", "detected")]
+    stated, detected = rows.values()
     assert (stated["linear_to_cm"], stated["reason"], detected["reason"]) == (2.0, "", "")
     assert stated["alpha_z_N_per_cm3"] == pytest.approx(0.5)
     assert stated["zeta"] == pytest.approx(0.5 / 1.25)
     end = detected["linear_to_cm"]
     assert 3 < end < 4.2
-    part = end + 1e-9 >= DEPTH_CM
-    slope = DEPTH_CM[part] @ kneed(3.0)[part] / (DEPTH_CM[part] @ DEPTH_CM[part])
+    in_regime = end + 1e-9 >= DEPTH_CM
+    slope = (
+        DEPTH_CM[in_regime] @ kneed(3.0)[in_regime] / (DEPTH_CM[in_regime] @ DEPTH_CM[in_regime])
+    )
     assert slope > 0.503
     assert detected["alpha_z_N_per_cm3"] == pytest.approx(slope)
     assert detected["zeta"] == pytest.approx(slope / 1.25)
@@ -98,61 +100,61 @@ def test_each_regime_has_its_own_slope_and_zeta(paper_config):
 
 
 def test_a_regime_that_ends_with_the_test_is_said(paper_config):
-    found = told(paper_config, {"down": kneed(9.0)})
-    assert found["down", "stated"]["reason"] == ""
-    assert found["down", "detected"]["reason_code"] == "no-linear-end"
-    assert found["down", "detected"]["linear_to_cm"] == pytest.approx(4.95, abs=0.051)
-    assert found["down", "detected"]["zeta"] == pytest.approx(0.5 / 1.25)
+    rows = fit_tests(paper_config, {"down": kneed(9.0)})
+    assert rows["down", "stated"]["reason"] == ""
+    assert rows["down", "detected"]["reason_code"] == "no-linear-end"
+    assert rows["down", "detected"]["linear_to_cm"] == pytest.approx(4.95, abs=0.051)
+    assert rows["down", "detected"]["zeta"] == pytest.approx(0.5 / 1.25)
 
 
 def test_a_regime_that_is_not_found_has_its_reason_and_no_number(paper_config):
     """A curve that is bent from the start has none to detect."""
-    found = told(paper_config, {"down": DEPTH_CM**2})
-    lost = found.pop(("down", "detected"))
+    rows = fit_tests(paper_config, {"down": DEPTH_CM**2})
+    lost = rows.pop(("down", "detected"))
     assert lost["reason_code"] == "no-linear-regime"
     assert math.isnan(lost["linear_to_cm"])
     assert "alpha_z_N_per_cm3" not in lost
-    (other,) = found.values()
-    assert (other["reason"], other["alpha_z_N_per_cm3"] > 0) == ("", True)
+    (stated,) = rows.values()
+    assert (stated["reason"], stated["alpha_z_N_per_cm3"] > 0) == ("", True)
 
 
 def test_a_regime_that_the_config_does_not_state_has_no_row(paper_config):
     media = dict(paper_config.media)
     media["yuma"] = media["yuma"].model_copy(update={"linear_to_cm": None})
-    found = told(paper_config.model_copy(update={"media": media}), {"down": kneed(3.0)})
-    assert list(found) == [("down", "detected")]
-    assert found["down", "detected"]["alpha_z_N_per_cm3"] > 0
+    rows = fit_tests(paper_config.model_copy(update={"media": media}), {"down": kneed(3.0)})
+    assert list(rows) == [("down", "detected")]
+    assert rows["down", "detected"]["alpha_z_N_per_cm3"] > 0
 
 
 def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config):
-    others = (
+    other_runs = (
         push("tilted", beta_deg=30.0),
         push("slanted", gamma_deg=45.0),
         push("up", direction="extraction"),
         push("rod", kind="rod"),
     )
-    runs = (*others, push())
+    runs = (*other_runs, push())
     strokes = {run.run_id: kneed(3.0) for run in runs if run.kind == "plate"}
-    assert {name for name, _ in told(paper_config, strokes, runs)} == {"down"}
+    assert {name for name, _ in fit_tests(paper_config, strokes, runs)} == {"down"}
 
 
 def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config):
     runs = push("a"), push("b"), push("c")
-    found = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust on the plate"})
-    assert list(found) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
-    assert found["a", "stated"]["reason"] == "dust on the plate"
-    assert found["c", "stated"]["reason_code"] == "no-tared-stroke"
-    number = told(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"}, numbers=True)
+    rows = fit_tests(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust on the plate"})
+    assert list(rows) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
+    assert rows["a", "stated"]["reason"] == "dust on the plate"
+    assert rows["c", "stated"]["reason_code"] == "no-tared-stroke"
+    number = fit_tests(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"}, numbers=True)
     assert number["a", "stated"]["reason"] == "dust"
     assert number["c", "stated"]["reason_code"] == "no-curve"
 
 
 def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config):
     runs = push(tare_run=""), push("tared")
-    found = told(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
-    assert found["down", "stated"]["reason_code"] == "no-tare"
-    assert found["down", "detected"]["reason_code"] == "no-linear-end no-tare"
-    assert found["tared", "stated"]["reason"] == found["tared", "detected"]["reason"] == ""
+    rows = fit_tests(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
+    assert rows["down", "stated"]["reason_code"] == "no-tare"
+    assert rows["down", "detected"]["reason_code"] == "no-linear-end no-tare"
+    assert rows["tared", "stated"]["reason"] == rows["tared", "detected"]["reason"] == ""
 
 
 def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config):
@@ -164,16 +166,16 @@ def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config):
         update={"surface_run_mm": 0.1, "surface_session_mm": 0.2}
     )
     config = paper_config.model_copy(update={"errors": errors})
-    stated = told(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
-    part = DEPTH_CM[DEPTH_CM <= 2]
+    stated = fit_tests(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
+    depth_cm = DEPTH_CM[DEPTH_CM <= 2]
     # a surface that lies deeper by d takes slope times d from each stress of the line through zero
-    lever = part.sum() / (part @ part)
+    lever = depth_cm.sum() / (depth_cm @ depth_cm)
     half = 1.959964 * 0.5 * math.hypot(0.04, 0.03, 0.01 * lever, 0.02 * lever)
     assert stated["alpha_z_hi_N_per_cm3"] == pytest.approx(0.5 + half, rel=1e-4)
     assert stated["alpha_z_lo_N_per_cm3"] == pytest.approx(0.5 - half, rel=1e-4)
     fit = paper_config.fit.model_copy(update={"confidence": 0.8})
     config = config.model_copy(update={"fit": fit})
-    narrow = told(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
+    narrow = fit_tests(config, {"down": kneed(3.0)}, alpha=alpha)["down", "stated"]
     assert narrow["alpha_z_hi_N_per_cm3"] == pytest.approx(
         0.5 + 1.281552 / 1.959964 * half, rel=1e-4
     )
@@ -181,7 +183,7 @@ def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config):
 
 
 def test_a_sand_that_pulls_has_a_slope_and_no_zeta(paper_config):
-    for row in told(paper_config, {"down": -kneed(3.0)}).values():
+    for row in fit_tests(paper_config, {"down": -kneed(3.0)}).values():
         assert row["alpha_z_N_per_cm3"] < -0.4
         assert row["reason"].startswith("alpha_z(0, 90 deg) must be a positive number")
         assert "zeta" not in row

@@ -17,9 +17,9 @@ from rftfit.compare.published import (
     SAME,
     VERDICTS,
     Tolerance,
-    compare,
     compare_alpha,
     compare_coefficients,
+    compare_numbers,
     compare_penetration,
     discrepancies,
 )
@@ -37,78 +37,78 @@ def as_printed(results, name):
 
 
 def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path):
-    own = page_results(tmp_path)
-    terms, tests = (as_printed(own, f"{name}.csv") for name in ("coefficients", "penetration"))
-    for known, there in ((MEDIA, True), (MEDIA[:4], False)):
-        published = {name: name for name in known}
+    results = page_results(tmp_path)
+    terms, tests = (as_printed(results, f"{name}.csv") for name in ("coefficients", "penetration"))
+    for media, is_there in ((MEDIA, True), (MEDIA[:4], False)):
+        published = {name: name for name in media}
         items = compare_coefficients(terms, published)
-        assert any(one.item.startswith("generic") for one in items) == there
-        part = tests[tests["medium"].isin(known)]
-        items = compare_penetration(part, published)
-        assert any(one.item.startswith("chi, mean") for one in items) == there
-        assert any(one.item.startswith(f"{known[0]}: chi") for one in items)
+        assert any(item.item.startswith("generic") for item in items) == is_there
+        tests_of_media = tests[tests["medium"].isin(media)]
+        items = compare_penetration(tests_of_media, published)
+        assert any(item.item.startswith("chi, mean") for item in items) == is_there
+        assert any(item.item.startswith(f"{media[0]}: chi") for item in items)
 
 
 def test_a_doubt_about_a_medium_stands_in_every_row_that_has_its_numbers(tmp_path, monkeypatch):
     """Also in rows that do not name it, as the mean of chi; not in the rows of other media."""
-    own = page_results(tmp_path)
-    tests = as_printed(own, "penetration.csv")
-    write(own, "penetration.csv", tests[tests["medium"].isin(MEDIA)])
-    sound = validate(Results(own.campaign)).set_index("item")["why"]
-    results = Results(own.campaign)
+    written = page_results(tmp_path)
+    tests = as_printed(written, "penetration.csv")
+    write(written, "penetration.csv", tests[tests["medium"].isin(MEDIA)])
+    sound = validate(Results(written.campaign)).set_index("item")["why"]
+    results = Results(written.campaign)
     monkeypatch.setattr(results, "marks", {MEDIA[0]: (Remark("no-tare"),)})
     doubted = validate(results).set_index("item")["why"]
     changed = set(doubted.index[doubted != sound[doubted.index]])
     assert all(doubted[name].endswith(f"; {sound[name]}") for name in changed)
     assert {f"{MEDIA[0]}: chi", "chi, mean over the media"} <= changed
     assert not [name for name in changed if name.startswith(tuple(MEDIA[1:]))]
-    assert not changed & {one.item for one in discrepancies()}
+    assert not changed & {item.item for item in discrepancies()}
 
 
 def test_evidence_follows_from_the_campaign(tmp_path):
     """What logs were made from is no confirmation: a re-enactment says so, recordings do not."""
-    own = page_results(tmp_path)
+    written = page_results(tmp_path)
     for name in ("coefficients.csv", "penetration.csv"):
-        printed = as_printed(own, name)
-        every = pd.concat([own.table(name), printed[printed["medium"].isin(MEDIA)]])
-        write(own, name, every)
-    recorded = validate(Results(own.campaign))
+        printed = as_printed(written, name)
+        every = pd.concat([written.table(name), printed[printed["medium"].isin(MEDIA)]])
+        write(written, name, every)
+    recorded = validate(Results(written.campaign))
     assert set(recorded["evidence"]) <= set(EVIDENCE)
     assert BY_CONSTRUCTION not in set(recorded["evidence"])
-    own.campaign.raw.mkdir()
-    (own.campaign.raw / REENACTED).write_text("from published results")
-    fresh = dataclasses.replace(own.campaign)
-    made = validate(Results(fresh))
+    written.campaign.raw.mkdir()
+    (written.campaign.raw / REENACTED).write_text("from published results")
+    fresh = dataclasses.replace(written.campaign)
+    reenacted = validate(Results(fresh))
     # the same items, in the order of what they rest on
-    recorded = recorded.set_index("item").loc[made["item"]].reset_index()
+    recorded = recorded.set_index("item").loc[reenacted["item"]].reset_index()
     pd.testing.assert_frame_equal(
-        made.drop(columns="evidence"), recorded[made.columns].drop(columns="evidence")
+        reenacted.drop(columns="evidence"), recorded[reenacted.columns].drop(columns="evidence")
     )
-    tables = made["where"].isin(["Table S2", "Table S3", "Table S5"])
+    tables = reenacted["where"].isin(["Table S2", "Table S3", "Table S5"])
     assert tables.sum() > 60
-    assert set(made.loc[tables, "evidence"]) == {BY_CONSTRUCTION}
+    assert set(reenacted.loc[tables, "evidence"]) == {BY_CONSTRUCTION}
     # a prediction beside another measurement may come out otherwise whoever made the logs
-    within = made["item"].str.contains("within 33 %")
-    assert list(made.loc[within, "evidence"]) == [MEASURED]
-    changed = made["evidence"] != recorded["evidence"]
+    within = reenacted["item"].str.contains("within 33 %")
+    assert list(reenacted.loc[within, "evidence"]) == [MEASURED]
+    changed = reenacted["evidence"] != recorded["evidence"]
     assert set(recorded.loc[changed, "evidence"]) == {MEASURED}
     # what differs stands first
     places = [
         (VERDICTS.index(verdict), EVIDENCE.index(evidence))
-        for verdict, evidence in zip(made["verdict"], made["evidence"], strict=True)
+        for verdict, evidence in zip(reenacted["verdict"], reenacted["evidence"], strict=True)
     ]
     assert places == sorted(places)
-    assert made["verdict"].iloc[0] == DIFFERS
-    judged = made["verdict"].isin([SAME, DIFFERS]) & made["paper"].map(
+    assert reenacted["verdict"].iloc[0] == DIFFERS
+    judged = reenacted["verdict"].isin([SAME, DIFFERS]) & reenacted["paper"].map(
         lambda x: isinstance(x, float)
     )
-    assert made.loc[judged, "tolerance"].notna().all()
-    assert made["tolerance_reason"].str.len().min() > 5
+    assert reenacted.loc[judged, "tolerance"].notna().all()
+    assert reenacted["tolerance_reason"].str.len().min() > 5
 
 
 def test_a_tolerance_is_not_stretched_by_an_interval_that_misses():
     def verdict(ours, ends):
-        return compare("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
+        return compare_numbers("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
 
     assert verdict(1.05, (1.04, 1.06)) == SAME
     assert verdict(1.2, (0.9, 1.5)) == SAME
@@ -128,17 +128,19 @@ def test_what_was_not_measured_neither_differs_nor_agrees():
         dict.fromkeys(["value_N_per_cm3", "lo", "hi", "relative_to_A00"], np.nan), index=range(9)
     )
     empty = empty.assign(medium="m", method=AS_PRINTED, coefficient=TERMS, kept=True)
-    assert {one.verdict for one in compare_coefficients(empty, {"m": "poppy_LP"})} == {NOT_MEASURED}
+    assert {item.verdict for item in compare_coefficients(empty, {"m": "poppy_LP"})} == {
+        NOT_MEASURED
+    }
 
 
 def test_misprints_stand_beside_media_of_the_paper_only(tmp_path):
-    own = sand_results(tmp_path)
-    printed = {one.item for one in discrepancies()}
-    table = validate(own)
+    results = sand_results(tmp_path)
+    printed = {item.item for item in discrepancies()}
+    table = validate(results)
     assert printed <= set(table["item"])
     assert INCONSISTENT in set(table["verdict"])
-    media = {"yuma": own.config.media["yuma"].model_copy(update={"published_as": None})}
-    config = own.config.model_copy(update={"media": media})
-    other = validate(Results(dataclasses.replace(own.campaign, config=config)))
-    assert other.empty
-    assert list(other.columns) == list(table.columns)
+    media = {"yuma": results.config.media["yuma"].model_copy(update={"published_as": None})}
+    config = results.config.model_copy(update={"media": media})
+    unpublished = validate(Results(dataclasses.replace(results.campaign, config=config)))
+    assert unpublished.empty
+    assert list(unpublished.columns) == list(table.columns)

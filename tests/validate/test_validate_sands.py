@@ -30,15 +30,15 @@ def test_the_bend_by_hand():
 def test_a_regime_ends_where_a_parabola_bends_by_a_tenth(curve_per_cm, end_cm):
     """u = curve times depth: it leaves its line through zero by (u / 4) / (1 + 3 u / 4)."""
     depth = np.arange(0.001, 6.0, 0.001)
-    found = linear_end(depth, 0.7 * (depth + curve_per_cm * depth**2))
-    assert end_cm - 0.05 <= found <= end_cm + 0.001
+    detected_cm = linear_end(depth, 0.7 * (depth + curve_per_cm * depth**2))
+    assert end_cm - 0.05 <= detected_cm <= end_cm + 0.001
 
 
-@pytest.mark.parametrize(("count", "known"), [(8, True), (7, False)])
-def test_a_regime_has_at_least_eight_samples_below_the_surface(count, known):
+@pytest.mark.parametrize(("count", "is_linear"), [(8, True), (7, False)])
+def test_a_regime_has_at_least_eight_samples_below_the_surface(count, is_linear):
     depth = np.concatenate([[-0.2, -0.1, 0.0], np.linspace(0.1, 1.0, count)])
     stress = np.where(depth > 0, 0.7 * depth, 5.0)
-    assert np.isfinite(linear_end(depth, stress)) == known
+    assert np.isfinite(linear_end(depth, stress)) == is_linear
 
 
 @pytest.mark.parametrize("knee", [1.5, 2.5, 4.0])
@@ -72,8 +72,8 @@ def test_published_sands():
     """Yuma sand bends within the stated 2 cm, the 29 Palms sands stay nearly straight."""
     table = load("fig_s11")
     ends = {
-        sand: linear_end(part["depth_cm"].to_numpy(), part["stress_z_N_per_cm2"].to_numpy())
-        for sand, part in table.groupby("medium")
+        sand: linear_end(curve["depth_cm"].to_numpy(), curve["stress_z_N_per_cm2"].to_numpy())
+        for sand, curve in table.groupby("medium")
     }
     assert 1.2 <= ends["yuma"] <= 2.2
     assert ends["palms29"] >= 3
@@ -97,15 +97,15 @@ def test_a_single_test_has_the_errors_of_its_bed_and_its_rod():
         "run_to_run_z_N_per_cm3": 0.028,
         "alpha_z_rod_N_per_cm3": 0.021,
     }
-    others = sands._of_any_window(pd.DataFrame([cell]))
-    assert others == pytest.approx(0.05)
+    bed_and_rod = sands._of_any_window(pd.DataFrame([cell]))
+    assert bed_and_rod == pytest.approx(0.05)
     bare = pd.DataFrame([cell]).drop(columns=column("z", "_rod"))
     assert sands._of_any_window(bare) == pytest.approx(0.04)
     words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
-    alone, whole = (sands._slope(fit, *words, other)[0] for other in (0.0, others))
-    own, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
-    assert own == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
-    assert half == pytest.approx(np.hypot(own, 1.96 * 0.05 * 0.7), rel=1e-3)
+    alone, whole = (sands._slope(fit, *words, error)[0] for error in (0.0, bed_and_rod))
+    half_alone, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
+    assert half_alone == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
+    assert half == pytest.approx(np.hypot(half_alone, 1.96 * 0.05 * 0.7), rel=1e-3)
     # nothing is known of a sand without a usable test
     assert sands._of_any_window(pd.DataFrame([cell | {"gamma_deg": 45.0}])) == 0
 

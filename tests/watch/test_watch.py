@@ -19,51 +19,51 @@ from rftfit.measure.ingest import ingest_medium
 from rftfit.results import Results, open_results
 
 
-def told(events, kind):
+def facts_of_kind(events, kind):
     return [event.facts for event in events if event.kind == kind]
 
 
 def assert_as_run(bench, watch):
     """Tables of a watch are those that `rftfit run` makes now."""
     run_rules(bench.config, "ingest", "tare", "slopes", "checks", "maps")
-    made, mine = open_results(bench.root), watch.media[MEDIUM]
-    held = Results(made.campaign)
-    hold(held, mine, made.campaign.runs_of(MEDIUM))
+    results, medium = open_results(bench.root), watch.media[MEDIUM]
+    held = Results(results.campaign)
+    hold(held, medium, results.campaign.runs_of(MEDIUM))
     for name, table in {
-        "alpha": mine.alpha,
-        "checks": mine.checks,
+        "alpha": medium.alpha,
+        "checks": medium.checks,
         "fits": held.table(f"fits/{MEDIUM}.csv"),
         "runs": held.table(f"runs/{MEDIUM}.csv"),
     }.items():
         pd.testing.assert_frame_equal(
-            made.table(f"{name}/{MEDIUM}.csv"), table, obj=name, check_exact=True
+            results.table(f"{name}/{MEDIUM}.csv"), table, obj=name, check_exact=True
         )
-    of_run = made.table(f"maps/{MEDIUM}.csv")
-    assert (mine.map is None) == of_run.empty
-    if mine.map is not None:
-        own = mine.map.table()
-        numbers = [name for name in own if name != "source"]
-        np.testing.assert_allclose(own[numbers], of_run[numbers], rtol=6e-6, atol=1e-12)
-        assert list(own["source"]) == list(of_run["source"])
+    of_run = results.table(f"maps/{MEDIUM}.csv")
+    assert (medium.map is None) == of_run.empty
+    if medium.map is not None:
+        map_of_watch = medium.map.table()
+        numbers = [name for name in map_of_watch if name != "source"]
+        np.testing.assert_allclose(map_of_watch[numbers], of_run[numbers], rtol=6e-6, atol=1e-12)
+        assert list(map_of_watch["source"]) == list(of_run["source"])
 
 
 def change(bench, chance):
     """One thing that happens at a bench."""
     name = chance.choice(list(bench.every))
     log = chance.choice(bench.logs(name))
-    whole = bench.content(log)
-    what = chance.randrange(9)
-    if what < 3:
+    content = bench.content(log)
+    event_number = chance.randrange(9)
+    if event_number < 3:
         bench.push(name if bench.every[name]["kind"] == "plate" else chance.choice(bench.plates))
-    elif what == 3:
-        bench.put(log, whole[: chance.randrange(len(whole))])
-    elif what == 4:
+    elif event_number == 3:
+        bench.put(log, content[: chance.randrange(len(content))])
+    elif event_number == 4:
         bench.put(log, bench.content(chance.choice(bench.logs(chance.choice(bench.plates)))))
-    elif what == 5:
+    elif event_number == 5:
         (bench.raw / log).unlink(missing_ok=True)
-    elif what == 6:
+    elif event_number == 6:
         bench.rows.pop(name, None)
-    elif what == 7 and name in bench.rows:
+    elif event_number == 7 and name in bench.rows:
         bench.rows[name]["beta_deg"] = chance.choice(["0", "30", "not a number", "45"])
     else:
         text = bench.config.read_text(encoding="utf-8")
@@ -84,7 +84,7 @@ def test_any_order_of_arrival_gives_what_a_run_gives(bench, seed):
     watch = bench.watch()
     for _ in range(12):
         change(bench, chance)
-        bench.look(watch, chance.randrange(4))
+        bench.collect_events(watch, chance.randrange(4))
     # a run needs rows without error: what is wrong is corrected, and the last push is made
     bench.rows = {name: dict(bench.every[name]) for name in bench.rows}
     bench.push(chance.choice(bench.plates))
@@ -100,35 +100,37 @@ def test_a_log_that_grows_is_never_read(bench):
     name = bench.plates[0]
     bench.push(name)
     force = bench.logs(name)[0]
-    whole = bench.content(force)
+    content = bench.content(force)
     watch = bench.watch()
-    for part in range(1, 12):
-        bench.put(force, whole[: part * len(whole) // 12])
-        events = bench.look(watch)
-        assert name not in {facts["run_id"] for facts in told(events, "push")}
+    for twelfth in range(1, 12):
+        bench.put(force, content[: twelfth * len(content) // 12])
+        events = bench.collect_events(watch)
+        assert name not in {facts["run_id"] for facts in facts_of_kind(events, "push")}
     assert watch.state(MEDIUM, name) == GROWING
     bench.put(force)
     events = bench.settle(watch)
-    assert [one["state"] for one in told(events, "push") if one["run_id"] == name] == [MEASURED]
-    assert told(events, "medium")[-1]["states"] == {MEASURED: 1, "read": 1}
+    assert [
+        facts["state"] for facts in facts_of_kind(events, "push") if facts["run_id"] == name
+    ] == [MEASURED]
+    assert facts_of_kind(events, "medium")[-1]["states"] == {MEASURED: 1, "read": 1}
 
 
 def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatch):
     name = bench.plates[0]
     bench.push(name)
     watch = bench.watch()
-    bench.look(watch, 3)
+    bench.collect_events(watch, 3)
     plain = ingest_medium
 
-    def while_written(*given):
-        found = plain(*given)
+    def while_written(*arguments):
+        tables = plain(*arguments)
         monkeypatch.setattr("rftfit.bench.medium.ingest_medium", plain)
         bench.put(bench.logs(name)[0], bench.content(bench.logs(bench.plates[1])[0]))
-        return found
+        return tables
 
     monkeypatch.setattr("rftfit.bench.medium.ingest_medium", while_written)
-    events = bench.look(watch)
-    assert name not in {facts["run_id"] for facts in told(events, "push")}
+    events = bench.collect_events(watch)
+    assert name not in {facts["run_id"] for facts in facts_of_kind(events, "push")}
     bench.settle(watch)
     assert_as_run(bench, watch)
 
@@ -144,7 +146,9 @@ def test_a_plate_before_its_rod_is_not_tared_yet(bench):
     assert (watch.state(MEDIUM, name), watch.state(MEDIUM, tare)) == (BARE, WAITING)
     bench.push(name)
     events = bench.settle(watch)
-    assert {one["run_id"]: one["state"] for one in told(events, "push")}[name] == MEASURED
+    assert {facts["run_id"]: facts["state"] for facts in facts_of_kind(events, "push")}[
+        name
+    ] == MEASURED
     assert_as_run(bench, watch)
 
 
@@ -154,14 +158,14 @@ def test_a_bad_row_is_told_for_that_row_alone(bench):
     bench.rows[bad]["direction"] = "sideways"
     watch = bench.watch()
     events = bench.settle(watch)
-    (problem,) = told(events, "problem")
+    (problem,) = facts_of_kind(events, "problem")
     assert (problem["row"], problem["code"]) == ([*bench.rows].index(bad) + 2, "sheet.unknown-word")
     assert bad not in watch.rows[MEDIUM]
     assert watch.state(MEDIUM, good) == MEASURED
     bench.rows[bad]["direction"] = bench.every[bad]["direction"]
     bench.write_sheet()
     events = bench.settle(watch)
-    assert told(events, "problem") == [problem | {"solved": True}]
+    assert facts_of_kind(events, "problem") == [problem | {"solved": True}]
     assert watch.state(MEDIUM, bad) == MEASURED
 
 
@@ -170,29 +174,29 @@ def test_the_run_of_a_bad_tare_row_is_left_out_and_told(bench):
     bench.push(name)
     bench.rows[bench.every[name]["tare_run"]]["kind"] = "rood"
     watch = bench.watch()
-    codes = {one["code"] for one in told(bench.settle(watch), "problem")}
+    codes = {facts["code"] for facts in facts_of_kind(bench.settle(watch), "problem")}
     assert {"sheet.unknown-word", "sheet.tare-row"} <= codes
     assert watch.rows == {}
 
 
 def test_a_deleted_log_withdraws_its_run_and_a_changed_one_replaces_it(bench):
-    name, other = bench.plates[:2]
+    name, donor = bench.plates[:2]
     bench.push(name)
     watch = bench.watch()
     bench.settle(watch)
-    before = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
+    alpha_before = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
     (bench.raw / bench.logs(name)[0]).unlink()
-    assert [one["run_id"] for one in told(bench.settle(watch), "withdrawn")] == [name]
+    assert [facts["run_id"] for facts in facts_of_kind(bench.settle(watch), "withdrawn")] == [name]
     assert watch.state(MEDIUM, name) == WAITING
     assert watch.media[MEDIUM].map is None
-    bench.put(bench.logs(name)[0], bench.content(bench.logs(other)[0]))
+    bench.put(bench.logs(name)[0], bench.content(bench.logs(donor)[0]))
     events = bench.settle(watch)
-    assert [one["run_id"] for one in told(events, "push")] == [name]
-    after = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
-    assert after != before
+    assert [facts["run_id"] for facts in facts_of_kind(events, "push")] == [name]
+    alpha_after = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
+    assert alpha_after != alpha_before
     del bench.rows[name]
     bench.write_sheet()
-    assert [one["run_id"] for one in told(bench.settle(watch), "withdrawn")] == [name]
+    assert [facts["run_id"] for facts in facts_of_kind(bench.settle(watch), "withdrawn")] == [name]
 
 
 def test_results_are_untouched_and_two_watches_agree(bench):
@@ -202,10 +206,10 @@ def test_results_are_untouched_and_two_watches_agree(bench):
     assert not (bench.root / "results").exists()
     assert_as_run(bench, watch)
     files = {path: path.stat().st_mtime_ns for path in bench.root.rglob("*")}
-    other = Bench(bench.root, bench.recorded)
-    second = bench.watch()
-    other.settle(second)
-    pd.testing.assert_frame_equal(watch.media[MEDIUM].alpha, second.media[MEDIUM].alpha)
+    second_bench = Bench(bench.root, bench.recorded)
+    second_watch = bench.watch()
+    second_bench.settle(second_watch)
+    pd.testing.assert_frame_equal(watch.media[MEDIUM].alpha, second_watch.media[MEDIUM].alpha)
     files[bench.sheet] = bench.sheet.stat().st_mtime_ns
     assert {path: path.stat().st_mtime_ns for path in bench.root.rglob("*")} == files
 
@@ -215,20 +219,22 @@ def test_a_refused_log_says_why(bench):
     bench.push(name)
     bench.put(bench.logs(name)[0], b"")
     watch = bench.watch()
-    (facts,) = [one for one in told(bench.settle(watch), "push") if one["run_id"] == name]
+    (facts,) = [
+        facts for facts in facts_of_kind(bench.settle(watch), "push") if facts["run_id"] == name
+    ]
     assert facts["state"] == REFUSED
     assert "empty" in facts["reason"]
 
 
 def test_a_log_without_row_is_told_with_the_row_that_would_name_it(bench):
-    name, other = bench.plates[:2]
+    name, loose = bench.plates[:2]
     bench.push(name)
-    force = bench.logs(other)[0]
+    force = bench.logs(loose)[0]
     bench.put(force)
     watch = bench.watch()
-    (facts,) = told(bench.settle(watch), "file")
-    assert (facts["file"], facts["row"]) == (force, {"run_id": other, "force_log": force})
-    bench.push(other)
+    (facts,) = facts_of_kind(bench.settle(watch), "file")
+    assert (facts["file"], facts["row"]) == (force, {"run_id": loose, "force_log": force})
+    bench.push(loose)
     bench.settle(watch)
     assert watch.unnamed == {}
 
@@ -254,9 +260,11 @@ def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
     bench.config.write_text("title: nothing else\n", encoding="utf-8")
     with pytest.raises(CampaignError):
         bench.watch()
-    assert {one["severity"] for one in told(bench.settle(watch), "problem")} == {"error"}
+    assert {facts["severity"] for facts in facts_of_kind(bench.settle(watch), "problem")} == {
+        "error"
+    }
     bench.config.write_text(text, encoding="utf-8")
-    assert {one["solved"] for one in told(bench.settle(watch), "problem")} == {True}
+    assert {facts["solved"] for facts in facts_of_kind(bench.settle(watch), "problem")} == {True}
     assert_as_run(bench, watch)
 
 

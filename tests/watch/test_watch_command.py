@@ -12,7 +12,7 @@ from campaigns import Folder
 
 from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config
-from rftfit.cli.watch import as_text
+from rftfit.cli.watch import format_event
 from rftfit.lab.enact import prepare
 
 
@@ -23,24 +23,24 @@ def own_cache(tmp_path, monkeypatch):
 
 def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(bench):
     bench.push(*bench.plates)
-    done = Folder(bench.root).rftfit(
+    process = Folder(bench.root).rftfit(
         "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "60"
     )
-    assert done.returncode == 0
-    events = [json.loads(line) for line in done.stdout.splitlines()]
+    assert process.returncode == 0
+    events = [json.loads(line) for line in process.stdout.splitlines()]
     assert {event["event"] for event in events} == {"push", "medium"}
-    assert {one["run_id"] for one in events if one["event"] == "push"} == set(bench.rows)
-    medium = [one for one in events if one["event"] == "medium"][-1]
+    assert {event["run_id"] for event in events if event["event"] == "push"} == set(bench.rows)
+    medium = [event for event in events if event["event"] == "medium"][-1]
     assert medium["half_width_percent"] <= 60
     assert medium["next"][0]["medium"] == MEDIUM
 
 
 def test_the_target_is_chosen(bench):
     bench.push(*bench.plates[:3])
-    done = Folder(bench.root).rftfit(
+    process = Folder(bench.root).rftfit(
         "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "500", "--target", "zeta"
     )
-    assert '"target": "zeta"' in done.stdout
+    assert '"target": "zeta"' in process.stdout
 
 
 def test_control_c_ends_it_well(bench, monkeypatch):
@@ -48,15 +48,15 @@ def test_control_c_ends_it_well(bench, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Watch, "step", step)
-    done = Folder(bench.root).rftfit("watch")
-    assert done.returncode == 0
-    assert done.stdout.split()[-1].startswith("http://127.0.0.1:")
+    process = Folder(bench.root).rftfit("watch")
+    assert process.returncode == 0
+    assert process.stdout.split()[-1].startswith("http://127.0.0.1:")
 
 
 def test_a_folder_that_is_no_campaign_is_told(tmp_path):
-    done = Folder(tmp_path).rftfit("watch", "--no-page", "--wait", "0.1")
-    assert done.returncode == 2
-    assert "this is no campaign" in done.stderr
+    process = Folder(tmp_path).rftfit("watch", "--no-page", "--wait", "0.1")
+    assert process.returncode == 2
+    assert "this is no campaign" in process.stderr
 
 
 def test_every_event_has_a_line_for_people(bench):
@@ -71,7 +71,7 @@ def test_every_event_has_a_line_for_people(bench):
     del bench.rows[good]
     bench.write_sheet()
     events += bench.settle(watch)
-    lines = [as_text(event.kind, event.facts) for event in events]
+    lines = [format_event(event.kind, event.facts) for event in events]
     for words in (
         "withdrawn",
         "error: ",
@@ -87,8 +87,8 @@ def test_a_live_re_enactment_ends_as_one_at_once(tmp_path, recorded):
     values = yaml.safe_load((recorded / "config" / "config.yaml").read_text(encoding="utf-8"))
     plan = prepare(Config(**values), directions=[(0.0, 90.0), (30.0, 45.0)], legs=False)
     plan.write(tmp_path / "once", tmp_path / "once" / "runs.csv")
-    told = list(plan.live(tmp_path / "live", tmp_path / "live" / "runs.csv", 0.0, 0.0))
-    assert len(told) == len(plan.runs)
+    lines = list(plan.live(tmp_path / "live", tmp_path / "live" / "runs.csv", 0.0, 0.0))
+    assert len(lines) == len(plan.runs)
     once, live = (
         {
             p.relative_to(tmp_path / n): p.read_bytes()
@@ -111,10 +111,10 @@ def test_a_live_re_enactment_has_a_config_to_watch(tmp_path, recorded):
     shutil.copytree(recorded / "config", tmp_path / "lab" / "config")
     lab, bench = Folder(tmp_path / "lab"), Folder(tmp_path / "lab" / "bench")
     words = ("--grid", "0:90,30:45", "--pace", "0", "--bad", "0", "--no-legs")
-    done = lab.rftfit("reenact", "--live", "bench", *words)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-1].endswith("recorded")
+    process = lab.rftfit("reenact", "--live", "bench", *words)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.splitlines()[-1].endswith("recorded")
     watch = Watch(bench.config)
-    for look in range(10):
-        list(watch.step(0.5 * look))
+    for step in range(10):
+        list(watch.step(0.5 * step))
     assert watch.summary(watch.media[MEDIUM])["states"] == {"measured": 2, "read": 2}

@@ -17,7 +17,7 @@ from chromium import Chromium, find
 from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
-from rftfit.bench.server import HOST, Page, _Handler
+from rftfit.bench.server import HOST, LivePage, _Handler
 from rftfit.bench.watch import MEASURED
 from rftfit.errors import InputError
 
@@ -26,9 +26,9 @@ PROGRAM = find()
 
 @pytest.fixture
 def page():
-    made = Page()
-    yield made
-    made.close()
+    live_page = LivePage()
+    yield live_page
+    live_page.close()
 
 
 def ask(page, path, method="GET", **headers):
@@ -85,13 +85,13 @@ def test_only_this_machine_is_listened_to(page):
 
 def test_token_and_port_are_new_after_each_start(tmp_path):
     """An open tab must not hand the token of the next watch to whoever has taken its port."""
-    pages = [Page() for _ in range(2)]
+    pages = [LivePage() for _ in range(2)]
     for page in pages:
         page.close()
-    again = Page()
-    again.close()
-    assert len({page.token for page in (*pages, again)}) == 3
-    assert again.token not in "".join(
+    third_page = LivePage()
+    third_page.close()
+    assert len({page.token for page in (*pages, third_page)}) == 3
+    assert third_page.token not in "".join(
         path.read_text() for path in tmp_path.rglob("*") if path.is_file()
     )
 
@@ -99,16 +99,16 @@ def test_token_and_port_are_new_after_each_start(tmp_path):
 def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatch):
     """250 of another user: most are closed at once, the rest after a while, and a push is judged meanwhile."""
     monkeypatch.setattr(_Handler, "timeout", 1.0)
-    page = Page()
+    page = LivePage()
     silent = []
     for _ in range(250):
         with contextlib.suppress(OSError):
             silent.append(socket.create_connection((HOST, page.port), timeout=5))
-    first = bench.plates[0]
-    bench.push(first)
+    name = bench.plates[0]
+    bench.push(name)
     watch = bench.watch()
     bench.settle(watch)
-    assert watch.state(MEDIUM, first) == MEASURED
+    assert watch.state(MEDIUM, name) == MEASURED
     time.sleep(1.5)
     assert ask(page, f"/{page.token}/")[0] == 200
     page.close()
@@ -117,29 +117,29 @@ def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatc
 
 
 def test_a_full_table_of_files_is_no_verdict_on_a_log(bench, monkeypatch):
-    first = bench.plates[0]
-    bench.push(first)
+    name = bench.plates[0]
+    bench.push(name)
     opened = Path.open
 
-    def full(path, *words, **named):
-        if path.name.startswith(first):
+    def full(path, *words, **options):
+        if path.name.startswith(name):
             raise OSError(errno.EMFILE, "Too many open files")
-        return opened(path, *words, **named)
+        return opened(path, *words, **options)
 
     watch = bench.watch()
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", full)
         bench.settle(watch)
-        assert first not in watch.media[MEDIUM].runs
+        assert name not in watch.media[MEDIUM].runs
     bench.settle(watch)
-    assert watch.state(MEDIUM, first) == MEASURED
+    assert watch.state(MEDIUM, name) == MEASURED
 
 
 def test_a_port_that_is_taken_is_told(page):
     with pytest.raises(
         InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"
     ):
-        Page(page.port)
+        LivePage(page.port)
 
 
 def test_what_is_told_is_on_the_page(bench):
@@ -163,11 +163,11 @@ def test_what_is_told_is_on_the_page(bench):
 
 @pytest.mark.skipif(PROGRAM is None, reason="no Chromium on this machine")
 def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
-    first, second = bench.plates[:2]
-    bench.push(first)
+    first_name, second_name = bench.plates[:2]
+    bench.push(first_name)
     watch = bench.watch()
     bench.settle(watch)
-    page = Page()
+    page = LivePage()
 
     def until(browser, words):
         for _ in range(LONGEST_S * 20):
@@ -179,14 +179,14 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
 
     with Chromium(PROGRAM, tmp_path / "profile") as browser:
         browser.open(page.address)
-        until(browser, f"push: {first}")
-        bench.push(second)
+        until(browser, f"push: {first_name}")
+        bench.push(second_name)
         bench.settle(watch)
         page.show(lambda query: page_of(watch, query), changed=True)
-        until(browser, f"Last push: {second}")
-        browser.click(f"a[href$='run={first}']")
-        until(browser, f"Push: {first}")
-        assert browser.evaluate("location.search").endswith(f"run={first}")
+        until(browser, f"Last push: {second_name}")
+        browser.click(f"a[href$='run={first_name}']")
+        until(browser, f"Push: {first_name}")
+        assert browser.evaluate("location.search").endswith(f"run={first_name}")
         for width in (390, 1280):
             for theme in ("light", "dark"):
                 browser.call(
@@ -213,7 +213,7 @@ def test_a_browser_shows_it_follows_it_and_comes_back(bench, tmp_path):
         address = page.address
         page.close()
         until(browser, "no answer")
-        page = Page()
+        page = LivePage()
         assert page.address != address
         browser.open(page.address)
         until(browser, "connected")

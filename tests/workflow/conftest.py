@@ -12,12 +12,12 @@ LONGEST = ("", "glass0.3mm_CP", "palms29_sieved")
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def whole_campaign(tmp_path_factory):
     """All tables of the demonstration campaign but the robot's; `make run` draws and writes the rest."""
     folder = make_campaign(tmp_path_factory.mktemp("whole") / "campaign", robot=False)
-    before = folder.raw_digests()
+    digests_before = folder.raw_digests()
     drawn = read_states(folder.config)[0].figures
     longest = [path.rpartition("/")[2] for path, (_, medium) in drawn.items() if medium in LONGEST]
     folder.run_here("workbooks", longest)
-    assert folder.raw_digests() == before, "the workflow wrote into raw/"
+    assert folder.raw_digests() == digests_before, "the workflow wrote into raw/"
     return folder

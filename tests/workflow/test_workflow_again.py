@@ -42,34 +42,34 @@ def test_every_promised_file_is_there(small):
 
 
 def test_every_file_and_column_is_in_the_dictionary(small):
-    found = check_results(small.root / "results")
-    assert found == []
+    problems = check_results(small.root / "results")
+    assert problems == []
 
 
 def test_nothing_is_done_twice(small):
     assert small.stale() == {}
-    before = small.digests()
+    digests_before = small.digests()
     assert "Nothing to be done" in small.run()
-    assert small.digests() == before
+    assert small.digests() == digests_before
 
 
 def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
     results = small.root / "results"
-    left = {
+    leftovers = {
         "alpha/dune.csv": "beta_deg\n",
         "checks/dune.csv": "medium,verdict,effect,sentence\ndune,failed,unusable,The axes are wrong.\n",
     }
     assert "Not made by this campaign" not in small.rftfit("verify").stdout
     try:
-        for name, content in left.items():
+        for name, content in leftovers.items():
             (results / name).write_text(content, encoding="utf-8")
-        said, verified = small.rftfit("run"), small.rftfit("verify")
+        repeated, verified = small.rftfit("run"), small.rftfit("verify")
     finally:
-        for name in left:
+        for name in leftovers:
             (results / name).unlink()
     line = "Not made by this campaign, and left as they are: results/alpha/dune.csv, results/checks/dune.csv."
-    assert line in said.stdout
-    assert "dune" not in said.stdout.replace(line, "")
+    assert line in repeated.stdout
+    assert "dune" not in repeated.stdout.replace(line, "")
     assert line in verified.stdout
     assert verified.returncode == 0
 
@@ -80,12 +80,12 @@ IN_2037 = 2.13e9
 @contextlib.contextmanager
 def changed(path, content):
     """A file with another content for a while."""
-    before = path.read_bytes()
+    content_before = path.read_bytes()
     path.write_bytes(content)
     try:
         yield
     finally:
-        path.write_bytes(before)
+        path.write_bytes(content_before)
 
 
 def test_one_changed_log_reruns_its_medium_only(small):
@@ -99,22 +99,22 @@ def test_one_changed_log_reruns_its_medium_only(small):
 
 
 def test_a_changed_setting_reruns_what_depends_on_it(small):
-    before = small.config.read_bytes()
-    with changed(small.config, before.replace(b"threshold: 0.05", b"threshold: 0.06")):
+    content_before = small.config.read_bytes()
+    with changed(small.config, content_before.replace(b"threshold: 0.05", b"threshold: 0.06")):
         campaign = load_campaign(small.config)
         stale = small.stale()
-    named = {
+    rules = {
         rule
-        for rule, one in STAGES.items()
-        if {"fourier", ALL} & {*one.settings} and not one.on_demand
+        for rule, stage in STAGES.items()
+        if {"fourier", ALL} & {*stage.settings} and not stage.on_demand
     }
     drawn = {
-        one.file(medium).rpartition("/")[2]
-        for one in figures()
-        if "fourier" in one.settings and not one.on_demand
-        for medium in one.media(campaign)
+        figure.file(medium).rpartition("/")[2]
+        for figure in figures()
+        if "fourier" in figure.settings and not figure.on_demand
+        for medium in figure.media(campaign)
     }
-    assert {*stale} == named | {"figure"}
+    assert {*stale} == rules | {"figure"}
     assert stale["figure"] == drawn
 
 
@@ -137,17 +137,19 @@ def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(small, tmp_
     # a clock that was ahead: every result is newer than whatever is made now
     for path in (copy.root / "results").rglob("*"):
         os.utime(path, (IN_2037, IN_2037))
-    done = copy.rftfit("run", "results/coefficients.csv", "results/penetration.csv")
-    assert done.returncode == 0, done.stderr
+    process = copy.rftfit("run", "results/coefficients.csv", "results/penetration.csv")
+    assert process.returncode == 0, process.stderr
     assert max(p.stat().st_mtime for p in (copy.root / "results").rglob("*.csv")) < time.time()
     # sentences and pictures are of before, so none is named
-    assert "Found:" not in done.stdout
-    assert "report.html" not in done.stdout
-    assert "results/coefficients.csv" in done.stdout
-    assert "Not up to date, as other results were asked for" in done.stdout
-    assert "settings changed since the results were made: fourier, scaling" in done.stderr
-    kept, before = (one.table("coefficients.csv")["kept"] for one in (copy, small))
-    assert kept.sum() < before.sum()
+    assert "Found:" not in process.stdout
+    assert "report.html" not in process.stdout
+    assert "results/coefficients.csv" in process.stdout
+    assert "Not up to date, as other results were asked for" in process.stdout
+    assert "settings changed since the results were made: fourier, scaling" in process.stderr
+    kept_in_copy, kept_at_first = (
+        folder.table("coefficients.csv")["kept"] for folder in (copy, small)
+    )
+    assert kept_in_copy.sum() < kept_at_first.sum()
     assert "fourier" not in copy.stale()
     # what was not asked for waits, and nothing of it is believed
     assert "page" in copy.stale()
@@ -160,15 +162,15 @@ def test_bekkers_law_of_the_pushes_straight_down(small, tmp_path):
     medium = rftfit.open(small.root)["poppy_LP"]
     output = tmp_path / "bekker.json"
     words = ("--medium", "poppy_LP", "--results", small.root, "--bekker", "--output", output)
-    said = small.rftfit("export", *words)
+    process = small.rftfit("export", *words)
     law = json.loads(output.read_text(encoding="utf-8"))
-    down = medium.alpha.query("beta_deg == 0 and gamma_deg == 90")
+    alpha_down = medium.alpha.query("beta_deg == 0 and gamma_deg == 90")
     assert law["n"] == pytest.approx(1, abs=0.05)
     assert law["widths_m"] == [0.0254]
     at_m = 0.05
     pressure = medium.pressure_sinkage().pressure_Pa(np.array([at_m]), law["widths_m"][0])
-    assert pressure == pytest.approx(1e6 * at_m * down["alpha_z_N_per_cm3"].iloc[0], rel=0.03)
-    assert "k_c from k_phi" in said.stderr
+    assert pressure == pytest.approx(1e6 * at_m * alpha_down["alpha_z_N_per_cm3"].iloc[0], rel=0.03)
+    assert "k_c from k_phi" in process.stderr
     refused = small.rftfit("export", "--medium", "poppy_LP", "--bekker")
     assert refused.returncode == 2
     assert "--results DIR" in refused.stderr

@@ -13,7 +13,7 @@ import yaml
 from campaigns import FEW, make_campaign
 
 from rftfit.cli.run import failed_checks
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
 from rftfit.workflow.records import Recorded
@@ -26,7 +26,7 @@ ACCEPTED = f"accepted: alpha is not as large as expected: {WHY}"
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def whole_campaign(tmp_path_factory):
     folder = make_campaign(
         tmp_path_factory.mktemp("checks") / "lab", (GOOD, BAD, TAKEN, "yuma"), directions=FEW
     )
@@ -39,9 +39,11 @@ def whole(tmp_path_factory):
     return folder
 
 
-def test_verdicts(whole):
-    every = pd.concat(whole.table(f"checks/{name}.csv") for name in (GOOD, BAD, TAKEN, "yuma"))
-    table = every.query("check == 'size'").set_index("medium")["verdict"]
+def test_verdicts(whole_campaign):
+    verdicts = pd.concat(
+        whole_campaign.table(f"checks/{name}.csv") for name in (GOOD, BAD, TAKEN, "yuma")
+    )
+    table = verdicts.query("check == 'size'").set_index("medium")["verdict"]
     assert table.to_dict() == {
         GOOD: "passed",
         BAD: "failed",
@@ -50,12 +52,12 @@ def test_verdicts(whole):
     }
 
 
-def test_every_table_is_marked(whole):
+def test_every_table_is_marked(whole_campaign):
     for medium, mark in ((GOOD, ""), (BAD, MARK), (TAKEN, ACCEPTED)):
-        table = whole.table(f"alpha/{medium}.csv")
+        table = whole_campaign.table(f"alpha/{medium}.csv")
         assert set(table["checks"].astype(object).fillna("")) == {mark}
         assert table["alpha_z_N_per_cm3"].notna().all()
-        legs = whole.table(f"legs/{medium}.csv")
+        legs = whole_campaign.table(f"legs/{medium}.csv")
         assert set(legs["checks"].astype(object).fillna("")) == {mark}
     for name in (
         "fourier/media.csv",
@@ -64,23 +66,23 @@ def test_every_table_is_marked(whole):
         "leg_errors.csv",
         "predicted.csv",
     ):
-        table = whole.table(name)
+        table = whole_campaign.table(name)
         reasons = table["reason"].astype(object).fillna("")
         for medium, mark in ((BAD, MARK), (TAKEN, ACCEPTED)):
-            own = table["medium"] == medium
-            assert own.any(), name
-            assert reasons[own].str.contains(mark, regex=False).all(), name
+            is_medium = table["medium"] == medium
+            assert is_medium.any(), name
+            assert reasons[is_medium].str.contains(mark, regex=False).all(), name
         assert not reasons[table["medium"] == GOOD].str.contains("fails").any(), name
-    extended = whole.table("alpha_extended.csv")
+    extended = whole_campaign.table("alpha_extended.csv")
     assert set(extended.loc[extended["medium"] == BAD, "checks"]) == {MARK}
-    claims = whole.table("reproduction.csv")
-    own = claims[claims["item"].str.contains(BAD)]
-    assert len(own)
-    assert own["why"].str.contains(MARK, regex=False).all()
+    claims = whole_campaign.table("reproduction.csv")
+    is_medium = claims[claims["item"].str.contains(BAD)]
+    assert len(is_medium)
+    assert is_medium["why"].str.contains(MARK, regex=False).all()
 
 
-def test_it_enters_neither_m0_nor_chi(whole):
-    table = whole.table("coefficients.csv").query("method == 'lsq'")
+def test_it_enters_neither_m0_nor_chi(whole_campaign):
+    table = whole_campaign.table("coefficients.csv").query("method == 'lsq'")
     values = table.assign(used=table["value_N_per_cm3"].where(table["kept"], 0)).pivot_table(
         index="medium", columns="coefficient", values="used", sort=False
     )
@@ -89,22 +91,24 @@ def test_it_enters_neither_m0_nor_chi(whole):
     np.testing.assert_allclose(values.loc["generic", order], m0, atol=1e-5)
     with_bad = generic(values.loc[[GOOD, TAKEN, BAD], order].to_numpy())
     assert np.abs(with_bad - m0).max() > 1e-3
-    scaled = whole.table("penetration.csv").set_index(["method", "medium"])["chi"]
+    scaled = whole_campaign.table("penetration.csv").set_index(["method", "medium"])["chi"]
     sand = scaled["scaling routine (lsq)", "yuma"]
     assert sand == pytest.approx(scaled["lsq"][[GOOD, TAKEN]].mean(), rel=1e-4)
-    assert open_results(whole.root).reference().media == (GOOD, TAKEN)
+    assert open_results(whole_campaign.root).reference().media == (GOOD, TAKEN)
 
 
-def test_figures_say_it(whole):
+def test_figures_say_it(whole_campaign):
     for medium, marked in ((BAD, True), (GOOD, False)):
-        drawn = (whole.root / f"results/quality/{medium}.svg").read_text(encoding="utf-8")
+        drawn = (whole_campaign.root / f"results/quality/{medium}.svg").read_text(encoding="utf-8")
         assert drawn.count(MARK) == marked
-    drawn = (whole.root / "results/figures/generic_profile.svg").read_text(encoding="utf-8")
+    drawn = (whole_campaign.root / "results/figures/generic_profile.svg").read_text(
+        encoding="utf-8"
+    )
     assert drawn.count(MARK) == drawn.count(ACCEPTED) == 1
 
 
-def test_page_workbook_and_closing_lines(whole):
-    text = html.unescape((whole.root / "results/report.html").read_text(encoding="utf-8"))
+def test_page_workbook_and_closing_lines(whole_campaign):
+    text = html.unescape((whole_campaign.root / "results/report.html").read_text(encoding="utf-8"))
     section = re.sub(r"\s+", " ", text.split('<section id="believed"')[1].split("</section>")[0])
     assert "<strong>3 mm glass, close: unusable.</strong> The scale of the force" in section
     assert WHY in section
@@ -114,17 +118,17 @@ def test_page_workbook_and_closing_lines(whole):
     assert "<code>expected_alpha</code>" in section
     assert "3 mm glass, close (unusable)" in text
     assert "0.3 mm glass, close (accepted)" in text
-    book = openpyxl.load_workbook(whole.root / "results/alpha_tables.xlsx")
+    book = openpyxl.load_workbook(whole_campaign.root / "results/alpha_tables.xlsx")
     assert book[BAD]["A2"].value == MARK
-    lines = failed_checks(Recorded(read_states(whole.config)[0]))
-    named = {line.partition(":")[0] for line in lines}
-    assert named == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
+    lines = failed_checks(Recorded(read_states(whole_campaign.config)[0]))
+    marked_media = {line.partition(":")[0] for line in lines}
+    assert marked_media == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
 
 
-def test_results_give_the_checks(whole):
-    results = open_results(whole.root)
+def test_results_give_the_checks(whole_campaign):
+    results = open_results(whole_campaign.root)
     assert isinstance(results.checks, pd.DataFrame)
-    assert {name: say(marks) for name, marks in results.marks.items()} == {
+    assert {name: format_remarks(marks) for name, marks in results.marks.items()} == {
         BAD: MARK,
         TAKEN: ACCEPTED,
     }

@@ -42,16 +42,16 @@ def test_every_job_has_memory_and_time(profile):
     # a job that a dying node takes with it goes back into the queue
     assert profile["slurm-requeue"] is True
     assert "retries" not in profile
-    for rule, own in profile["set-resources"].items():
-        assert own.keys() <= {"mem_mb", "runtime"}, rule
-        for key, value in own.items():
+    for rule, resources in profile["set-resources"].items():
+        assert resources.keys() <= {"mem_mb", "runtime"}, rule
+        for key, value in resources.items():
             assert value > profile["default-resources"][key], (rule, key)
 
 
 def test_groups_make_no_circle(profile, folder, tmp_path):
     # all but what only the plugin understands, which need not be installed here
-    kept = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump(kept), encoding="utf-8")
+    settings = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
     text = folder.run("--dry-run", "all", "--workflow-profile", str(tmp_path))
     groups = re.findall(r"Group job (\w+) ", text)
     # the clocks of this campaign are not estimated

@@ -62,7 +62,7 @@ def clone(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="the program in place of conda is for a shell")
 def test_jobs_in_an_environment_of_their_own_find_the_project(clone, tmp_path):
-    made = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
+    campaign = make_campaign(tmp_path / "campaign", ("yuma",), plates_only=True)
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     environment["PATH"] = f"{tmp_path / 'conda' / 'bin'}{os.pathsep}{os.environ['PATH']}"
     python = tmp_path / "python" / "bin" / "python"
@@ -70,7 +70,7 @@ def test_jobs_in_an_environment_of_their_own_find_the_project(clone, tmp_path):
     def run(*words):
         return subprocess.run(
             [str(python), *words],
-            cwd=made.root,
+            cwd=campaign.root,
             env=environment,
             capture_output=True,
             text=True,
@@ -80,10 +80,10 @@ def test_jobs_in_an_environment_of_their_own_find_the_project(clone, tmp_path):
     assert "No module named 'rftfit'" in run("-c", "import rftfit").stderr
     target = "results/runs/yuma.csv"
     words = [target, "--snakefile", str(clone / "Snakefile"), "--cores", "1", "--sdm", "conda"]
-    done = run("-m", "snakemake", *words)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert (made.root / target).is_file()
-    (linked,) = made.root.glob(".snakemake/conda/*/lib/python*/site-packages/rftfit")
+    process = run("-m", "snakemake", *words)
+    assert process.returncode == 0, process.stdout + process.stderr
+    assert (campaign.root / target).is_file()
+    (linked,) = campaign.root.glob(".snakemake/conda/*/lib/python*/site-packages/rftfit")
     assert linked.resolve() == clone / "src" / "rftfit"
 
 
@@ -92,9 +92,9 @@ def test_the_environment_has_what_the_project_needs():
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     file = PROJECT / "workflow" / "envs" / "rftfit.yaml"
     words = yaml.safe_load(file.read_text(encoding="utf-8"))["dependencies"]
-    there = {word.partition(" ")[0]: word.partition(" ")[2] for word in words}
+    versions = {word.partition(" ")[0]: word.partition(" ")[2] for word in words}
     needed = dict(word.split(">=") for word in project["dependencies"])
     for name in NOT_OF_JOBS:
         del needed[name]
-    lowest = {name: there.get(name, "").removeprefix(">=") for name in needed}
+    lowest = {name: versions.get(name, "").removeprefix(">=") for name in needed}
     assert lowest == needed

@@ -8,7 +8,7 @@ from campaigns import make_campaign
 from paper_grid import by_hand
 
 import rftfit
-from rftfit.lab.plan import directions_of
+from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_columns, directions
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 def scattered(tmp_path_factory):
     """Forty directions on no grid, in loose poppy seeds."""
     root = tmp_path_factory.mktemp("scattered") / "campaign"
-    cells = directions_of("scattered:40", 2013)
+    cells = parse_directions("scattered:40", 2013)
     folder = make_campaign(root, ("poppy_LP",), plates_only=True, directions=cells)
     folder.run_here(drawn=("poppy_LP",))
     return folder
@@ -34,18 +34,18 @@ def shares(table):
     return [
         float(
             np.mean(
-                (table[f"alpha_{c}_lo_N_per_cm3"] <= own)
-                & (own <= table[f"alpha_{c}_hi_N_per_cm3"])
+                (table[f"alpha_{c}_lo_N_per_cm3"] <= true_alpha)
+                & (true_alpha <= table[f"alpha_{c}_hi_N_per_cm3"])
             )
         )
-        for c, own in zip("zx", np.transpose(truth), strict=True)
+        for c, true_alpha in zip("zx", np.transpose(truth), strict=True)
     ]
 
 
 def test_every_scattered_direction_is_measured(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
-    found = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
-    assert found == set(directions_of("scattered:40", 2013))
+    directions_measured = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    assert directions_measured == set(parse_directions("scattered:40", 2013))
     assert np.isfinite(alpha_columns(table)).all()
     assert min(shares(table)) >= 0.9
     assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()
@@ -55,8 +55,8 @@ def test_coefficients_are_least_squares_over_the_forty(scattered):
     table = scattered.table("alpha/poppy_LP.csv")
     full = by_hand(*directions(table), *alpha_columns(table))
     rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
-    part = np.abs(full) / abs(full[0])
-    np.testing.assert_allclose(rows["relative_to_A00"], part, rtol=1e-4)
+    expected = np.abs(full) / abs(full[0])
+    np.testing.assert_allclose(rows["relative_to_A00"], expected, rtol=1e-4)
     assert rows["value_N_per_cm3"].notna().all()
     transform = scattered.table("coefficients.csv").query("method == 'dft-index'")
     assert transform["value_N_per_cm3"].isna().all()
@@ -67,8 +67,8 @@ def test_between_the_pushes_and_far_from_them(scattered):
     medium = rftfit.open(scattered.root)["poppy_LP"]
     table = medium.profile("table")
     beta, gamma = directions(medium.alpha)
-    for found, wanted in zip(table.alpha(beta, gamma), alpha_columns(medium.alpha), strict=True):
-        np.testing.assert_allclose(found, wanted, atol=0.02)
+    for alpha, expected in zip(table.alpha(beta, gamma), alpha_columns(medium.alpha), strict=True):
+        np.testing.assert_allclose(alpha, expected, atol=0.02)
     # the same from behind
     image = table.alpha(-beta, np.pi - gamma)
     np.testing.assert_allclose(image[0], table.alpha(beta, gamma)[0], atol=1e-12)
@@ -94,7 +94,7 @@ def test_a_planned_grid_finds_what_is_missing(tmp_path):
     assert list(zip(empty["beta_deg"], empty["gamma_deg"], strict=True)) == cells[-2:]
     assert set(empty["reason_code"]) == {"no-run"}
     sheet.write_text(text.replace(",45,45,", ",45,46,"), encoding="utf-8")
-    said = folder.rftfit("check")
-    assert said.returncode == 2
-    assert "planned in the config's grid, within 0.5 deg" in said.stdout + said.stderr
-    assert "the nearest planned one is (45, 45)" in said.stdout + said.stderr
+    process = folder.rftfit("check")
+    assert process.returncode == 2
+    assert "planned in the config's grid, within 0.5 deg" in process.stdout + process.stderr
+    assert "the nearest planned one is (45, 45)" in process.stdout + process.stderr

@@ -21,13 +21,13 @@ def test_another_lab_gets_to_a_page(case, tmp_path):
     make(tmp_path / "campaign", case)
     folder = Folder(tmp_path / "campaign")
     folder.run_here(drawn=("alpha_maps_poppy_CP",))
-    told, wrong = judge(folder.root, case, [])
-    assert not wrong, told
-    said = {
+    report, wrong = judge(folder.root, case, [])
+    assert not wrong, report
+    marks = {
         "report.html": b"Re-enacted, not measured",
         "provenance.json": b'"reenacted": true',
         "figures/alpha_maps_poppy_CP.svg": b"re-enacted logs",
     }
-    for name, words in said.items():
+    for name, words in marks.items():
         assert words in (folder.root / "results" / name).read_bytes(), name
     assert folder.table("legs/poppy_CP.csv").empty != case.legs

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
 
-from rftfit.cli.example import fetch_logs, lay_out
+from rftfit.cli.example import copy_example, fetch_logs
 from rftfit.store.environment import shipped
 
 pytestmark = pytest.mark.slow
@@ -48,8 +48,8 @@ def allow_no_tare(root):
 def run(folder, drawn=()):
     """Run, verify, and return the page on one line."""
     folder.run_here(drawn=drawn)
-    done = folder.rftfit("verify")
-    assert done.returncode == 0, done.stdout + done.stderr
+    process = folder.rftfit("verify")
+    assert process.returncode == 0, process.stdout + process.stderr
     return " ".join((folder.root / "results" / "report.html").read_text(encoding="utf-8").split())
 
 
@@ -135,15 +135,15 @@ def test_the_sand_example_runs(tmp_path):
     if not SAND_LOGS.is_dir():
         pytest.skip("cmu-sand of ../shared/data is absent")
     folder, source = Folder(tmp_path), shipped("examples/cmu-sand")
-    lay_out(source, folder.root)
+    copy_example(source, folder.root)
     fetch_logs(source, folder.root / "raw", str(SAND_LOGS))
     assert "no tare in any of 9 runs" in folder.rftfit("check").stdout
     # the only figure that no other campaign has
     page = run(folder, ("clocks_sand_60mm",))
-    again = folder.rftfit("example", "cmu-sand", ".")
-    assert again.returncode == 0, again.stderr
+    process = folder.rftfit("example", "cmu-sand", ".")
+    assert process.returncode == 0, process.stderr
     for words in ("All 18 logs are there", "Nothing to do", "Of 9 runs, 9 used and 0 dropped"):
-        assert words in again.stdout
+        assert words in process.stdout
     counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
     ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
     assert {name: ledger[name] for name in counted} == counted
@@ -154,8 +154,8 @@ def test_the_sand_example_runs(tmp_path):
         runs, fits = (folder.table(f"{name}/{medium}.csv") for name in ("runs", "fits"))
         # five hours behind, as Pittsburgh is in January, and the rest of a tenth of a second
         assert (runs["clock_hours"] == -5).all()
-        apart = (runs["clock_rest_s"] - 0.045) / runs["clock_se_s"]
-        assert (apart.abs() < 3.5).all()
+        deviation = (runs["clock_rest_s"] - 0.045) / runs["clock_se_s"]
+        assert (deviation.abs() < 3.5).all()
         assert (runs["clock_se_s"] < 0.1).all()
         assert (runs["clock_explained"] > 0.999).all()
         # one afternoon: its nine pushes show one offset

@@ -16,9 +16,9 @@ from matplotlib.text import Text
 from paper_grid import grid
 from result_tables import read_result
 
-from rftfit.figures.generic import generic_profile
-from rftfit.figures.legs import forces_over_zeta
-from rftfit.figures.maps import fit_maps
+from rftfit.figures.generic import plot_generic_profile
+from rftfit.figures.legs import plot_forces_over_zeta
+from rftfit.figures.maps import plot_fit_maps
 from rftfit.measure.alpha import column
 from rftfit.model.scaling import published
 from rftfit.reference import LEGS, alpha_grid
@@ -33,24 +33,24 @@ pytestmark = pytest.mark.slow
 
 
 def rftfit(folder, *words):
-    done = folder.rftfit(*words)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    process = folder.rftfit(*words)
+    assert process.returncode == 0, process.stdout + process.stderr
+    return process.stdout
 
 
 def run_twice(folder):
     folder.run_here()
-    before = folder.digests()
+    digests_before = folder.digests()
     assert "Nothing to do" in rftfit(folder, "run")
-    assert folder.digests() == before
+    assert folder.digests() == digests_before
 
 
 def page_of(folder):
     """Text of the page on one line, and the numbers of its live parts."""
     html = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
-    assert found
-    return " ".join(html.split()), json.loads(found[1])
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
+    assert match
+    return " ".join(html.split()), json.loads(match[1])
 
 
 def figures_of(folder):
@@ -101,19 +101,21 @@ def test_its_legs_are_predicted_from_them(sand):
     options = ("--profile", "generic", "--leg", "c_leg", "--output", "forces.csv", "--force")
     rftfit(sand, "predict", "--alpha", f"{alpha}", *options)
     of_cli = pd.read_csv(sand.root / "forces.csv", comment="#")
-    own = predicted[predicted["leg"] == "c_leg"].sort_values("theta_deg")
-    assert np.allclose(own["force_z_N"], of_cli["force_z_N"], rtol=1e-4, atol=1e-6)
+    of_c_leg = predicted[predicted["leg"] == "c_leg"].sort_values("theta_deg")
+    assert np.allclose(of_c_leg["force_z_N"], of_cli["force_z_N"], rtol=1e-4, atol=1e-6)
     errors = sand.table("leg_errors.csv")
     assert errors["peak_error_percent"].notna().all()
     assert set(errors.loc[errors["profile"] == "generic", "reason_code"]) == {"published-media"}
     # from the results it is the same profile, with the error of the test
     rftfit(sand, "predict", "--results", "results", "--medium", "yuma", *options)
-    again = pd.read_csv(sand.root / "forces.csv", comment="#")
-    assert np.allclose(again["force_z_N"], of_cli["force_z_N"], rtol=1e-6)
+    of_results = pd.read_csv(sand.root / "forces.csv", comment="#")
+    assert np.allclose(of_results["force_z_N"], of_cli["force_z_N"], rtol=1e-6)
     # what the stage adds is the shape of the leg
-    assert (again["force_z_hi_N"].to_numpy() <= own["force_z_hi_N"].to_numpy() + 1e-6).all()
-    top = int(own["force_z_N"].to_numpy().argmax())
-    assert again["force_z_hi_N"][top] > 0.9 * own["force_z_hi_N"].iloc[top]
+    assert (
+        of_results["force_z_hi_N"].to_numpy() <= of_c_leg["force_z_hi_N"].to_numpy() + 1e-6
+    ).all()
+    top = int(of_c_leg["force_z_N"].to_numpy().argmax())
+    assert of_results["force_z_hi_N"][top] > 0.9 * of_c_leg["force_z_hi_N"].iloc[top]
 
 
 def test_what_a_sand_alone_lacks_is_told_not_drawn(sand):
@@ -184,16 +186,20 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
         for folder in (sand, plates)
     ]
     sheet.write_text("\n".join(dict.fromkeys(rows[0] + rows[1])) + "\n", encoding="utf-8")
-    values, more = (yaml.safe_load((f.root / CONFIG).read_text()) for f in (sand, plates))
-    values["media"] |= more["media"]
+    values, values_of_plates = (
+        yaml.safe_load((f.root / CONFIG).read_text()) for f in (sand, plates)
+    )
+    values["media"] |= values_of_plates["media"]
     values["fourier"]["method"] = "dft-index"
     (root / "config").mkdir()
     (root / CONFIG).write_text(yaml.safe_dump(values, sort_keys=False))
     results = root / "results"
     for folder, medium in ((plates, "poppy_LP"), (sand, "yuma")):
-        for part in ("alpha", "flags", "legs"):
-            (results / part).mkdir(parents=True, exist_ok=True)
-            shutil.copy(folder.root / "results" / part / f"{medium}.csv", results / part)
+        for folder_name in ("alpha", "flags", "legs"):
+            (results / folder_name).mkdir(parents=True, exist_ok=True)
+            shutil.copy(
+                folder.root / "results" / folder_name / f"{medium}.csv", results / folder_name
+            )
     table: Any = read_result(results / "alpha" / "poppy_LP.csv")
     # not at 90 degrees, where the mirror image fills it
     hole = (table["beta_deg"] == -30) & (table["gamma_deg"] == 45)
@@ -205,26 +211,26 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
         (scaling, ("coefficients.csv", "penetration.csv")),
         (legs_predicted, ("predicted.csv", "leg_errors.csv")),
     ):
-        for name, one in zip(names, stage(open_results(root)), strict=True):
-            write_csv(one, results / name)
-    made = open_results(root)
-    scaled: Any = made.table("penetration.csv").set_index(["medium", "method"])
+        for name, stage_table in zip(names, stage(open_results(root)), strict=True):
+            write_csv(stage_table, results / name)
+    results_of_all = open_results(root)
+    scaled: Any = results_of_all.table("penetration.csv").set_index(["medium", "method"])
     assert scaled.loc[("poppy_LP", "dft-index"), "reason_code"] == "empty-cells"
-    found = scaled.loc[("yuma", "scaling routine (dft-index, published media)")]
+    row = scaled.loc[("yuma", "scaling routine (dft-index, published media)")]
     # by the other method the published media have another chi: Table S3
-    assert found["chi"] == pytest.approx(1.242)
-    assert found["zeta"] == pytest.approx(found["alpha_z_measured_N_per_cm3"] / 1.242, rel=1e-5)
-    predicted = made.table("predicted.csv")
+    assert row["chi"] == pytest.approx(1.242)
+    assert row["zeta"] == pytest.approx(row["alpha_z_measured_N_per_cm3"] / 1.242, rel=1e-5)
+    predicted = results_of_all.table("predicted.csv")
     # legs of the medium itself by its table; those of the sand from the published media
-    own = predicted[predicted["medium"] == "poppy_LP"]
+    of_poppy = predicted[predicted["medium"] == "poppy_LP"]
     # the table has a hole, which the map fills
-    assert set(own["profile"]) == {"table", "map", "depth_only"}
-    assert set(own["reason_code"]).isdisjoint({"published-media"})
+    assert set(of_poppy["profile"]) == {"table", "map", "depth_only"}
+    assert set(of_poppy["reason_code"]).isdisjoint({"published-media"})
     of_sand = predicted[predicted["medium"] == "yuma"]
     assert of_sand["force_z_N"].notna().all()
     generic = of_sand["profile"] == "generic"
     assert set(of_sand.loc[generic, "reason_code"]) == {"published-media"}
     # the figures of the fit say why there is none
-    for draw in (fit_maps, generic_profile, forces_over_zeta):
-        words = " ".join(text.get_text() for text in draw(made).findobj(Text))
+    for draw in (plot_fit_maps, plot_generic_profile, plot_forces_over_zeta):
+        words = " ".join(text.get_text() for text in draw(results_of_all).findobj(Text))
         assert "1 of 78 cells have no alpha" in " ".join(words.split())

@@ -43,23 +43,23 @@ UNREAD = {
 @contextlib.contextmanager
 def watched(patch):
     """Collect the sections of the configuration that are read outside of `LISTS`."""
-    found: set[str] = set()
+    sections_read: set[str] = set()
     deep = 0
     plain = Config.__getattribute__
 
-    def look(self, name):
+    def record_read(self, name):
         if not deep and name in SECTIONS:
-            found.add(name)
+            sections_read.add(name)
         elif not deep and name in ("__dict__", "model_dump"):
-            found.update(SECTIONS)
+            sections_read.update(SECTIONS)
         return plain(self, name)
 
     def hidden(function):
-        def call(*words, **more):
+        def call(*words, **options):
             nonlocal deep
             deep += 1
             try:
-                return function(*words, **more)
+                return function(*words, **options)
             finally:
                 deep -= 1
 
@@ -69,88 +69,95 @@ def watched(patch):
         patch.setattr(Campaign, name, hidden(getattr(Campaign, name)))
     # a copy reads nothing: its own sections are watched as well
     patch.setattr(Config, "model_copy", hidden(Config.model_copy))
-    patch.setattr(Config, "__getattribute__", look)
-    yield found
+    patch.setattr(Config, "__getattribute__", record_read)
+    yield sections_read
 
 
 @pytest.fixture(scope="module")
-def again(small, tmp_path_factory):
+def second_run(small, tmp_path_factory):
     """One process, another folder with a space and an accent, the sheet with CRLF.
 
     With the sections of the configuration that each stage and each figure read.
     """
-    other = Folder(tmp_path_factory.mktemp("again") / "été 2013 ü")
-    for part in ("config", "raw"):
-        shutil.copytree(small.root / part, other.root / part)
-    sheet = other.root / "raw" / "paper" / "runs.csv"
+    second_folder = Folder(tmp_path_factory.mktemp("again") / "été 2013 ü")
+    for folder_name in ("config", "raw"):
+        shutil.copytree(small.root / folder_name, second_folder.root / folder_name)
+    sheet = second_folder.root / "raw" / "paper" / "runs.csv"
     # the order of its rows is that of the runs, by which a drift over the campaign is looked for
     rows = sheet.read_text(encoding="utf-8").splitlines()
     sheet.write_bytes(("\r\n".join(rows) + "\r\n").encode())
-    campaign = read_states(other.config)[0].campaign
+    campaign = read_states(second_folder.config)[0].campaign
     lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}
     assert all(lists.values())
-    seen: dict[str, set[str]] = {}
+    sections_by_stage: dict[str, set[str]] = {}
     with pytest.MonkeyPatch.context() as patch, watched(patch) as read:
 
-        def alone(states, reads, writes):
+        def do_alone(states, reads, writes):
             rule, key = job_of(split(reads)[0])
             # nothing is at hand from another job
             fresh = States(replace(campaign))
             fresh.campaign.__dict__.update(lists)
-            before, plain = fresh.of(rule, key), States.of
+            job_state, plain = fresh.of(rule, key), States.of
             name = states.stage(rule, key)[0].run if rule in FIGURE_RULES else rule
             patch.setattr(
-                States, "of", lambda own, *job: before if job == (rule, key) else plain(own, *job)
+                States,
+                "of",
+                lambda any_states, *job: (
+                    job_state if job == (rule, key) else plain(any_states, *job)
+                ),
             )
             read.clear()
             do_job(fresh, reads, writes)
-            seen.setdefault(name, set()).update(read)
+            sections_by_stage.setdefault(name, set()).update(read)
             patch.setattr(States, "of", plain)
 
-        patch.setattr("jobs.do_job", alone)
-        other.run_here(drawn=None, made=small)
-    return other, seen
+        patch.setattr("jobs.do_job", do_alone)
+        second_folder.run_here(drawn=None, real_run=small)
+    return second_folder, sections_by_stage
 
 
-def test_stages_declare_the_sections_that_they_read(again):
+def test_stages_declare_the_sections_that_they_read(second_run):
     """So that a changed value makes what it must again, and no more."""
     declared = {rule: {*stage.settings} for rule, stage in STAGES.items()}
     declared |= {figure.run: {*figure.settings} for figure in figures()}
-    _, seen = again
-    assert len(seen) >= 35
+    _, sections_by_stage = second_run
+    assert len(sections_by_stage) >= 35
     wrong = {}
-    for name, found in seen.items():
-        named = declared[name]
-        if ALL in named:
+    for name, sections_read in sections_by_stage.items():
+        sections_declared = declared[name]
+        if ALL in sections_declared:
             continue
         unread = UNREAD.get(name, set())
-        if found - named or named - found != unread:
-            wrong[name] = {"not declared": found - named, "not read": named - found - unread}
+        if sections_read - sections_declared or sections_declared - sections_read != unread:
+            wrong[name] = {
+                "not declared": sections_read - sections_declared,
+                "not read": sections_declared - sections_read - unread,
+            }
     assert wrong == {}
 
 
-def test_same_bytes_whatever_the_circumstances(small, again):
+def test_same_bytes_whatever_the_circumstances(small, second_run):
     """Of png and pdf, which were not made again, the tests of the figures say the same."""
-    assert again[0].digests() == small.digests()
+    assert second_run[0].digests() == small.digests()
 
 
 def test_an_encoding_without_the_letters_of_the_folder(small, tmp_path):
-    other = Folder(tmp_path / "été")
-    for part in ("config", "raw"):
-        shutil.copytree(small.root / part, other.root / part)
+    second_folder = Folder(tmp_path / "été")
+    for folder_name in ("config", "raw"):
+        shutil.copytree(small.root / folder_name, second_folder.root / folder_name)
     ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
     tares = ("results/tares/yuma.csv", "results/tares/poppy_LP.csv")
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-P", "-m", "rftfit.cli.main", "run", *tares],
-        cwd=other.root,
+        cwd=second_folder.root,
         env=os.environ | ascii_only,
         capture_output=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     for name in ("traces/yuma.parquet", "tared/poppy_LP.parquet"):
-        ours, wanted = (folder.root / "results" / name for folder in (other, small))
-        assert ours.read_bytes() == wanted.read_bytes()
+        ours, expected = (folder.root / "results" / name for folder in (second_folder, small))
+        assert ours.read_bytes() == expected.read_bytes()
 
 
 def test_a_disk_that_refuses_is_told(small, tmp_path):
@@ -163,18 +170,18 @@ def test_a_disk_that_refuses_is_told(small, tmp_path):
         "sys.exit(main(sys.argv[1:]))\n"
     )
     root = tmp_path / "campaign"
-    for part in ("config", "raw"):
-        shutil.copytree(small.root / part, root / part)
+    for name in ("config", "raw"):
+        shutil.copytree(small.root / name, root / name)
     job = jobs.planned_jobs(root / "config" / "config.yaml", ["results/traces/poppy_LP.parquet"])[0]
     words = [job.reads[-1], "--reads", *job.reads, "--writes", *job.writes]
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", script, *words],
         cwd=root,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 3
-    assert "poppy_LP.parquet: cannot write" in done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == 3
+    assert "poppy_LP.parquet: cannot write" in process.stderr
+    assert "Traceback" not in process.stderr
     assert [path for path in (root / "results").rglob("*.*") if path.suffix != ".json"] == []

@@ -15,17 +15,17 @@ from campaigns import Folder
 
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.campaign.rows import read_columns
+from rftfit.campaign.rows import read_table_columns
 from rftfit.cli.main import main
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.ledger import check, join
+from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.reference import MEDIA, load
-from rftfit.workflow.state import HANDED, hand_over, read_states, rows_of
+from rftfit.workflow.state import HANDED, hand_over, read_states, sheet_cells
 
 PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
 
@@ -123,7 +123,7 @@ def test_stress_on_another_grid(tmp_path):
     assert len(table) == len(truth) == 42
     assert [*zip(table["beta_deg"], table["gamma_deg"], strict=True)] == [*truth]
     ends = (table[[f"alpha_{c}_{end}_N_per_cm3" for c in "zx"]] for end in ("lo", "hi"))
-    lo, hi = (part.to_numpy() for part in ends)
+    lo, hi = (alpha_ends.to_numpy() for alpha_ends in ends)
     inside = (lo <= [*truth.values()]) & (hi >= [*truth.values()])
     assert inside.mean() > 0.88
     rows_of_lsq = folder.table("coefficients.csv").query("method == 'lsq' and medium == 'sand'")
@@ -149,9 +149,13 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
     folder = started(tmp_path / "lab", table)
     folder.run_here()
     cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
-    one, two, none, exact = (cells.loc[c] for c in ((0, 90), (30, 90), (0, 45), (60, 90)))
-    assert one["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)
-    assert np.isnan(one[["alpha_z_se_N_per_cm3", "alpha_z_lo_N_per_cm3"]].to_numpy(float)).all()
+    one_depth, two_depths, zero_depth, exact = (
+        cells.loc[c] for c in ((0, 90), (30, 90), (0, 45), (60, 90))
+    )
+    assert one_depth["alpha_z_N_per_cm3"] == pytest.approx(1.2 / 3)
+    assert np.isnan(
+        one_depth[["alpha_z_se_N_per_cm3", "alpha_z_lo_N_per_cm3"]].to_numpy(float)
+    ).all()
     # what lies on a line to the last digit was calculated
     assert exact["alpha_z_N_per_cm3"] == pytest.approx(0.3)
     assert np.isnan(exact["alpha_z_lo_N_per_cm3"])
@@ -160,31 +164,31 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
     assert {*flags[exact["run_ids"]]} == {"no-scatter", "no-force-x"}
     assert np.isnan(exact["alpha_x_se_N_per_cm3"])
     assert cells.loc[(90, 90), ["alpha_x_lo_N_per_cm3", "alpha_x_hi_N_per_cm3"]].tolist() == [0, 0]
-    assert two["alpha_z_N_per_cm3"] == pytest.approx((0.9 * 3 + 1.6 * 5) / 34)
-    assert two["alpha_z_lo_N_per_cm3"] < two["alpha_z_N_per_cm3"]
-    assert np.isnan(none["alpha_z_N_per_cm3"])
-    assert none["reason_code"] == "zero-depths"
+    assert two_depths["alpha_z_N_per_cm3"] == pytest.approx((0.9 * 3 + 1.6 * 5) / 34)
+    assert two_depths["alpha_z_lo_N_per_cm3"] < two_depths["alpha_z_N_per_cm3"]
+    assert np.isnan(zero_depth["alpha_z_N_per_cm3"])
+    assert zero_depth["reason_code"] == "zero-depths"
 
 
 def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     """Slopes are those of the way down alone, or up alone, whatever stands beside it."""
     random = np.random.default_rng(1)
-    there = np.linspace(0.1, 8, 200)
+    depth_down_cm = np.linspace(0.1, 8, 200)
     lines = ["beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,excluded,reason"]
-    wanted = {}
-    both = np.concatenate([there, there[::-1]])
-    for beta, gamma, depth, end, own in (
-        (0, 90, both, ",", slice(200)),
-        (30, -45, both, ",", slice(201, 400)),
-        (0, -90, there[::-1], ",", slice(200)),
-        (60, 45, there, "yes,a stone", slice(200)),
+    slopes = {}
+    depth_both_cm = np.concatenate([depth_down_cm, depth_down_cm[::-1]])
+    for beta, gamma, depth, end, rows_used in (
+        (0, 90, depth_both_cm, ",", slice(200)),
+        (30, -45, depth_both_cm, ",", slice(201, 400)),
+        (0, -90, depth_down_cm[::-1], ",", slice(200)),
+        (60, 45, depth_down_cm, "yes,a stone", slice(200)),
     ):
         alpha = np.where((np.arange(depth.size) < 200) & (gamma > -90), 0.35, -0.05)
         stress = alpha * depth + random.normal(0, 0.02, depth.size)
-        for d, one in zip(depth, stress, strict=True):
-            lines.append(f"{beta},{gamma},{d:.6f},{one:.6f},0.01,{end}")
-        slope = stress[own] @ depth[own] / (depth[own] @ depth[own])
-        wanted[f"b{beta}_g{gamma}".replace("-", "m")] = slope
+        for d, stress_z in zip(depth, stress, strict=True):
+            lines.append(f"{beta},{gamma},{d:.6f},{stress_z:.6f},0.01,{end}")
+        slope = stress[rows_used] @ depth[rows_used] / (depth[rows_used] @ depth[rows_used])
+        slopes[f"b{beta}_g{gamma}".replace("-", "m")] = slope
     source = tmp_path / "stress.csv"
     source.write_text("\n".join(lines), encoding="utf-8")
     campaign = load_campaign(started(tmp_path / "c", source).config)
@@ -196,17 +200,17 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     excluded = rows["b60_g45"]
     assert (excluded["reason"], excluded["reason_code"]) == ("excluded: a stone", "excluded")
     assert np.isnan(excluded["alpha_z_N_per_cm3"])
-    for name in wanted.keys() - {"b60_g45"}:
-        assert rows[name]["alpha_z_N_per_cm3"] == pytest.approx(wanted[name], rel=1e-3)
+    for name in slopes.keys() - {"b60_g45"}:
+        assert rows[name]["alpha_z_N_per_cm3"] == pytest.approx(slopes[name], rel=1e-3)
         # of neighbouring rows nobody knows that they are independent, whichever way the depth goes
         assert rows[name]["alpha_z_curvature_N_per_cm3"] >= 0
         assert np.isfinite(rows[name]["nonlinear_z_p"])
-    told = {flag.run_id: str(flag) for flag in (*book.flags, *of_tare.flags, *of_fits.flags)}
-    assert told.keys() == {"b0_g90", "b30_gm45"}
-    assert "200 rows are left out: with gamma > 0 depth grows" in told["b0_g90"]
-    whole = join([book.table(), of_tare.table(), of_fits.table()])
-    check(whole, runs, set(wanted), wanted)
-    fates = whole.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
+    texts = {flag.run_id: str(flag) for flag in (*book.flags, *of_tare.flags, *of_fits.flags)}
+    assert texts.keys() == {"b0_g90", "b30_gm45"}
+    assert "200 rows are left out: with gamma > 0 depth grows" in texts["b0_g90"]
+    ledger = join([book.table(), of_tare.table(), of_fits.table()])
+    check_ledger(ledger, runs, set(slopes), slopes)
+    fates = ledger.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
     assert fates["b0_g90", "other-sense"] == 200
     assert fates["b30_gm45", "other-sense"] == 201
     assert fates["b60_g45", "excluded"] == 200
@@ -216,17 +220,17 @@ def test_init_says_how_it_reads_the_columns(tmp_path, capsys, monkeypatch):
     """And reads the table once: it may be long."""
     reads: list[Path] = []
 
-    def counted(path, *more):
+    def counted(path, *arguments):
         reads.append(path)
-        return read_columns(path, *more)
+        return read_table_columns(path, *arguments)
 
-    monkeypatch.setattr("rftfit.campaign.tables.read_columns", counted)
+    monkeypatch.setattr("rftfit.campaign.tables.read_table_columns", counted)
     source = tmp_path / "stress.csv"
     source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", encoding="utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
-    told = capsys.readouterr().out
-    assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in told
-    assert "raw/stress.csv, row 1, column run: this column is not read" in told
+    printed = capsys.readouterr().out
+    assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in printed
+    assert "raw/stress.csv, row 1, column run: this column is not read" in printed
     assert reads == [source]
 
 
@@ -238,7 +242,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
     source.write_text(
         "beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", encoding="utf-8"
     )
-    config, other = (started(tmp_path / name, source).config for name in "ab")
+    config, second_config = (started(tmp_path / name, source).config for name in "ab")
     states, warnings = read_states(config)
     with TemporaryFile(buffering=0) as file:
         word = hand_over(states, warnings, file)
@@ -246,22 +250,25 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
             patch.setenv(HANDED, word)
             patch.setattr("rftfit.workflow.state.check_campaign", lambda _: (None, []))
             handed, count = read_states(config)
-            assert (rows_of(handed.campaign, ""), count) == (rows_of(states.campaign, ""), warnings)
-            same = states.campaign.sheet.read_bytes(), config.read_bytes()
-            for path, text in zip((states.campaign.sheet, config), same, strict=True):
+            assert (sheet_cells(handed.campaign, ""), count) == (
+                sheet_cells(states.campaign, ""),
+                warnings,
+            )
+            contents = states.campaign.sheet.read_bytes(), config.read_bytes()
+            for path, text in zip((states.campaign.sheet, config), contents, strict=True):
                 path.write_bytes(text + b"\n")
                 with pytest.raises(CampaignError):
                     read_states(config)
                 path.write_bytes(text)
             assert read_states(config)[1] == warnings
             with pytest.raises(CampaignError):
-                read_states(other)
+                read_states(second_config)
             file.seek(-1, 2)
             file.write(b"?")
             with pytest.raises(CampaignError):
                 read_states(config)
     monkeypatch.setenv(HANDED, word)
-    assert rows_of(read_states(config)[0].campaign, "") == rows_of(states.campaign, "")
+    assert sheet_cells(read_states(config)[0].campaign, "") == sheet_cells(states.campaign, "")
 
 
 @slow
@@ -274,14 +281,14 @@ def test_a_run_reads_its_table_once(tmp_path):
     patch.parent.mkdir()
     patch.write_text(_COUNTS.format(str(tmp_path / "reads")), encoding="utf-8")
     paths = os.pathsep.join([str(patch.parent), *sys.path])
-    wanted = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
+    targets = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *wanted],
+        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *targets],
         cwd=tmp_path / "c",
         env=os.environ | {"PYTHONPATH": paths},
         check=True,
     )
-    assert all((tmp_path / "c" / name).is_file() for name in wanted)
+    assert all((tmp_path / "c" / name).is_file() for name in targets)
     assert len((tmp_path / "reads").read_text().splitlines()) == 1
 
 

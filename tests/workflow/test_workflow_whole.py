@@ -18,26 +18,26 @@ from rftfit.store import read_parquet
 pytestmark = pytest.mark.slow
 
 
-def test_alpha_is_table_s5(whole):
+def test_alpha_is_table_s5(whole_campaign):
     off = []
     for medium in MEDIA:
-        table = whole.table(f"alpha/{medium}.csv")
+        table = whole_campaign.table(f"alpha/{medium}.csv")
         assert (table["n_runs"] == np.where(table["gamma_deg"] == 0, 3, 1)).all()
         for component, paper in zip("zx", alpha_grid(medium), strict=True):
             off.append(np.abs(grid(table, column(component)) - paper).ravel())
-    every = np.concatenate(off)
-    assert every.size == 5 * 7 * 13 * 2
-    assert np.isfinite(every).all()
-    assert np.mean(every <= 0.005) >= 0.95
-    assert every.max() <= 0.01
+    errors = np.concatenate(off)
+    assert errors.size == 5 * 7 * 13 * 2
+    assert np.isfinite(errors).all()
+    assert np.mean(errors <= 0.005) >= 0.95
+    assert errors.max() <= 0.01
 
 
-def test_intervals_cover_table_s5(whole):
+def test_intervals_cover_table_s5(whole_campaign):
     inside = []
     for medium in MEDIA:
-        table = whole.table(f"alpha/{medium}.csv")
+        table = whole_campaign.table(f"alpha/{medium}.csv")
         for component, paper in zip("zx", alpha_grid(medium), strict=True):
-            low, high = (grid(table, column(component, part)) for part in ("_lo", "_hi"))
+            low, high = (grid(table, column(component, end)) for end in ("_lo", "_hi"))
             # beta = -90 repeats +90
             inside.append(((low <= paper) & (paper <= high))[1:].ravel())
     share = np.concatenate(inside).mean()
@@ -45,8 +45,8 @@ def test_intervals_cover_table_s5(whole):
     assert 0.925 <= share <= 0.975
 
 
-def test_coefficients_are_table_s2(whole):
-    table = whole.table("coefficients.csv").set_index(["method", "medium", "coefficient"])
+def test_coefficients_are_table_s2(whole_campaign):
+    table = whole_campaign.table("coefficients.csv").set_index(["method", "medium", "coefficient"])
     for medium in (*MEDIA, "generic"):
         printed = coefficients(medium)
         tolerance = 0.003 if medium == "generic" else 0.002
@@ -56,8 +56,8 @@ def test_coefficients_are_table_s2(whole):
                 assert abs(ours - printed[term]) <= tolerance, (medium, term)
 
 
-def test_chi_is_table_s3(whole):
-    table = whole.table("penetration.csv").set_index(["method", "medium"])
+def test_chi_is_table_s3(whole_campaign):
+    table = whole_campaign.table("penetration.csv").set_index(["method", "medium"])
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     for medium in MEDIA:
         row = table.loc[(AS_PRINTED, medium)]
@@ -65,8 +65,8 @@ def test_chi_is_table_s3(whole):
         assert row["chi_lo"] <= row["chi"] <= row["chi_hi"]
 
 
-def test_sands_are_scaled(whole):
-    table = whole.table("penetration.csv").set_index("medium")
+def test_sands_are_scaled(whole_campaign):
+    table = whole_campaign.table("penetration.csv").set_index("medium")
     for sand, slope in zip(SANDS, (0.69, 0.88, 0.76), strict=True):
         row = table.loc[sand]
         # slope of Fig. S11 over the stated linear regime
@@ -77,7 +77,9 @@ def test_sands_are_scaled(whole):
     # independent of the program: zero-intercept fit of the published curve itself
     curve = load("fig_s11").query("medium == 'yuma' and depth_cm <= 2")
     depth, stress = curve["depth_cm"].to_numpy(), curve["stress_z_N_per_cm2"].to_numpy()
-    alpha = whole.table("alpha/yuma.csv").query("beta_deg == 0 and gamma_deg == 90").iloc[0]
+    alpha = (
+        whole_campaign.table("alpha/yuma.csv").query("beta_deg == 0 and gamma_deg == 90").iloc[0]
+    )
     assert alpha[column("z")] == pytest.approx(stress @ depth / (depth @ depth), abs=0.01)
     assert abs(alpha[column("x")]) < 0.01
 
@@ -95,24 +97,24 @@ def bin_deviation(samples):
 
 
 @pytest.mark.parametrize(("figure", "media"), [("fig_s5", MEDIA), ("fig_s12", SANDS)])
-def test_leg_curves_are_the_published_ones(whole, figure, media):
+def test_leg_curves_are_the_published_ones(whole_campaign, figure, media):
     keys = ["medium", "leg", "theta_deg"]
     for medium in media:
-        curves = whole.table(f"legs/{medium}.csv")
-        every = curves.merge(load(figure), on=keys, suffixes=("", "_paper"))
-        assert set(every["leg"]) == set(LEGS)
-        for _, both in every.groupby("leg"):
-            assert len(both) >= 235
-            assert both["samples"].between(7, 10).mean() > 0.95
-            noise = bin_deviation(both["samples"].to_numpy())
+        curves = whole_campaign.table(f"legs/{medium}.csv")
+        merged = curves.merge(load(figure), on=keys, suffixes=("", "_paper"))
+        assert set(merged["leg"]) == set(LEGS)
+        for _, curve in merged.groupby("leg"):
+            assert len(curve) >= 235
+            assert curve["samples"].between(7, 10).mean() > 0.95
+            noise = bin_deviation(curve["samples"].to_numpy())
             # the ends fade
-            inner = both["theta_deg"].between(-128, 128).to_numpy()
+            inner = curve["theta_deg"].between(-128, 128).to_numpy()
             for c in "zx":
-                zero = both[f"zero_se_{c}_N"].to_numpy()
+                zero = curve[f"zero_se_{c}_N"].to_numpy()
                 assert (zero == zero[0]).all()
                 assert 0 < zero[0] < 0.05
-                paper = both[f"force_{c}_N_paper"].to_numpy()
-                off = both[f"force_{c}_N"].to_numpy() - paper
+                paper = curve[f"force_{c}_N_paper"].to_numpy()
+                off = curve[f"force_{c}_N"].to_numpy() - paper
                 assert np.sqrt((off**2).mean()) < 0.07
                 # a bin of one degree averages the corners of the published curve
                 bend = np.abs(np.gradient(np.gradient(paper)))
@@ -124,9 +126,9 @@ def test_leg_curves_are_the_published_ones(whole, figure, media):
                 assert abs(off[inner].mean()) < 3.5 * zero[0] + 0.01
 
 
-def test_windows_points_and_quality_figures(whole):
+def test_windows_points_and_quality_figures(whole_campaign):
     for medium in MEDIA:
-        fits = whole.table(f"fits/{medium}.csv")
+        fits = whole_campaign.table(f"fits/{medium}.csv")
         assert fits["reason"].isna().all()
         assert (fits["n_points"] >= 30).all()
         level = fits["direction"] == "horizontal"
@@ -152,15 +154,15 @@ def test_windows_points_and_quality_figures(whole):
         assert ratio.median() > 1.5
 
 
-def test_clocks_and_phases(whole):
+def test_clocks_and_phases(whole_campaign):
     """Of the medium whose clocks are an hour apart."""
-    runs = whole.table("runs/glass3mm_CP.csv")
+    runs = whole_campaign.table("runs/glass3mm_CP.csv")
     assert (runs["status"] == "read").all()
     assert runs["clock_residual_s"].max() < 0.02
     # the legs in air were logged before the clocks were changed
     late = runs["note"].fillna("").str.contains("clocks differ by -1 h")
     assert (late == ~runs["run_id"].str.startswith("air_")).all()
-    traces = read_parquet(whole.root / "results/traces/glass3mm_CP.parquet")
+    traces = read_parquet(whole_campaign.root / "results/traces/glass3mm_CP.parquet")
     seconds = traces.groupby("phase", observed=True).size() / 100 / traces["run_id"].nunique()
     assert seconds["air"] == pytest.approx(1.9, abs=0.2)
     assert seconds["pause"] == pytest.approx(1.2, abs=0.5)
@@ -168,10 +170,10 @@ def test_clocks_and_phases(whole):
     assert air[["force_z_N", "force_x_N"]].mean().abs().max().max() < 0.01
 
 
-def test_ledger_accounts_for_every_row(whole):
-    ledger = whole.table("ledger.csv")
+def test_ledger_accounts_for_every_row(whole_campaign):
+    ledger = whole_campaign.table("ledger.csv")
     counted = ledger.groupby("file")["rows"].sum()
-    raw = whole.root / "raw" / "paper"
+    raw = whole_campaign.root / "raw" / "paper"
     logs = sorted(path for path in raw.rglob("*.csv") if path.name != "runs.csv")
     assert len(logs) == len(counted)
     for path in logs:
@@ -182,14 +184,14 @@ def test_ledger_accounts_for_every_row(whole):
     assert ledger["reason"].notna().all()
 
 
-def test_reproduction_table_says_where_the_paper_differs(whole):
-    table = whole.table("reproduction.csv")
+def test_reproduction_table_says_where_the_paper_differs(whole_campaign):
+    table = whole_campaign.table("reproduction.csv")
     assert list(table.columns) == ITEM_COLUMNS
     assert {"same", "differs", "paper inconsistent"} <= {*table["verdict"]} <= {*VERDICTS}
     assert table["why"].notna().all()
-    own = table[table["where"].isin(["Table S5", "Table S3"])]
-    assert (own["verdict"] == "same").all()
+    rows = table[table["where"].isin(["Table S5", "Table S3"])]
+    assert (rows["verdict"] == "same").all()
 
 
-def test_what_the_demonstration_says_rests_on_its_records(whole):
-    assert untrue(open_results(whole.root)) == []
+def test_what_the_demonstration_says_rests_on_its_records(whole_campaign):
+    assert untrue(open_results(whole_campaign.root)) == []

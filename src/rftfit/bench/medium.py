@@ -13,7 +13,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.logs.base import NO_HANDLE
 from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
-from rftfit.measure.flags import Remark, flag_table, has, reason_of, say
+from rftfit.measure.flags import Remark, flag_table, format_remarks, has, reason_of
 from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.session_clocks import SessionClocks
@@ -28,7 +28,7 @@ _AT_A_TIME = 256
 """Runs measured at a time, so that the memory of many logs is not needed at once."""
 
 
-class Measured(NamedTuple):
+class MeasuredRun(NamedTuple):
     """One run, measured: its row of each table of `_CSV` that has one, and the columns of its tared stroke.
 
     `tared`: ``why`` is what the tare stage says of each sample, ``window`` what the fit says. `flags`: By the
@@ -60,11 +60,11 @@ class Measured(NamedTuple):
         reasons = (
             reason_of(self.rows[name]) for name in ("fits", "runs", "tares") if name in self.rows
         )
-        return say(next(filter(None, reasons), ()))
+        return format_remarks(next(filter(None, reasons), ()))
 
 
 @dataclass
-class Medium:
+class LiveMedium:
     """One medium at this moment.
 
     `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `map`: None where
@@ -73,7 +73,7 @@ class Medium:
     """
 
     name: str
-    runs: dict[str, Measured] = field(default_factory=dict)
+    runs: dict[str, MeasuredRun] = field(default_factory=dict)
     keys: dict[str, Any] = field(default_factory=dict)
     alpha: pd.DataFrame = field(default_factory=pd.DataFrame)
     checks: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -92,7 +92,7 @@ def measure(
     run_ids: Collection[str],
     moving: Collection[str],
     clocks: SessionClocks | None,
-) -> Iterator[tuple[str, Measured]]:
+) -> Iterator[tuple[str, MeasuredRun]]:
     """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
     run_by_id, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*run_ids]
     for first in range(0, len(names), _AT_A_TIME):
@@ -129,7 +129,7 @@ def measure(
             stroke = columns.iloc[where.get(name, slice(0))]
             yield (
                 name,
-                Measured(
+                MeasuredRun(
                     {
                         table: rows_of_table[name]
                         for table, rows_of_table in rows.items()
@@ -141,7 +141,7 @@ def measure(
             )
 
 
-def hold(results: Results, medium: Medium, runs: Collection[Run]) -> None:
+def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
     """Give the measured runs to `results`, as if `rftfit run` had written their tables."""
     kept = {run.run_id: medium.runs[run.run_id] for run in runs}
     for name, columns in _CSV.items():

@@ -8,7 +8,7 @@ from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 
-from rftfit.bench.medium import Medium
+from rftfit.bench.medium import LiveMedium
 from rftfit.bench.pictures import heat, stress
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.measure.alpha import column
@@ -59,7 +59,7 @@ def _problems(watch: Watch) -> str:
     return f"<h2>To be put right</h2><ul>{lines}</ul>" if lines else ""
 
 
-def _push(watch: Watch, medium: Medium, name: str) -> str:
+def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
     """The push that is looked at: its stress, its numbers, its flags, and repeats beside it."""
     if not name or "fits" not in medium.runs[name].rows:
         return ""
@@ -97,7 +97,7 @@ def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
     return round(fit["beta_deg"]), round(fit["gamma_deg"]), fit["direction"]
 
 
-def _map(watch: Watch, medium: Medium) -> str:
+def _map(watch: Watch, medium: LiveMedium) -> str:
     """How well the target is known, the map with its interval, failed checks, and the next pushes."""
     summary = watch.summary(medium)
     checks = (
@@ -126,7 +126,7 @@ def _map(watch: Watch, medium: Medium) -> str:
     )
 
 
-def _runs(watch: Watch, medium: Medium, shown: str) -> str:
+def _runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
     rows = []
     for name, row in sorted(
         watch.rows[medium.name].items(), key=lambda name_and_row: -name_and_row[1].run.row

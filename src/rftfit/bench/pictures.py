@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from rftfit.bench.medium import Measured
+from rftfit.bench.medium import MeasuredRun
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column
 from rftfit.measure.ledger import RowStatus
@@ -29,7 +29,9 @@ def _svg(wide: int, high: int, label: str, parts: Sequence[str]) -> str:
     return f"<svg {box}>{''.join(parts)}</svg>"
 
 
-def stress(measured: Measured, area_cm2: float, sign_x: float, repeats: Sequence[Measured]) -> str:
+def stress(
+    measured: MeasuredRun, area_cm2: float, sign_x: float, repeats: Sequence[MeasuredRun]
+) -> str:
     """Stress of a run over depth (horizontal: over its path), its fit, and those of repeats, dashed."""
     fit, tared = measured.rows["fits"], measured.tared
     level = fit["direction"] == "horizontal"

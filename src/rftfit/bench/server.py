@@ -36,7 +36,7 @@ class Client:
     is_new: bool = True
 
 
-class Page(ThreadingHTTPServer):
+class LivePage(ThreadingHTTPServer):
     """The page of one campaign at `address`, which is another one after each start.
 
     A page that stays open after the end must not hand its token to whoever takes the port.
@@ -86,7 +86,7 @@ class Page(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    server: Page
+    server: LivePage
     timeout = LONGEST_SILENCE_S
     protocol_version = "HTTP/1.1"
 

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.bench.files import Files, Stamp, stamp_of
-from rftfit.bench.medium import Medium, hold, measure
+from rftfit.bench.medium import LiveMedium, hold, measure
 from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError, Problem
@@ -73,7 +73,7 @@ class Watch:
 
     def __init__(self, config: Path, wait_s: float = 1.0, target: Target | str = "map") -> None:
         self.config, self.target = config.absolute(), target
-        self.media: dict[str, Medium] = {}
+        self.media: dict[str, LiveMedium] = {}
         self.rows: dict[str, dict[str, _Row]] = {}
         self.problems: dict[str, Problem] = {}
         self.unnamed: dict[str, dict[str, Any]] = {}
@@ -100,7 +100,7 @@ class Watch:
         self.rows = {name: self._rows_of(name, below) for name in self.campaign.media_with_runs}
         for medium in list(self.media.values()):
             yield from self._withdraw(medium, self.rows.get(medium.name, ()))
-        self.media = {name: self.media.get(name) or Medium(name) for name in self.rows}
+        self.media = {name: self.media.get(name) or LiveMedium(name) for name in self.rows}
         before = {name: dict(medium.keys) for name, medium in self.media.items()}
         clocks = self._session_clocks()
         for medium in self.media.values():
@@ -180,7 +180,7 @@ class Watch:
         self._aligned = aligned
         return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
 
-    def _measure(self, medium: Medium, clocks: SessionClocks | None) -> Iterator[Event]:
+    def _measure(self, medium: LiveMedium, clocks: SessionClocks | None) -> Iterator[Event]:
         """Measure the runs whose files are still and not those that were measured; tell each."""
         rows, first = self.rows[medium.name], medium.alpha.empty
         stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
@@ -222,7 +222,7 @@ class Watch:
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 
-    def _withdraw(self, medium: Medium, rows: Collection[str]) -> Iterator[Event]:
+    def _withdraw(self, medium: LiveMedium, rows: Collection[str]) -> Iterator[Event]:
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
             yield _withdrawn(medium, name, "no row without an error names it")
@@ -243,7 +243,7 @@ class Watch:
             return BARE
         return REFUSED if measured.why else MEASURED if row.run.kind == "plate" else READ
 
-    def facts(self, medium: Medium, name: str) -> dict[str, Any]:
+    def facts(self, medium: LiveMedium, name: str) -> dict[str, Any]:
         """What is told of a run: its state, alpha with its interval, flags, or why there is no number."""
         row, measured = self.rows[medium.name][name], medium.runs[name]
         run, fit = row.run, measured.rows.get("fits", {})
@@ -287,7 +287,7 @@ class Watch:
                 self._plan(results, self.media[name])
                 yield Event("medium", self.summary(self.media[name]))
 
-    def _plan(self, results: Results, medium: Medium) -> None:
+    def _plan(self, results: Results, medium: LiveMedium) -> None:
         """Estimate the map of a medium, and choose the pushes that tell most of what it does not tell yet."""
         config, planned = results.config, results.config.grid.planned
         nodes = map_nodes(*zip(*planned, strict=True)) if planned else None
@@ -305,7 +305,7 @@ class Watch:
             medium.plan = plan(self.target, known_map, rig, _NEXT, config.fit.confidence)
             medium.width = 100 * medium.plan.steps[0].typical
 
-    def summary(self, medium: Medium) -> dict[str, Any]:
+    def summary(self, medium: LiveMedium) -> dict[str, Any]:
         """What is told of a medium: its failed checks, how well its target is known, the next pushes as rows."""
         failed = medium.checks[medium.checks["verdict"] == FAILED]
         states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
@@ -319,7 +319,7 @@ class Watch:
             "next": self.next_rows(medium),
         }
 
-    def next_rows(self, medium: Medium) -> list[dict[str, str]]:
+    def next_rows(self, medium: LiveMedium) -> list[dict[str, str]]:
         """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
         runs = [run for run in self.campaign.runs if run.medium == medium.name]
         plate_runs = [run for run in runs if run.kind == "plate"]
@@ -377,5 +377,5 @@ def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
     return tuple(map(stamp_of, row.files))
 
 
-def _withdrawn(medium: Medium, name: str, why: str) -> Event:
+def _withdrawn(medium: LiveMedium, name: str, why: str) -> Event:
     return Event("withdrawn", {"medium": medium.name, "run_id": name, "why": why})

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from rftfit.campaign.config import ForceQuantity, Unit
-from rftfit.campaign.rows import number_of
+from rftfit.campaign.rows import parse_number
 from rftfit.errors import InputError
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
@@ -60,7 +60,7 @@ def read_calibration(path: Path) -> Calibration:
         if unit not in _UNITS[name[0]]:
             allowed = ", ".join(_UNITS[name[0]])
             problems.append(f"row {number}, unit: found {unit!r}; allowed: {allowed}")
-        values = tuple(map(number_of, cells))
+        values = tuple(map(parse_number, cells))
         if len(values) != len(gauges) or not all(map(math.isfinite, values)):
             problems.append(
                 f"row {number}: found {', '.join(cells) or 'nothing'}; allowed: {len(gauges)} numbers"

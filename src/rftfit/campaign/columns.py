@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from rftfit.campaign.rows import Column
+from rftfit.campaign.rows import TableColumn
 
 KINDS = ("plate", "rod", "leg", "leg_air")
 DIRECTIONS = {
@@ -21,7 +21,7 @@ _DIRECTION_WORDS = ("intrusion", "extraction", "horizontal", "rotation")
 
 
 @dataclass(frozen=True)
-class SheetColumn(Column):
+class SheetColumn(TableColumn):
     """A column of the run sheet, used by some kinds of run and, if `direction` is set, by one only.
 
     `section`: The section of the configuration whose keys are the words of a choice. `may_be_blank`: Kinds of run for

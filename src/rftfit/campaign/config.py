@@ -33,7 +33,7 @@ class Model(BaseModel):
 # --- How force and motion are brought together: clocks, free surface, and the yielding of the machine.
 
 
-class Clock(Model):
+class ClockSettings(Model):
     """How the clocks of the force log and of the motion log are brought together."""
 
     method: Literal["sync_line", "same_clock", "estimate"] = "sync_line"
@@ -287,7 +287,7 @@ class SecondColumn(Model):
         return self
 
 
-class Column(Model):
+class ColumnEntry(Model):
     """The column of a quantity."""
 
     column: str | Annotated[int, Field(ge=1)] | None = None
@@ -325,7 +325,7 @@ class Column(Model):
     """
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Column:
+    def _one_of_both(self) -> ColumnEntry:
         if (self.column is None) == (self.constant is None):
             raise ValueError("needs either a column or a constant")
         if self.rate is not None and self.constant is None:
@@ -341,7 +341,9 @@ def _short(value: Any) -> Any:
     return {"column": value} if plain else value
 
 
-Chosen = Annotated[Column, BeforeValidator(_short, json_schema_input_type=Column | str | int)]
+Chosen = Annotated[
+    ColumnEntry, BeforeValidator(_short, json_schema_input_type=ColumnEntry | str | int)
+]
 
 
 class Source(Model, Generic[Q]):
@@ -507,7 +509,7 @@ class Transducer(Model):
     """
 
 
-class Zero(Model):
+class ZeroSettings(Model):
     """What the transducer reads without load."""
 
     method: Literal["air", "stated"] = "air"
@@ -527,7 +529,7 @@ class Zero(Model):
     """longest time between a zero_log and its run: the zero may have drifted by then, min"""
 
     @model_validator(mode="after")
-    def _stated_has_an_error(self) -> Zero:
+    def _stated_has_an_error(self) -> ZeroSettings:
         if self.method == "stated" and self.sd_N is None:
             raise ValueError("method stated needs sd_N: how far the zero may be off, N")
         return self
@@ -711,7 +713,7 @@ class Fit(Model):
     """
 
 
-class Errors(Model):
+class ErrorSettings(Model):
     """Standard deviations of what no single log shows; each enters the intervals under its name."""
 
     surface_run_mm: NotNegative | None = None
@@ -787,7 +789,7 @@ TableColumn = Literal[
 ]
 
 
-class Table(Model):
+class TableSettings(Model):
     """A table in place of a run sheet and its logs: ``run_sheet`` names it, inside the raw folder."""
 
     holds: Literal["stress", "alpha"]
@@ -898,7 +900,7 @@ CheckName = Literal[
 """Checks of `rftfit.measure.verdicts`."""
 
 
-class Medium(Model):
+class MediumSettings(Model):
     """One granular medium."""
 
     title: str
@@ -970,7 +972,7 @@ class Config(Model):
     """folder of the logs, relative to the campaign's folder"""
     run_sheet: str
     """csv, tsv or xlsx, relative to the campaign's folder"""
-    table: Table | None = None
+    table: TableSettings | None = None
     """the run sheet is itself a table of stress or alpha; transducer, container and intruders are then not
     needed"""
     dialect: Name = "rig"
@@ -981,11 +983,11 @@ class Config(Model):
     """how motion logs are written; may be the same file"""
     transducer: Transducer
     """the force sensor and how it is mounted"""
-    zero: Zero = Zero()
+    zero: ZeroSettings = ZeroSettings()
     """what the transducer reads without load"""
     arm: Arm = Arm()
     """the robot arm that moves the intruder"""
-    clock: Clock = Clock()
+    clock: ClockSettings = ClockSettings()
     """how the clocks of the two logs are brought together"""
     surface: FreeSurface = FreeSurface()
     """where the free surface lies"""
@@ -1000,14 +1002,14 @@ class Config(Model):
     """the box that holds the medium, its middle at arm.middle_x_mm"""
     intruders: dict[Name, Intruder] = Field(min_length=1)
     """plates and legs, by the name that the run sheet uses"""
-    media: dict[Name, Medium] = Field(min_length=1)
+    media: dict[Name, MediumSettings] = Field(min_length=1)
     """granular media, by the name that the run sheet uses"""
     grid: Grid = Grid()
     """directions that are to be measured: a run in another one is an error, one without a run an empty
     cell; default: those of the run sheet"""
     fit: Fit = Fit()
     """which part of a stroke is fitted"""
-    errors: Errors = Errors()
+    errors: ErrorSettings = ErrorSettings()
     """errors that no single log shows"""
     fourier: Fourier = Fourier()
     """the nine-term fit"""

@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import LABELS
-from rftfit.campaign.config import PLATE_SHAPES, Config, Medium, RigidContact, RobotRuns
+from rftfit.campaign.config import PLATE_SHAPES, Config, MediumSettings, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
-from rftfit.campaign.problems import CampaignError, Place, Problem, listed, shown
+from rftfit.campaign.problems import CampaignError, Place, Problem, join_words, shown
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
 from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
-from rftfit.campaign.tables import Push, TableRead, read_pushes
+from rftfit.campaign.tables import TablePush, TableRead, read_pushes
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
 
@@ -36,7 +36,7 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
-    `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `Push` has them.
+    `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `TablePush` has them.
     `read_from`: SHA-256 of config and run sheet before they were read, by path from `root`.
     """
 
@@ -190,7 +190,7 @@ def check_campaign(
         _check_calibration(file, file.model.force_log.calibration, logs)
     runs: list[Run] = []
     of_sheet: list[Problem] = []
-    pushes: list[Push] = []
+    pushes: list[TablePush] = []
     if sheet and file.model is not None and file.model.table is not None:
         pushes, of_sheet, *_ = table or _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
@@ -230,7 +230,7 @@ def _no_campaign(root: Path) -> str:
     near = [place for place in working_folder.parents if (place / _CONFIG).is_file()][:1]
     with suppress(OSError):
         near += sorted(path.parents[1] for path in root.glob(f"*/{_CONFIG}"))
-    shown = listed([os.path.relpath(path, working_folder) for path in near], 3)
+    shown = join_words([os.path.relpath(path, working_folder) for path in near], 3)
     return (
         f"the file does not exist, so this is no campaign; go to the folder of one{shown and f' ({shown})'}, "
         "or make a new one: rftfit init FOLDER"
@@ -254,7 +254,9 @@ def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
     return [*problems.values()]
 
 
-def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]) -> list[Problem]:
+def _only_straight_down(
+    media: Mapping[str, MediumSettings], sheet: str, runs: list[Run]
+) -> list[Problem]:
     """Point out media from which no profile can come, and the role in which one push gives one."""
     problems = []
     for name, medium in media.items():
@@ -281,7 +283,7 @@ def _only_straight_down(media: Mapping[str, Medium], sheet: str, runs: list[Run]
 
 def _read_table(
     config: Config, root: Path, raw: str, sheet: str
-) -> tuple[list[Push], list[Problem]]:
+) -> tuple[list[TablePush], list[Problem]]:
     """Read the table that stands in place of run sheet and logs."""
     assert config.table is not None
     if not inside(sheet, raw):

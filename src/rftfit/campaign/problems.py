@@ -90,7 +90,7 @@ def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
     """Say that a word, which stands at `what`, is not allowed, and which one was probably meant."""
     words = tuple(allowed)
     place, nearest = Place(what), did_you_mean(word, words)
-    return str(Problem("word.unknown", place, word, listed(words) or "none", nearest))
+    return str(Problem("word.unknown", place, word, join_words(words) or "none", nearest))
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
@@ -109,7 +109,7 @@ def _plain(word: str) -> str:
     return word.strip().casefold().translate(_SEPARATORS)
 
 
-def listed(words: Iterable[str], most: int = 12) -> str:
+def join_words(words: Iterable[str], most: int = 12) -> str:
     """Write words as ``a, b, c``, the first `most` of them."""
     words = list(words)
     rest = len(words) - most

@@ -22,7 +22,14 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.campaign import files
-from rftfit.campaign.problems import CampaignError, Place, Problem, Severity, did_you_mean, listed
+from rftfit.campaign.problems import (
+    CampaignError,
+    Place,
+    Problem,
+    Severity,
+    did_you_mean,
+    join_words,
+)
 from rftfit.store.tables import NUMBER
 
 MAX_BYTES = 50_000_000
@@ -71,7 +78,7 @@ Line = tuple[int, list[str]]
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """One column of a table.
 
     `needed`: Whether its cells must be filled, and the column be there.
@@ -152,7 +159,7 @@ class Schema:
     """
 
     area: str
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     rows: str = "rows"
     comments: bool = False
     others: Others = "refused"
@@ -210,7 +217,9 @@ class DraftRow:
         """Whether a flag is set; false also where the cell is blank or bad."""
         return self.text.get(column) == "yes"
 
-    def check_file(self, column: Column, folder: files.Folder, lost: str, above: str = "") -> None:
+    def check_file(
+        self, column: TableColumn, folder: files.Folder, lost: str, above: str = ""
+    ) -> None:
         """Look for the file that a cell names, in a folder or in its part `above`.
 
         `lost`: What happens to the row where the file is missing; empty: nothing worth a warning.
@@ -283,7 +292,7 @@ def _drafts(
 
 
 @dataclass
-class Rows:
+class TableRows:
     """Rows of a table by columns, shape (n,): ``row``, ``bad``, numbers, NaN where there is none, and texts.
 
     `texts`: Of a column of texts all that it holds, where `columns` have the place of each row's; a bad
@@ -296,7 +305,7 @@ class Rows:
     @classmethod
     def of(
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
-    ) -> Rows:
+    ) -> TableRows:
         """Put checked rows into columns."""
         columns: dict[str, npt.NDArray[Any]]
         columns = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
@@ -319,9 +328,9 @@ def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32
     return np.array([among.setdefault(text, len(among)) for text in texts], dtype=np.int32)
 
 
-def read_columns(
+def read_table_columns(
     path: Path, schema: Schema, file: str
-) -> tuple[Rows, dict[str, str], list[Problem]]:
+) -> tuple[TableRows, dict[str, str], list[Problem]]:
     """Read a table of any length by columns, and what is around a bad cell as `read_rows` does.
 
     Returns its rows, the name that the file gives to each column, and all problems: where they are
@@ -330,7 +339,7 @@ def read_columns(
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
-    columns = Rows.of([], schema, texts).columns
+    columns = TableRows.of([], schema, texts).columns
     filled = 0
 
     def join(block_columns: dict[str, npt.NDArray[Any]]) -> None:
@@ -352,14 +361,14 @@ def read_columns(
         places, problems = _find_columns(table, schema)
         most = len(table.rows) + data.count(b"\n", position) + 1
         columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
-        join(Rows.of(_drafts(table, places, schema, problems), schema, texts).columns)
+        join(TableRows.of(_drafts(table, places, schema, problems), schema, texts).columns)
         while position < len(data):
             block = data[position : (position := _next_row_start(data, position, _BLOCK))]
             block_columns = _read_valid_rows(block, table, places, schema, texts)
             if block_columns is None:
                 table.rows = []
                 _take(table, block.decode(), schema)
-                block_columns = Rows.of(
+                block_columns = TableRows.of(
                     _drafts(table, places, schema, problems), schema, texts
                 ).columns
             join(block_columns)
@@ -367,12 +376,16 @@ def read_columns(
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return Rows(Rows.of([], schema, texts).columns, texts), {}, [*problems, *error.problems]
+        return (
+            TableRows(TableRows.of([], schema, texts).columns, texts),
+            {},
+            [*problems, *error.problems],
+        )
     if table.last <= table.header_row:
         problems += schema.no_rows
     columns = {name: values[:filled] for name, values in columns.items()}
     names = {name: table.header[place] for name, (place, _) in places.items()}
-    return Rows(columns, texts), names, problems
+    return TableRows(columns, texts), names, problems
 
 
 def _read_valid_rows(
@@ -434,7 +447,7 @@ def _read_valid_rows(
 
 def _read_cell(
     draft: DraftRow,
-    column: Column,
+    column: TableColumn,
     cells: Mapping[str, str],
     bad: tuple[str, str] | None,
     scale: float,
@@ -460,7 +473,7 @@ def _read_cell(
         _READERS[column.form](draft, column, cell)
 
 
-def number_of(text: str) -> float:
+def parse_number(text: str) -> float:
     """Read a number; NaN where the text is none."""
     try:
         return float(text)
@@ -468,7 +481,7 @@ def number_of(text: str) -> float:
         return math.nan
 
 
-def _read_number(draft: DraftRow, column: Column, cell: str, scale: float) -> None:
+def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) -> None:
     if math.isnan(scale):  # the unit is not known: a problem of the header
         draft.bad.add(column.name)
         return
@@ -503,7 +516,7 @@ def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
     return same, f"; a plate has two faces: {value:g} is the plate at {same}"
 
 
-def _read_name(draft: DraftRow, column: Column, cell: str) -> None:
+def _read_name(draft: DraftRow, column: TableColumn, cell: str) -> None:
     if files.is_device(cell):
         draft.note(column.name, "reserved-name", cell, files.DEVICE)
     elif _NAME.fullmatch(cell):
@@ -513,7 +526,7 @@ def _read_name(draft: DraftRow, column: Column, cell: str) -> None:
         draft.note(column.name, "bad-name", cell, allowed)
 
 
-def _read_choice(draft: DraftRow, column: Column, cell: str) -> None:
+def _read_choice(draft: DraftRow, column: TableColumn, cell: str) -> None:
     words = column.choices
     if words is None:
         draft.bad.add(column.name)
@@ -521,17 +534,17 @@ def _read_choice(draft: DraftRow, column: Column, cell: str) -> None:
         draft.text[column.name] = cell
     else:
         nearest = did_you_mean(cell, words)
-        draft.note(column.name, "unknown-word", cell, f"one of {listed(words)}", nearest)
+        draft.note(column.name, "unknown-word", cell, f"one of {join_words(words)}", nearest)
 
 
-def _read_path(draft: DraftRow, column: Column, cell: str) -> None:
+def _read_path(draft: DraftRow, column: TableColumn, cell: str) -> None:
     try:
         draft.text[column.name] = files.plain_path(cell)
     except files.BadPath as bad:
         draft.note(column.name, bad.code, cell, f"{column.allowed}; {bad.allowed}", bad.nearest)
 
 
-def _read_flag(draft: DraftRow, column: Column, cell: str) -> None:
+def _read_flag(draft: DraftRow, column: TableColumn, cell: str) -> None:
     word = cell.casefold()
     if word in YES or word in NO:
         draft.text[column.name] = "yes" if word in YES else ""
@@ -540,7 +553,7 @@ def _read_flag(draft: DraftRow, column: Column, cell: str) -> None:
         draft.note(column.name, "bad-flag", cell, allowed, did_you_mean(cell, ("yes", "no")))
 
 
-def _read_text(draft: DraftRow, column: Column, cell: str) -> None:
+def _read_text(draft: DraftRow, column: TableColumn, cell: str) -> None:
     if sign := files.unshowable(cell):
         allowed = "text without control characters: it is printed in tables and figures"
         draft.note(column.name, "control", sign, allowed)
@@ -629,7 +642,9 @@ def _header_below(table: _Table, schema: Schema) -> int:
     return next((row for row, cells in table.rows if len(names & set(cells)) > 1), 0)
 
 
-def _column_of(name: str, names: Mapping[str, Column]) -> tuple[Column | None, float | None]:
+def _column_of(
+    name: str, names: Mapping[str, TableColumn]
+) -> tuple[TableColumn | None, float | None]:
     """Column that a header names, and what its unit is in that of the column; None: no such unit."""
     column = names.get(name)
     if column is not None and not column.units:

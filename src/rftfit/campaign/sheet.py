@@ -7,13 +7,12 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS
-from rftfit.campaign.config import PLATE_SHAPES, Config
+from rftfit.campaign.config import PLATE_SHAPES, Config, ForceQuantity, MotionQuantity
 from rftfit.campaign.files import Folder, folded
-from rftfit.campaign.problems import Problem, did_you_mean, listed
-from rftfit.campaign.row_sources import LogKind, read_assignments, read_columns
+from rftfit.campaign.problems import Problem, did_you_mean, join_words, unknown_word
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
 from rftfit.conventions import file_extraction
 
@@ -184,7 +183,7 @@ def _check_intruder(draft: DraftRow, vocabulary: Vocabulary) -> None:
     if shapes[intruder] and shapes[intruder] not in shapes_allowed:
         fitting = [name for name, shape in shapes.items() if shape in shapes_allowed]
         allowed = f"an intruder with shape {' or '.join(shapes_allowed)} for a {kind} run: "
-        allowed += listed(fitting) or "the config has none"
+        allowed += join_words(fitting) or "the config has none"
         draft.note("intruder", "intruder-kind", intruder, allowed)
 
 
@@ -245,7 +244,7 @@ def _check_sources(draft: DraftRow) -> None:
                 if name == where:
                     read_assignments(draft.text[name])
                 else:
-                    read_columns(draft.text[name], kind)
+                    read_log_columns(draft.text[name], kind)
             except ValueError as error:
                 form = "column=value; column=value" if name == where else "quantity=column; ..."
                 draft.note(name, "assignment", draft.text[name], f"{form}; {error}")
@@ -523,3 +522,33 @@ def _same(column: str, draft: DraftRow, tare: DraftRow) -> bool:
         # -90 and 90 are one and the same plate
         difference = min(difference, 180 - difference)
     return difference <= (DEPTH_TOLERANCE_CM if column == "depth_cm" else ANGLE_TOLERANCE_DEG)
+
+
+# --- Which rows and columns of a log are those of the run
+
+
+LogKind = Literal["force", "motion"]
+
+_QUANTITIES = {"force": get_args(ForceQuantity), "motion": get_args(MotionQuantity)}
+
+
+def read_assignments(text: str) -> dict[str, str]:
+    """Read ``name=value; name=value``; raises ValueError if it is written in another way."""
+    assignments: dict[str, str] = {}
+    for item in filter(str.strip, text.split(";")):
+        name, equals, value = (cell.strip() for cell in item.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"found {item.strip()!r}")
+        if name in assignments:
+            raise ValueError(f"found {name} twice")
+        assignments[name] = value
+    return assignments
+
+
+def read_log_columns(text: str, log: LogKind) -> dict[str, str]:
+    """Read the columns of a log, quantity by quantity; raises ValueError for an unknown quantity."""
+    columns = read_assignments(text)
+    for quantity in columns:
+        if quantity not in _QUANTITIES[log]:
+            raise ValueError(unknown_word("quantity", quantity, _QUANTITIES[log]))
+    return columns

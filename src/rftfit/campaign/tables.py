@@ -18,20 +18,20 @@ import pandas as pd
 
 from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
 from rftfit.campaign.columns import LABELS
-from rftfit.campaign.config import UNIT_AREA, Grid, Table
+from rftfit.campaign.config import UNIT_AREA, Grid, TableSettings
 from rftfit.campaign.files import decode, read_bytes
-from rftfit.campaign.problems import CampaignError, Place, Problem, listed
+from rftfit.campaign.problems import CampaignError, Place, Problem, join_words
 from rftfit.campaign.rows import (
     BAD,
     MAX_BYTES,
     WORKBOOK,
-    Column,
     DraftRow,
     Line,
-    Rows,
     Schema,
-    number_of,
-    read_columns,
+    TableColumn,
+    TableRows,
+    parse_number,
+    read_table_columns,
     same_angle,
     sheet_rows,
 )
@@ -42,25 +42,27 @@ FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
 
 _ANGLES = tuple(
-    Column(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
+    TableColumn(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
     for name, meaning in (
         ("beta", "attack angle of the plate"),
         ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
     )
 )
-_RUN_ID = Column("run_id", "name", "rows of one push", needed=False)
+_RUN_ID = TableColumn("run_id", "name", "rows of one push", needed=False)
 _OF_RUN = (
-    Column("medium", "name", "key of the config's media", needed=False),
-    Column("excluded", "flag", "yes leaves the run out", needed=False),
-    Column("reason", "text", "why the run is left out; needed where excluded is yes", needed=False),
+    TableColumn("medium", "name", "key of the config's media", needed=False),
+    TableColumn("excluded", "flag", "yes leaves the run out", needed=False),
+    TableColumn(
+        "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
+    ),
     *(column for column in SHEET_COLUMNS if column.name in LABELS),
 )
 
 
-def _alpha(component: str) -> tuple[Column, Column]:
+def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
     name, error = f"alpha_{component}", f"se_{component}"
     return (
-        Column(
+        TableColumn(
             f"{name}_N_per_cm3",
             "number",
             "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
@@ -68,7 +70,7 @@ def _alpha(component: str) -> tuple[Column, Column]:
             unit="N/cm^3",
             also=(name,),
         ),
-        Column(
+        TableColumn(
             error,
             "number",
             f"standard error of {name}",
@@ -86,7 +88,9 @@ ALPHA = Schema(
         *_ANGLES,
         *_alpha("z"),
         *_alpha("x"),
-        Column("n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)),
+        TableColumn(
+            "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
+        ),
         *_OF_RUN,
     ),
     others="warned",
@@ -95,7 +99,7 @@ STRESS = Schema(
     "stress-table",
     (
         *_ANGLES,
-        Column(
+        TableColumn(
             "depth_cm",
             "number",
             "depth of the plate's centre, growing downward",
@@ -103,7 +107,7 @@ STRESS = Schema(
             also=("depth",),
         ),
         *(
-            Column(
+            TableColumn(
                 f"stress_{c}_N_per_cm2",
                 "number",
                 "force of the medium over the plate's area"
@@ -189,7 +193,7 @@ _TIMES_STEP_OF_DEPTH = 8.0
 
 
 @dataclass(frozen=True)
-class Push:
+class TablePush:
     """Rows of the table that belong to one run, in their order.
 
     `columns` (n,): Depth and stress, or alpha, error and number of runs, by name; cm, N; of stress also
@@ -204,14 +208,19 @@ class Push:
 class TableRead(NamedTuple):
     """What a table holds: its runs, by run_id, what is wrong with it, titles of media by key, units of columns, in words."""
 
-    pushes: list[Push]
+    pushes: list[TablePush]
     problems: list[Problem]
     media: dict[str, str]
     units: str
 
 
 def read_pushes(
-    path: Path, file: str, table: Table, media: Iterable[str], within: str, tolerance: float = 0.5
+    path: Path,
+    file: str,
+    table: TableSettings,
+    media: Iterable[str],
+    within: str,
+    tolerance: float = 0.5,
 ) -> TableRead:
     """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
 
@@ -225,12 +234,12 @@ def read_pushes(
     titles = {key: key for key in media} or _media_of(grids)
     drafts = _blocks(grids, schema, tuple(titles), problems)
     if drafts is None:
-        rows, names, problems = read_columns(path, schema, file)
+        rows, names, problems = read_table_columns(path, schema, file)
         with_units = _named_with_units(table, problems, schema)
         if with_units is not None:
             table = with_units
             schema = replace(_named(schema, table), file=file)
-            rows, names, problems = read_columns(path, schema, file)
+            rows, names, problems = read_table_columns(path, schema, file)
         _say_what_to_paste(problems)
         for ours, theirs in names.items():
             place = Place(file, column=theirs)
@@ -247,7 +256,7 @@ def read_pushes(
                 place = Place(file, number)
                 problems += _other_unit("alpha_z_N_per_cm3", head, table, place, schema.area)
         schema = replace(schema, columns=(*schema.columns, _RUN_ID))
-        rows = Rows.of(drafts, schema, {})
+        rows = TableRows.of(drafts, schema, {})
     media_named = [medium for medium in rows.texts["medium"] if medium not in ("", BAD)]
     titles = titles or {key: key for key in media_named or [key_of(path.stem) or "medium"]}
     media_known = tuple(titles)
@@ -274,9 +283,9 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     with everything that is wrong.
     """
     schema = replace(ALPHA, file=str(path))
-    rows, _, problems = read_columns(path, schema, str(path))
+    rows, _, problems = read_table_columns(path, schema, str(path))
     checked = _Checked(rows, schema, problems)
-    checked.measures(Table(holds="alpha"), Grid().angle_tolerance_deg)
+    checked.measures(TableSettings(holds="alpha"), Grid().angle_tolerance_deg)
     medium = next((name for name in rows.texts["medium"] if name), "")
     checked.media((medium,))
     pushes = checked.runs((medium,), "")
@@ -292,7 +301,7 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     return pd.DataFrame(table), problems
 
 
-def _named(schema: Schema, table: Table) -> Schema:
+def _named(schema: Schema, table: TableSettings) -> Schema:
     """The schema with the names that the file has."""
     given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
     columns = [
@@ -312,7 +321,9 @@ _STEMS = {
 """Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
 
 
-def _named_with_units(table: Table, problems: list[Problem], schema: Schema) -> Table | None:
+def _named_with_units(
+    table: TableSettings, problems: list[Problem], schema: Schema
+) -> TableSettings | None:
     """The table with the columns whose headers state a unit beside a usual name; None where there are none.
 
     ``depth_mm`` is the depth in mm. What the config says of a column or a unit counts first.
@@ -373,7 +384,7 @@ def _say_what_to_paste(problems: list[Problem]) -> None:
             problems[place] = replace(problem, allowed=allowed, nearest=None)
 
 
-def _units(table: Table) -> dict[str, tuple[str, float]]:
+def _units(table: TableSettings) -> dict[str, tuple[str, float]]:
     """Unit of each column of numbers in the file, and what it is in ours."""
     stated = {name: (key, str(getattr(table, key))) for name, key in _UNIT_OF.items()}
     return {name: (unit, _SCALES[key][unit]) for name, (key, unit) in stated.items()}
@@ -394,7 +405,9 @@ def _unit_in(name: str, key: str) -> str | None:
     return next((units[end] for end in ends if end in units), None)
 
 
-def _other_unit(ours: str, theirs: str, table: Table, place: Place, area: str) -> list[Problem]:
+def _other_unit(
+    ours: str, theirs: str, table: TableSettings, place: Place, area: str
+) -> list[Problem]:
     """Whether a column's name, not one of ours, states another unit than the config."""
     key = _UNIT_OF.get(ours, "")
     unit_in_name = _unit_in(theirs, key) if key and theirs != ours else None
@@ -409,7 +422,7 @@ def _other_unit(ours: str, theirs: str, table: Table, place: Place, area: str) -
 class _Checked:
     """Rows of a table as they are checked: one problem says what is wrong with any number of them."""
 
-    rows: Rows
+    rows: TableRows
     schema: Schema
     problems: list[Problem]
 
@@ -445,7 +458,7 @@ class _Checked:
         draft = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems)
         draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
-    def measures(self, table: Table, tolerance: float) -> None:
+    def measures(self, table: TableSettings, tolerance: float) -> None:
         """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
@@ -495,12 +508,12 @@ class _Checked:
         for name, code in self.rows.texts["medium"].items():
             medium = name or (media[0] if len(media) == 1 else "")
             if medium not in (*media, BAD):
-                allowed = f"one of {listed(media)} (media in the config)"
+                allowed = f"one of {join_words(media)} (media in the config)"
                 self.note(codes == code, "medium", "unknown-medium", name or None, allowed)
             places.append(media.index(medium) if medium in media else -1)
         self.rows.columns["medium"] = np.array(places, dtype=np.int32)[codes]
 
-    def runs(self, media: tuple[str, ...], file: str) -> list[Push]:
+    def runs(self, media: tuple[str, ...], file: str) -> list[TablePush]:
         """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
         columns, texts = self.rows.columns, self.rows.texts
         if columns["bad"].any():
@@ -564,7 +577,7 @@ def _push(
     schema: Schema,
     problems: list[Problem],
     file: str,
-) -> Push:
+) -> TablePush:
     """Make a run of its rows, and note what is wrong with them; `words_of_run`: texts of the first."""
     beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, level = int(columns_of_run["row"][0]), math.nan
@@ -618,7 +631,7 @@ def _push(
         rod=words_of_run["rod"],
         lacks_force_x=lacks_force_x,
     )
-    return Push(run, columns)
+    return TablePush(run, columns)
 
 
 def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple[FloatArray, bool]:
@@ -854,5 +867,5 @@ def _grids(path: Path, schema: Schema) -> list[_Grid]:
 
 
 def _float(text: str) -> float | None:
-    value = number_of(text)
+    value = parse_number(text)
     return value if math.isfinite(value) else None

@@ -16,7 +16,7 @@ from rftfit.cli.exit_codes import MEANINGS
 from rftfit.cli.export import export
 from rftfit.cli.init import init
 from rftfit.cli.inspect_log import inspect_log
-from rftfit.cli.output import say
+from rftfit.cli.output import print_line
 from rftfit.cli.plan import plan
 from rftfit.cli.predict import predict
 from rftfit.cli.reenact import reenact
@@ -83,7 +83,7 @@ for _command, _words in _EXAMPLES:
 
 def _show_version(is_asked: bool) -> None:
     if is_asked:
-        say(f"rftfit {__version__}")
+        print_line(f"rftfit {__version__}")
         raise typer.Exit
 
 

@@ -9,7 +9,7 @@ import typer
 
 from rftfit.cli import options
 from rftfit.cli.exit_codes import INPUT_NOT_VALID
-from rftfit.cli.output import count, json_text, megabytes, say
+from rftfit.cli.output import count, json_text, megabytes, print_line
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
@@ -46,18 +46,18 @@ def check(
     checks = None
     if diagnose and campaign is not None and not errors:
         from rftfit.page.cells import records
-        from rftfit.workflow.measure import check_logs
+        from rftfit.workflow.measure import measure_and_check
 
-        checks = records(check_logs(campaign))
+        checks = records(measure_and_check(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
         texts = [asdict(problem) | {"message": str(problem)} for problem in problems]
         facts = {"errors": errors, "warnings": warnings, "problems": texts, "checks": checks}
         facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in checked.plan]
-        say(json_text({"campaign": campaign and campaign.config.title} | facts))
+        print_line(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
         _print(checked, checks)
-        say(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
+        print_line(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
@@ -66,23 +66,27 @@ def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
     for severity in ("error", "warning"):
         chosen = [problem for problem in checked.problems if problem.severity == severity]
         if chosen:
-            say(f"{count(len(chosen), severity)}:")
-            say("\n".join(f"  {problem}" for problem in chosen) + "\n")
+            print_line(f"{count(len(chosen), severity)}:")
+            print_line("\n".join(f"  {problem}" for problem in chosen) + "\n")
     if checks is not None:
         _print_diagnosis(checks)
     if checked.campaign is not None:
-        say(summary(checked.campaign))
+        print_line(describe_campaign(checked.campaign))
         if checked.robot.medium:
-            say(of_robot(checked.robot))
+            print_line(of_robot(checked.robot))
         if checked.not_opened:
-            say(f"{count(checked.not_opened, 'run')} with a log of more than 20 MB, not opened")
-        say()
+            print_line(
+                f"{count(checked.not_opened, 'run')} with a log of more than 20 MB, not opened"
+            )
+        print_line()
     if checked.plan:
-        say("Errors that many runs share, as planned, in beds that differ by 5 %:")
+        print_line("Errors that many runs share, as planned, in beds that differ by 5 %:")
         media: dict[str, list[str]] = {}
         for rating in checked.plan:
             media.setdefault(rating.sentence, []).append(rating.medium)
-        say("\n".join(f"  {', '.join(names)}: {text}" for text, names in media.items()) + "\n")
+        print_line(
+            "\n".join(f"  {', '.join(names)}: {text}" for text, names in media.items()) + "\n"
+        )
 
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
@@ -90,15 +94,15 @@ def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     from rftfit.measure.verdicts import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
-    say(table(list(names), [[str(row[name]) for name in names] for row in rows]))
-    say()
+    print_line(table(list(names), [[str(row[name]) for name in names] for row in rows]))
+    print_line()
     failing = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
     for row in failing:
-        say(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
-    say("\n" if failing else "No check fails.\n")
+        print_line(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
+    print_line("\n" if failing else "No check fails.\n")
 
 
-def summary(campaign: Campaign) -> str:
+def describe_campaign(campaign: Campaign) -> str:
     """Describe a campaign: a heading, and a table of the runs and logs of each medium."""
     rows = []
     sizes: dict[str, int | None] = {}

@@ -10,7 +10,7 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, count, json_text, say
+from rftfit.cli.output import check_picture, count, json_text, print_line
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
@@ -44,15 +44,15 @@ def compare(
     options.check_confidence(confidence)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     comparison = rftfit.compare_media(first, second, confidence)
-    say(_as_json(comparison) if as_json else _as_text(comparison, 10**9 if all_ else _MOST))
+    print_line(_as_json(comparison) if as_json else _as_text(comparison, 10**9 if all_ else _MOST))
     if figure is not None:
-        from rftfit.figures.comparison import draw
+        from rftfit.figures.comparison import draw_comparison
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw(comparison), ending, _DRAWN))
+        write_bytes(figure, content(draw_comparison(comparison), ending, _DRAWN))
         if not as_json:
-            say(f"Figure: {figure}")
+            print_line(f"Figure: {figure}")
 
 
 def _as_json(comparison: Comparison) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, say, say_some
+from rftfit.cli.output import count, json_text, print_line, say_some
 from rftfit.store.text import table
 
 _MOST = 10
@@ -29,10 +29,10 @@ def diff(
     A change is counted in half widths of the first interval. zeta and alpha_z(0, 90 deg) come first, numbers without an interval last. Logs, rows of the run sheet, settings,
     code and versions that are different are listed: one of them is the cause.
     """
-    from rftfit.workflow.diff import compare
-    from rftfit.workflow.provenance import lines_of
+    from rftfit.workflow.diff import compare_folders
+    from rftfit.workflow.provenance import format_changes
 
-    comparison = compare(first, second)
+    comparison = compare_folders(first, second)
     differences, changes = comparison.numbers, comparison.changes
     most = 10**9 if all_ else _MOST
     if as_json:
@@ -41,15 +41,15 @@ def diff(
         )
         facts = {"changed": changed, "because": because, "only_in_one": comparison.alone}
         later = {str(folder): what for folder, what in comparison.since.items()}
-        say(
+        print_line(
             json_text(facts | {"not_as_recorded": comparison.unrecorded, "since_the_record": later})
         )
         return
     if not differences:
-        say("No alpha, coefficient, zeta or peak is different.")
+        print_line("No alpha, coefficient, zeta or peak is different.")
     else:
         files = Counter(difference.file for difference in differences)
-        say(
+        print_line(
             f"{count(len(differences), 'number')} changed, in {', '.join(files)}; the largest first:"
         )
         rows = [
@@ -63,21 +63,25 @@ def diff(
             ]
             for difference in differences[:most]
         ]
-        say(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
+        print_line(table(["table", "row", "quantity", "A", "B", "half widths"], rows))
         if len(differences) > most:
-            say(f"  and {len(differences) - most} more (--all lists them)")
+            print_line(f"  and {len(differences) - most} more (--all lists them)")
     say_some([f"Only in one of them: {name}" for name in comparison.alone], most)
     for path in comparison.unrecorded:
-        say(f"Not as recorded (edited, or its run was not finished): {path}")
+        print_line(f"Not as recorded (edited, or its run was not finished): {path}")
     for folder, what in comparison.since.items():
-        say(f"Made further after the last whole run of {folder}, with other {', '.join(what)}.")
+        print_line(
+            f"Made further after the last whole run of {folder}, with other {', '.join(what)}."
+        )
     sure = not comparison.unrecorded and not comparison.since
     if changes or sure:
         verdict = "differs in:" if changes else "is the same."
-        say(f"{'What' if sure else 'By their records, what'} they were made from {verdict}")
+        print_line(f"{'What' if sure else 'By their records, what'} they were made from {verdict}")
     else:
-        say("What they were made from is not in their records; a whole `rftfit run` writes it.")
-    lines = map(str, changes) if all_ else lines_of(changes)
+        print_line(
+            "What they were made from is not in their records; a whole `rftfit run` writes it."
+        )
+    lines = map(str, changes) if all_ else format_changes(changes)
     say_some([f"  {line}" for line in lines], most)
     if any(change.sort in ("code", "version") for change in changes):
-        say("What a version of the program changed, and why, stands in its CHANGELOG.md.")
+        print_line("What a version of the program changed, and why, stands in its CHANGELOG.md.")

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from rftfit.campaign.problems import choose
-from rftfit.cli.output import count, megabytes, say
+from rftfit.cli.output import count, megabytes, print_line
 from rftfit.cli.run import run
 from rftfit.errors import InputError, OutputError
 from rftfit.store import atomic_path, write_bytes
@@ -26,7 +26,7 @@ EXAMPLES = {
 """Address of the logs by the name of the example; its config says who recorded them."""
 
 
-def lay_out(source: Path, folder: Path) -> None:
+def copy_example(source: Path, folder: Path) -> None:
     """Copy configuration and run sheet into the folder; what is there is never overwritten."""
     refuse_links_out(folder, ("config", "raw"))
     for file in sorted((source / "config").iterdir()):
@@ -43,7 +43,7 @@ def fetch_logs(source: Path, raw: Path, origin: str) -> None:
     sums = read_sums(source / SUMS)
     lacking = {name: digest for name, digest in sums.items() if not _is_right(raw / name, digest)}
     if not lacking:
-        say(f"All {count(len(sums), 'log')} are there, checked against their sha256.")
+        print_line(f"All {count(len(sums), 'log')} are there, checked against their sha256.")
         return
     wrong = [name for name in lacking if (raw / name).exists()]
     if wrong:
@@ -62,7 +62,9 @@ def fetch_logs(source: Path, raw: Path, origin: str) -> None:
     else:
         _copy(Path(origin), raw, lacking)
     size = megabytes(sum((raw / name).stat().st_size for name in lacking))
-    say(f"{count(len(lacking), 'log')}, {size}, from {origin}, checked against their sha256.")
+    print_line(
+        f"{count(len(lacking), 'log')}, {size}, from {origin}, checked against their sha256."
+    )
 
 
 def _is_right(path: Path, digest: str) -> bool:
@@ -95,7 +97,7 @@ def _download(address: str, raw: Path, digests: Mapping[str, str]) -> None:
     registry = {name: f"sha256:{digest}" for name, digest in digests.items()}
     store = pooch.create(path=raw, base_url=address, registry=registry, retry_if_failed=2)
     for place, name in enumerate(digests, start=1):
-        say(f"  {place} of {len(digests)}: {name}")
+        print_line(f"  {place} of {len(digests)}: {name}")
         try:
             store.fetch(name)
         except (OSError, ValueError) as error:
@@ -129,6 +131,6 @@ def example(
     """
     address = EXAMPLES[choose("example", name, tuple(EXAMPLES))]
     source, folder = shipped(f"examples/{name}"), folder or Path(name)
-    lay_out(source, folder)
+    copy_example(source, folder)
     fetch_logs(source, folder / "raw", origin or address)
     run(config=folder / "config" / "config.yaml")

@@ -12,7 +12,7 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, megabytes, say, warn
+from rftfit.cli.output import check_target, megabytes, print_line, warn
 from rftfit.errors import InputError
 from rftfit.store.text import table
 
@@ -29,7 +29,7 @@ def export(
     results: options.ResultsFolder = None,
     alpha: Annotated[
         float | None,
-        options.number(
+        options.number_option(
             "N/cm^3", "Estimate the map from one push straight down, alpha_z(0, 90 deg)."
         ),
     ] = None,
@@ -88,7 +88,7 @@ def export(
     check_target(output, MARK, "profile", force, (pushes,))
     source: Map | TableProfile
     if medium is None:
-        medium_options = options.Medium(alpha=alpha, pushes=pushes, results=results)
+        medium_options = options.MediumOptions(alpha=alpha, pushes=pushes, results=results)
         options.check_test(alpha, se or 0.0)
         source, facts = _of_pushes(medium_options, se)
     elif results is not None:
@@ -97,7 +97,7 @@ def export(
         source, facts = _published(medium, profile)
     facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
     rftfit.write_profile(output, source, **facts)
-    say(_summary(output))
+    print_line(_summary(output))
     if marks := facts.get("marks"):
         warn(f"warning: {medium} is {marks}")
 
@@ -108,7 +108,7 @@ _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
 def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
     from dataclasses import asdict
 
-    from rftfit.measure.flags import say as say_remarks
+    from rftfit.measure.flags import format_remarks as say_remarks
     from rftfit.store import write_text
 
     check_target(output, _BEKKER_MARK, "law", force)
@@ -128,7 +128,7 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
     write_text(output, json.dumps(content, indent=1) + "\n")
     interval = "" if math.isnan(law.n_lo) else f" ({law.n_lo:.3g} to {law.n_hi:.3g})"
     widths = ", ".join(f"{100 * width:g}" for width in law.widths_m)
-    say(
+    print_line(
         f"n {law.n:.3g}{interval}, k_phi {law.k_phi:.4g} N/m^(n+2), k_c {law.k_c:.4g} N/m^(n+1); {law.n_pushes} pushes, "
         f"b {widths} cm, {100 * law.depth_m[0]:.1f} to {100 * law.depth_m[1]:.1f} cm deep\nWritten: {output}"
     )
@@ -140,7 +140,9 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
         warn(f"warning: {name} is {say_remarks(campaign.marks[name])}")
 
 
-def _of_pushes(medium_options: options.Medium, se: float | None) -> tuple[Map, dict[str, Any]]:
+def _of_pushes(
+    medium_options: options.MediumOptions, se: float | None
+) -> tuple[Map, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
 
     estimated, path = medium_options.make_map(se), medium_options.pushes
@@ -152,7 +154,7 @@ def _of_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[Map | TableProfile, dict[str, Any]]:
     from rftfit.measure.alpha import window_of
-    from rftfit.measure.flags import say
+    from rftfit.measure.flags import format_remarks
     from rftfit.results import FOLDER
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
@@ -163,7 +165,7 @@ def _of_campaign(
     facts = {
         "name": name,
         "title": campaign.campaign.titles[name],
-        "marks": say(campaign.marks.get(name, ())),
+        "marks": format_remarks(campaign.marks.get(name, ())),
         "window": window_of(medium.alpha),
         "made_from": {
             path: sha256_of(campaign.root / path)

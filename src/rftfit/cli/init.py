@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import say
+from rftfit.cli.output import print_line
 from rftfit.errors import InputError
 from rftfit.store import write_text
 from rftfit.store.links import refuse_links_out
@@ -75,7 +75,7 @@ def init_from_table(
     folder: Path, table: Path, holds: Literal["stress", "alpha"]
 ) -> tuple[list[Path], TableRead]:
     """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
-    from rftfit.campaign.config import Table
+    from rftfit.campaign.config import TableSettings
     from rftfit.campaign.problems import CampaignError, Place
     from rftfit.campaign.schema import json_schema, reference_markdown
     from rftfit.campaign.tables import read_pushes
@@ -83,7 +83,7 @@ def init_from_table(
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
-    read = read_pushes(table, f"raw/{name}", Table(holds=holds), (), name)
+    read = read_pushes(table, f"raw/{name}", TableSettings(holds=holds), (), name)
     if unreadable := [problem for problem in read.problems if problem.code.endswith(_UNREADABLE)]:
         where = Place(str(table), line=unreadable[0].place.line)
         raise CampaignError([replace(unreadable[0], place=where)])
@@ -135,35 +135,39 @@ def init(
         written, read = init_from_table(folder, table, "stress" if stress_table else "alpha")
     else:
         written = init_campaign(folder)
-    say(f"A new campaign is in {folder}:")
+    print_line(f"A new campaign is in {folder}:")
     for path in sorted(written):
-        say(f"  {path.relative_to(folder).as_posix()}")
-    say()
+        print_line(f"  {path.relative_to(folder).as_posix()}")
+    print_line()
     # as it can be pasted into a shell, also with blanks
     shown = f'"{folder}"' if " " in str(folder) else str(folder)
     if table:
-        say(f"read as: {read.units}\n" if read.units else "")
+        print_line(f"read as: {read.units}\n" if read.units else "")
         _say_next_of_table(folder, shown, read)
         return
-    say("Next:")
-    say(f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}")
-    say(f"  2. put the logs into {folder / 'raw'} and one row per run into")
-    say(f"     {folder / 'config/runs.csv'} ({folder / 'README.md'} has example rows)")
-    say(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
+    print_line("Next:")
+    print_line(
+        f"  1. describe transducer, arm, intruders and media in {folder / 'config/config.yaml'}"
+    )
+    print_line(f"  2. put the logs into {folder / 'raw'} and one row per run into")
+    print_line(f"     {folder / 'config/runs.csv'} ({folder / 'README.md'} has example rows)")
+    print_line(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
 
 
 def _say_next_of_table(folder: Path, shown: str, read: TableRead) -> None:
     from rftfit.campaign.load import check_campaign
-    from rftfit.cli.check import summary
+    from rftfit.cli.check import describe_campaign
 
     campaign, problems = check_campaign(folder / "config/config.yaml", read)
     for problem in problems[:20]:
-        say(f"  {problem}")
+        print_line(f"  {problem}")
     if campaign is not None:
-        say(summary(campaign))
-        say()
-        say(f"Next: cd {shown}, then rftfit run")
+        print_line(describe_campaign(campaign))
+        print_line()
+        print_line(f"Next: cd {shown}, then rftfit run")
         return
-    say()
-    say("Next: names and units of the table's columns go under `table` in config/config.yaml; then")
-    say(f"cd {shown}, rftfit check until all is well, then rftfit run")
+    print_line()
+    print_line(
+        "Next: names and units of the table's columns go under `table` in config/config.yaml; then"
+    )
+    print_line(f"cd {shown}, rftfit check until all is well, then rftfit run")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, count, json_text, megabytes, say
+from rftfit.cli.output import check_picture, count, json_text, megabytes, print_line
 from rftfit.errors import InputError
 from rftfit.store.text import table
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.logs.base import LogError
-    from rftfit.logs.inspect import Clock, Recognised, Survey
+    from rftfit.logs.inspect import Recognised, Survey, TimeColumn
 
 _MOST_GAPS = 10
 _DRAWN = "drawn by rftfit inspect"
@@ -54,7 +54,7 @@ def inspect_log(
     ending = check_picture(plot, "--plot", _DRAWN, force) if plot is not None else ""
     recognition = _recognised(log, dialect, option or [])
     surveys, refused = survey_file(recognition.reader, log)
-    say((_as_json if as_json else _as_text)(recognition, surveys, refused))
+    print_line((_as_json if as_json else _as_text)(recognition, surveys, refused))
     if plot is not None:
         from rftfit.figures.log_plot import plot_log
         from rftfit.figures.style import content
@@ -63,7 +63,7 @@ def inspect_log(
         write_bytes(plot, content(plot_log(recognition.reader, surveys), ending, _DRAWN))
         if as_json:
             return
-        say(f"\nDrawing: {plot}")
+        print_line(f"\nDrawing: {plot}")
 
 
 def _recognised(path: Path, name: str | None, options: Sequence[str]) -> Recognised:
@@ -93,7 +93,7 @@ def _as_text(recognition: Recognised, surveys: Sequence[Survey], refused: LogErr
     """Tell what a file is, by the surveys of each of its clocks, and why it is no log as it stands."""
     from rftfit.logs.delimited import encoding_of
     from rftfit.logs.inspect import config_block, kinds, lacking, together
-    from rftfit.logs.registry import head_of
+    from rftfit.logs.registry import read_head
 
     whole = together(surveys)
     path = whole.path
@@ -105,7 +105,7 @@ def _as_text(recognition: Recognised, surveys: Sequence[Survey], refused: LogErr
     if text is not None:
         head = "none recognises it; read as delimited text"
         shape = ", ".join(f"{key} {value!r}" for key, value in text.items())
-        evidence = f"it looks like {encoding_of(head_of(path))}: {shape}"
+        evidence = f"it looks like {encoding_of(read_head(path))}: {shape}"
     lines = [f"{path}: {kind} log, {megabytes(path.stat().st_size)}", f"dialect: {head}"]
     lines += [f"  {line}" for line in (evidence, *other_dialects)]
     if refused is not None:
@@ -183,7 +183,7 @@ def _survey_lines(survey: Survey) -> list[str]:
     ]
 
 
-def _clock_lines(clock: Clock | None, unit: str) -> list[str]:
+def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
     if clock is None:
         return ["duration, rate and gaps: unknown, no column looks like a time"]
     lines = [f"duration: {_short(clock.duration)} {unit}"]

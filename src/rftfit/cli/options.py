@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rftfit.model.shapes import Map, Shapes
 
 
-def number_of(text: str) -> float:
+def parse_option_number(text: str) -> float:
     """Read a number of the command line; a decimal comma is named as what it is."""
     try:
         return float(text)
@@ -37,9 +37,9 @@ def number_of(text: str) -> float:
         raise typer.BadParameter(f"found '{text}'; allowed: a number{hint}") from None
 
 
-def number(unit: str, meaning: str) -> Any:
+def number_option(unit: str, meaning: str) -> Any:
     """Describe an option whose value is a number."""
-    return typer.Option(parser=number_of, metavar=unit, help=meaning)
+    return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)
 
 
 def file(meaning: str) -> Any:
@@ -60,11 +60,11 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a te
 Overwrite = Annotated[
     bool, typer.Option("--force", help="Overwrite a file that rftfit did not write.")
 ]
-Level = Annotated[float, number("LEVEL", "Level of the intervals.")]
+Level = Annotated[float, number_option("LEVEL", "Level of the intervals.")]
 
 ModelError = Annotated[
     float | None,
-    number(
+    number_option(
         "EPS",
         "Relative error of the model itself; default 0.28, as on measured legs, or that of a campaign's legs where it is larger; 0: none.",
     ),
@@ -79,7 +79,7 @@ ResultsFolder = Annotated[
 ]
 ErrorOfTest = Annotated[
     float | None,
-    number(
+    number_option(
         "N/cm^3", "Standard error of --alpha; default: 5 % from bed to bed, of --profile generic 0."
     ),
 ]
@@ -170,7 +170,7 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
 
 
 @dataclass(frozen=True)
-class Medium:
+class MediumOptions:
     """What is known of a medium: published, of a campaign, one penetration test, some pushes, or a file."""
 
     medium: MediumName = None
@@ -192,7 +192,7 @@ class Medium:
     method: MethodName = None
     alpha: Annotated[
         float | None,
-        number(
+        number_option(
             "N/cm^3",
             "A medium known by one push: alpha_z(0, 90 deg), the slope of stress over depth of a horizontal plate "
             "pushed straight down.",
@@ -285,7 +285,7 @@ class Medium:
     def given_pushes(self, se: float | None = None) -> tuple[str, pd.DataFrame]:
         """Pushes of --alpha or --pushes, and what they are called; without an error of its own a push has the usual one."""
         if self.pushes is not None:
-            return Pushes(self.pushes).read()
+            return PushOptions(self.pushes).read()
         return describe_test(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
 
     def make_map(self, se: float | None = None, confidence: float = 0.95) -> Map:
@@ -366,7 +366,7 @@ _MOST_CM = 1000.0
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyOptions:
     """A leg or any outline in the plane, and how it moves."""
 
     leg: Annotated[
@@ -374,7 +374,7 @@ class Body:
     ] = None
     curvature: Annotated[
         float | None,
-        number(
+        number_option(
             "R/r",
             "Leg of any curvature, 2R = 7.62 cm: 1 is the c-leg, 0 flat, -1 the reversed one.",
         ),
@@ -385,11 +385,15 @@ class Body:
     ] = None
     width: Annotated[
         float | None,
-        number("cm", "Width across the plane; 2.54 with --curvature, needed with --outline."),
+        number_option(
+            "cm", "Width across the plane; 2.54 with --curvature, needed with --outline."
+        ),
     ] = None
     hip: Annotated[
         float | None,
-        number("cm", "Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2."),
+        number_option(
+            "cm", "Turn it about (0, 0) at this height, theta from -135 to 135 deg; default 2."
+        ),
     ] = None
     path: Annotated[
         Path | None,
@@ -466,7 +470,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Pushes:
+class PushOptions:
     """Pushes that were made: a table, those behind a profile file, or both."""
 
     pushes: PushesFile = None
@@ -485,9 +489,9 @@ class Pushes:
 
     def read(self) -> tuple[str, pd.DataFrame]:
         """Names of the files, and the pushes; what is doubtful in them is printed."""
-        from rftfit.model.answers import read_pushes
+        from rftfit.model.answers import collect_pushes
 
-        name, pushes, warnings = read_pushes(*self.files)
+        name, pushes, warnings = collect_pushes(*self.files)
         for warning in warnings:
             warn(f"warning: {warning}")
         return name, pushes

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
 
 
-def say(text: str = "") -> None:
+def print_line(text: str = "") -> None:
     """Write a line to standard output."""
     typer.echo(text)
 
@@ -29,9 +29,9 @@ def say(text: str = "") -> None:
 def say_some(lines: Sequence[str], most: int, rest_label: str = "more") -> None:
     """Write the first lines of many."""
     for line in lines[:most]:
-        say(line)
+        print_line(line)
     if len(lines) > most:
-        say(f"and {len(lines) - most} {rest_label} (--all lists them)")
+        print_line(f"and {len(lines) - most} {rest_label} (--all lists them)")
 
 
 def warn(text: str) -> None:

@@ -11,7 +11,7 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, count, json_text, say
+from rftfit.cli.output import check_picture, check_target, count, json_text, print_line
 from rftfit.errors import InputError
 from rftfit.store.text import table
 
@@ -53,7 +53,7 @@ class RigOptions:
         int, typer.Option(min=1, max=20, help="Runs that a horizontal direction takes.")
     ] = 3
     error_percent: Annotated[
-        float, options.number("PERCENT", "Standard error of a push, of its alpha.")
+        float, options.number_option("PERCENT", "Standard error of a push, of its alpha.")
     ] = 5.0
 
 
@@ -67,8 +67,8 @@ def plan(
             "paper's, at 2 Hz); or a body, by the options of rftfit predict."
         ),
     ] = None,
-    body: options.Body,
-    push_options: options.Pushes,
+    body: options.BodyOptions,
+    push_options: options.PushOptions,
     results: Annotated[
         Path | None,
         typer.Option(
@@ -107,19 +107,19 @@ def plan(
         plan_made = rftfit.plan(aim, before, limits, number, confidence)
     except ValueError as error:
         raise InputError(str(error)) from error
-    say(_as_json(plan_made, output) if as_json else _as_text(plan_made, before))
+    print_line(_as_json(plan_made, output) if as_json else _as_text(plan_made, before))
     write_text(output, run_sheet_rows(plan_made))
     if figure is not None:
-        from rftfit.figures.plan import draw
+        from rftfit.figures.plan import draw_plan
         from rftfit.figures.style import content
         from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw(plan_made, before), ending, _DRAWN))
+        write_bytes(figure, content(draw_plan(plan_made, before), ending, _DRAWN))
     if not as_json:
-        say(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
+        print_line(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def wanted(target: str | None, body: options.Body) -> Target | str:
+def wanted(target: str | None, body: options.BodyOptions) -> Target | str:
     """What is to be known, by the options of the command line."""
     from rftfit.model.outlines import CURVATURES
     from rftfit.model.planning import peaks
@@ -147,14 +147,16 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     """Angles of a list on the command line, degrees."""
     if text is None:
         return ()
-    angles = tuple(options.number_of(angle_text.strip()) for angle_text in text.split(","))
+    angles = tuple(
+        options.parse_option_number(angle_text.strip()) for angle_text in text.split(",")
+    )
     if wrong := [angle for angle in angles if not abs(angle) <= 90]:
         raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
     return angles
 
 
 def _known(
-    pushes: options.Pushes,
+    pushes: options.PushOptions,
     results: Path | None,
     medium: str | None,
     angles: tuple[tuple[float, ...], tuple[float, ...]],

@@ -11,7 +11,15 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, comments, count, json_text, say, warn
+from rftfit.cli.output import (
+    check_picture,
+    check_target,
+    comments,
+    count,
+    json_text,
+    print_line,
+    warn,
+)
 from rftfit.errors import CollectedErrors, InputError
 from rftfit.store.text import table
 
@@ -53,7 +61,7 @@ _IN_SPACE = {
 @options.grouped
 def predict(
     *,
-    body: options.Body,
+    body: options.BodyOptions,
     mesh: Annotated[
         Path | None, options.file("Any body in space instead: stl, obj or ply, moved along --path.")
     ] = None,
@@ -63,7 +71,7 @@ def predict(
     sheet: Annotated[
         bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
     ] = False,
-    medium_options: options.Medium,
+    medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
     model_error: options.ModelError = None,
@@ -144,23 +152,23 @@ def predict(
             "peaks": _peaks_as_json(peaks, key, _IN_WORDS if mesh is None else _IN_SPACE),
             "forces": str(output),
         }
-        say(json_text(names | facts))
+        print_line(json_text(names | facts))
     else:
-        say("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
-        say(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
+        print_line("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
+        print_line(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
         if not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
             words = ", ".join((_IN_WORDS | _IN_SPACE)[name] for name in not_stated)
-            say(
+            print_line(
                 f"Not stated, as it may lie in one of the {count(unknown, 'pose')} without a number: {words}."
             )
         kind = medium_options.kind or (
             "table" if medium_options.medium and not source.name.startswith("map") else ""
         )
         if level and medium_options.medium and (left_out := _LEFT_OUT.get(kind)):
-            say(f"Not in the intervals: {left_out}.")
+            print_line(f"Not in the intervals: {left_out}.")
         if mesh is not None:
-            say(
+            print_line(
                 f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
                 "(closure_N), if it errs alike on all faces."
             )
@@ -183,14 +191,14 @@ def predict(
         drawn = draw_forces(forces, source, shape, motion, level)
         write_bytes(figure, content(drawn, ending, _DRAWN))
     if not as_json:
-        say(
+        print_line(
             f"Force and moment in {len(forces)} poses: {output}"
             + (f"; figure: {figure}" if figure else "")
         )
 
 
 def _check_words(
-    body: options.Body, mesh: Path | None, unit: str | None, sheet: bool, figure: Path | None
+    body: options.BodyOptions, mesh: Path | None, unit: str | None, sheet: bool, figure: Path | None
 ) -> None:
     """Refuse options of a mesh without one, and those of an outline with one."""
     if mesh is None:

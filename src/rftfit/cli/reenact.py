@@ -10,7 +10,7 @@ import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import count, megabytes, say
+from rftfit.cli.output import count, megabytes, print_line
 from rftfit.errors import InputError
 from rftfit.store.text import table
 
@@ -88,12 +88,12 @@ def reenact(
         from rftfit.lab.rig import FAULTS
 
         rows = [[name, *fault] for name, fault in FAULTS.items()]
-        say(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
+        print_line(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
         return
     from rftfit.campaign.load import read_layout
     from rftfit.lab.enact import prepare
     from rftfit.lab.marker import MARKER, clear, find_earlier
-    from rftfit.lab.plan import directions_of, media_of
+    from rftfit.lab.plan import media_of, parse_directions
     from rftfit.lab.protocols import PROTOCOLS
     from rftfit.store.links import refuse_links_out
 
@@ -102,7 +102,9 @@ def reenact(
     places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
     if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
-        say(f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do.")
+        print_line(
+            f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do."
+        )
         return
     if places.sheet.suffix.lower() != ".csv":
         raise InputError(
@@ -117,7 +119,7 @@ def reenact(
             "(published_as), so nothing was written; the demonstration campaign's config does"
         )
     planned = places.config.grid.planned
-    directions = directions_of(grid, seed) if grid else None
+    directions = parse_directions(grid, seed) if grid else None
     if planned and set(directions or ()) - set(planned):
         raise InputError(
             "--grid: the config plans its own directions under `grid`; take that section out, or "
@@ -137,23 +139,23 @@ def reenact(
     earlier = find_earlier(places.raw, places.sheet)
     clear(earlier)
     if earlier:
-        say(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
+        print_line(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
     if live is not None:
         for text in campaign.live(places.raw, places.sheet, pace, bad):
-            say(text)
+            print_line(text)
         return
     runs = count(sum(run.cycles for run in campaign.runs), "run")
-    say(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
+    print_line(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
     began = time.perf_counter()
     sizes = campaign.write(places.raw, places.sheet)
-    say(
+    print_line(
         f"{runs}, {count(len(sizes), 'file')}, {megabytes(sum(sizes))}, "
         f"{time.perf_counter() - began:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
     )
     for planted_fault in campaign.faults:
-        say(f"  fault {planted_fault}")
-    say(PLAINLY)
-    say(f"{_from_root(places, places.raw / MARKER)} says the same.")
+        print_line(f"  fault {planted_fault}")
+    print_line(PLAINLY)
+    print_line(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
 
 def _copied(config: Path, live: Path) -> Path:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rftfit.campaign.problems import listed
+from rftfit.campaign.problems import join_words
 from rftfit.cli import options
-from rftfit.cli.output import count, say, warn
+from rftfit.cli.output import count, print_line, warn
 from rftfit.errors import InputError, OutputError
 from rftfit.store.text import table
 
@@ -99,7 +99,7 @@ def run(
         warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
     if unlock:
         workflow.unlock()
-        say("No lock is left. `rftfit run` goes on from what is finished.")
+        print_line("No lock is left. `rftfit run` goes on from what is finished.")
         return
     if dry_run:
         progress = workflow.dry_run()
@@ -107,20 +107,22 @@ def run(
         with shown_jobs(workflow.seconds_left) as workflow.on_job:
             progress = workflow.run()
     if progress.nothing_to_do:
-        say("Nothing to do: all results are up to date.")
+        print_line("Nothing to do: all results are up to date.")
     elif extra and not progress.total:
         # something was asked of Snakemake itself: --summary, --list-rules, --dag
-        say("\n".join(progress.plain))
+        print_line("\n".join(progress.plain))
     elif dry_run:
-        say(f"{count(progress.total, 'job')} would run, but those whose inputs come out the same:")
+        print_line(
+            f"{count(progress.total, 'job')} would run, but those whose inputs come out the same:"
+        )
         rules = Counter(job.rule for job in progress.jobs.values())
-        say(table(["rule", "jobs"], [[rule, str(jobs)] for rule, jobs in rules.items()]))
+        print_line(table(["rule", "jobs"], [[rule, str(jobs)] for rule, jobs in rules.items()]))
     elif progress.total:
         kept = f"; {len(progress.skipped)} more were still right" if progress.skipped else ""
-        say(f"Done: {count(len(progress.made), 'job')}{kept}.")
+        print_line(f"Done: {count(len(progress.made), 'job')}{kept}.")
     if not dry_run:
         for line in [*closing_lines(workflow.recorded), *failed_checks(workflow.recorded)]:
-            say(line)
+            print_line(line)
     if strict and not dry_run and (empty := media_without_alpha(workflow.states.campaign)):
         warn(
             f"No alpha at all: {', '.join(empty)}. The reasons are in results/fits/ and in the page."
@@ -162,7 +164,7 @@ def shown_jobs(
         def line(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 width = len(str(progress.total))
-                say(f"[{progress.done:{width}d}/{progress.total}] {finished}")
+                print_line(f"[{progress.done:{width}d}/{progress.total}] {finished}")
 
         yield line
         return
@@ -232,7 +234,7 @@ def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
 
 def others_line(recorded: Recorded) -> list[str]:
     """Name files among the results that are none of this campaign, if there are any."""
-    names = listed(recorded.others(), _MOST)
+    names = join_words(recorded.list_foreign_files(), _MOST)
     return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 

@@ -9,7 +9,7 @@ import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, json_text, say, warn
+from rftfit.cli.output import check_target, comments, json_text, print_line, warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,14 +24,14 @@ def scale(
     *,
     alpha: Annotated[
         float | None,
-        options.number(
+        options.number_option(
             "N/cm^3",
             "Slope of stress over depth of a horizontal plate pushed straight down: "
             "alpha_z(0, 90 deg), in N/cm^3.",
         ),
     ] = None,
     se: options.ErrorOfTest = None,
-    push_options: options.Pushes,
+    push_options: options.PushOptions,
     profile: Annotated[
         str | None,
         typer.Option(
@@ -86,13 +86,13 @@ def scale(
     else:
         estimated = options.map_of(name, pushes, options.shapes_in(results), confidence)
         answer = answer_of_pushes(name, estimated, pushes, reference)
-    say(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
+    print_line(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
     if answer.doubt:
         warn(f"warning: {answer.doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
     write_text(output, _table_text(answer))
     if not as_json:
-        say(f"Alpha {answer.where}: {output}")
+        print_line(f"Alpha {answer.where}: {output}")
 
 
 def _table_text(answer: Answer) -> str:

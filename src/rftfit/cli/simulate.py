@@ -11,7 +11,7 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, count, json_text, say, warn
+from rftfit.cli.output import check_target, comments, count, json_text, print_line, warn
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
 from rftfit.store.text import table
@@ -71,7 +71,7 @@ def write_animation(
     folder: Path, robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
 ) -> list[Path]:
     """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand; the files written."""
-    from rftfit.figures.animation import gif_bytes, mp4_bytes, pictures
+    from rftfit.figures.animation import animation_frames, gif_bytes, mp4_bytes
     from rftfit.robot.motion import element_series
     from rftfit.store import write_bytes
 
@@ -85,7 +85,7 @@ def write_animation(
     slower = max(1.0, min(4.0, 0.03 / step))
     if slower > 1:
         title += f", {slower:.2g} times slower than life"
-    shots = pictures(elements, x, time, title)
+    shots = animation_frames(elements, x, time, title)
     write_bytes(folder / "animation.gif", gif_bytes(shots, step * slower))
     movie = mp4_bytes(shots, step * slower)
     if movie is None:
@@ -101,7 +101,7 @@ def ranges(tail: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return {name: (float(tail[name].min()), float(tail[name].max())) for name in names}
 
 
-def as_text(run: RobotRun, tail: pd.DataFrame) -> str:
+def format_run(run: RobotRun, tail: pd.DataFrame) -> str:
     """Write a run, and its last two strides, for people."""
     if run.outcome == "steady":
         sd = run.speed_sd_cm_per_s
@@ -138,14 +138,14 @@ def run_as_json(
 
 @options.grouped
 def simulate(
-    frequency: Annotated[float, options.number("Hz", "Stride frequency.")],
+    frequency: Annotated[float, options.number_option("Hz", "Stride frequency.")],
     curvature: Annotated[
-        float, options.number("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
+        float, options.number_option("R'/r", "Legs: 1 c-leg, 0 flat, -1 reversed c-leg.")
     ],
-    medium_options: options.Medium,
+    medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
     robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
-    phase: Annotated[float, options.number("TURNS", "Turn of the legs at the start.")] = 0.0,
+    phase: Annotated[float, options.number_option("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
         "simulation"
     ),
@@ -183,9 +183,11 @@ def simulate(
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
-        say(run_as_json(names, run, tail, files))
+        print_line(run_as_json(names, run, tail, files))
     else:
-        say(f"Robot: {body.title}, {condition}\nProfile: {source.name}\n\n{as_text(run, tail)}\n")
+        print_line(
+            f"Robot: {body.title}, {condition}\nProfile: {source.name}\n\n{format_run(run, tail)}\n"
+        )
     if run.warning:
         warn(f"warning: {run.warning}")
     if run.outcome != "steady":
@@ -193,13 +195,13 @@ def simulate(
     # after the numbers are out: a folder that cannot be written must not hide them
     write_motion(output, run, tail, [body.title, condition, source.name])
     if not as_json:
-        say(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
+        print_line(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
         animation_path = write_animation(
             output, body, source, run, SAMPLES, f"{body.title}, {condition}"
         )
         if not as_json:
-            say(f"Animation: {', '.join(map(str, animation_path))}")
+            print_line(f"Animation: {', '.join(map(str, animation_path))}")
 
 
 SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))

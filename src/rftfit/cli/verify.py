@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rftfit.campaign.problems import did_you_mean, listed
+from rftfit.campaign.problems import did_you_mean, join_words
 from rftfit.cli import options
 from rftfit.cli.exit_codes import NOT_AS_RECORDED
-from rftfit.cli.output import count, json_text, say, say_some
+from rftfit.cli.output import count, json_text, print_line, say_some
 from rftfit.cli.run import others_line, shown_jobs
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.workflow.records import Finding, Record, Recorded
+    from rftfit.workflow.records import OutdatedResult, Record, Recorded
 
 _MOST = 5
 
@@ -56,7 +56,7 @@ def verify(
     from rftfit.workflow.provenance import (
         RECORD,
         changes_between,
-        lines_of,
+        format_changes,
         present_provenance,
         read_provenance,
     )
@@ -86,26 +86,26 @@ def verify(
     if as_json:
         facts = {name: name not in differ for name in paths}
         answer = {"changed": [str(change) for change in changes], "why": why}
-        answer["others"] = now.others()
-        say(json_text({"as_recorded": facts, **answer, "versions": recorded.versions}))
+        answer["others"] = now.list_foreign_files()
+        print_line(json_text({"as_recorded": facts, **answer, "versions": recorded.versions}))
     else:
         for name in chosen:
-            say("\n".join(_chain(now, name, stale, most)))
-            say()
-        lines = map(str, changes) if all_ else lines_of(changes)
+            print_line("\n".join(_chain(now, name, stale, most)))
+            print_line()
+        lines = map(str, changes) if all_ else format_changes(changes)
         say_some([f"Changed: {line}." for line in lines], most, "more changes")
         if findings or differ:
             say_some(why, most, "more")
-            say(
+            print_line(
                 f"{len(differ)} of {count(len(paths), 'result')} not as recorded; `rftfit run` makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
             )
         else:
             origin_words = f", made with rftfit {recorded.versions.get('rftfit', '')}"
             origin_words += f" at commit {data['commit']}" if data.get("commit") else ""
-            say(f"{count(len(paths), 'result')}: all as recorded{origin_words}.")
+            print_line(f"{count(len(paths), 'result')}: all as recorded{origin_words}.")
         for line in others_line(now):
-            say(line)
+            print_line(line)
     if differ or not recorded_paths:
         raise typer.Exit(NOT_AS_RECORDED)
 
@@ -121,9 +121,9 @@ def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> N
             "same": remade.same,
             "unlike": {unlike_file.path: unlike_file.difference for unlike_file in remade.unlike},
             "not_made_again": remade.not_made,
-            "others": now.others(),
+            "others": now.list_foreign_files(),
         }
-        say(json_text(facts))
+        print_line(json_text(facts))
     else:
         say_some([str(unlike_file) for unlike_file in remade.unlike], most, "more that differ")
         if remade.unlike:
@@ -132,16 +132,16 @@ def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> N
             ]
             say_some(list(dict.fromkeys(map(_text_of, findings))), most, "more reasons")
         count_made = len(remade.same) + len(remade.unlike)
-        say(
+        print_line(
             f"{count(count_made, 'result')} made again: {len(remade.same)} with the same bytes, "
             f"{len(remade.unlike)} otherwise."
         )
         if remade.not_made:
-            say(
-                f"Not made again, since rftfit run does not make them: {listed([*remade.not_made], _MOST)}."
+            print_line(
+                f"Not made again, since rftfit run does not make them: {join_words([*remade.not_made], _MOST)}."
             )
         for line in others_line(now):
-            say(line)
+            print_line(line)
     if remade.unlike:
         raise typer.Exit(NOT_AS_RECORDED)
 
@@ -150,7 +150,7 @@ def _quiet(*_: object) -> None:
     """Show nothing of a run."""
 
 
-def _stale(now: Recorded) -> dict[str, list[Finding]]:
+def _stale(now: Recorded) -> dict[str, list[OutdatedResult]]:
     """Jobs that are out of date, or read what such a job writes, with what was found about them."""
     jobs = now.results()
     stale = {name: findings_of_job for name in jobs if (findings_of_job := now.findings(name))}
@@ -164,7 +164,7 @@ def _stale(now: Recorded) -> dict[str, list[Finding]]:
     return stale
 
 
-def _text_of(finding: Finding) -> str:
+def _text_of(finding: OutdatedResult) -> str:
     job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
@@ -201,7 +201,9 @@ def _chosen(words: list[Path], root: Path, recorded_paths: list[str]) -> list[st
     return list(chosen)
 
 
-def _chain(now: Recorded, name: str, stale: dict[str, list[Finding]], most: int) -> list[str]:
+def _chain(
+    now: Recorded, name: str, stale: dict[str, list[OutdatedResult]], most: int
+) -> list[str]:
     """Say what a result was made from, job by job."""
     jobs = now.results(now.maker[name])
     state = "not as recorded" if now.maker[name].name in stale else "as recorded"
@@ -210,7 +212,8 @@ def _chain(now: Recorded, name: str, stale: dict[str, list[Finding]], most: int)
     for job in reversed(jobs.values()):
         rules.setdefault(job.rule, []).extend(filter(None, [job.key]))
     lines += [
-        f"    {rule}{' of ' + listed(keys, most) if keys else ''}" for rule, keys in rules.items()
+        f"    {rule}{' of ' + join_words(keys, most) if keys else ''}"
+        for rule, keys in rules.items()
     ]
     media = [
         medium for job in jobs.values() if "logs" in job.state if (medium := _medium(now, job))
@@ -219,8 +222,8 @@ def _chain(now: Recorded, name: str, stale: dict[str, list[Finding]], most: int)
     runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
     depends = dict.fromkeys(what for job in jobs.values() for what in job.state)
     lines += [
-        f"  {count(len(logs), 'log')}: {listed(logs, most)}",
-        f"  {count(len(runs), 'row')} of the run sheet: {listed(sorted(runs), most)}",
+        f"  {count(len(logs), 'log')}: {join_words(logs, most)}",
+        f"  {count(len(runs), 'row')} of the run sheet: {join_words(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
     findings_of_chain = [finding for job in jobs for finding in stale.get(job, [])]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import json_text, say
+from rftfit.cli.output import json_text, print_line
 from rftfit.cli.plan import TARGETS, wanted
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def watch(
     ] = 1.0,
     stop: Annotated[
         float | None,
-        options.number(
+        options.number_option(
             "PERCENT", "End when the target is known so well in every medium: half of its interval."
         ),
     ] = None,
@@ -56,17 +56,21 @@ def watch(
     this machine alone. Ctrl-C ends it.
     """
     from rftfit.bench.page import page_of
-    from rftfit.bench.server import Page
+    from rftfit.bench.server import LivePage
     from rftfit.bench.watch import Watch
 
-    watched = Watch(config, wait, wanted(target, options.Body()))
-    page = None if no_page else Page(port)
+    watched = Watch(config, wait, wanted(target, options.BodyOptions()))
+    page = None if no_page else LivePage(port)
     asked = page.asked if page else Signal()
 
     def tell(kind: str, facts: Mapping[str, Any]) -> None:
-        text = json_text({"event": kind, **facts}, indent=None) if as_json else as_text(kind, facts)
+        text = (
+            json_text({"event": kind, **facts}, indent=None)
+            if as_json
+            else format_event(kind, facts)
+        )
         if text:
-            say(text)
+            print_line(text)
 
     if page:
         tell("page", {"address": page.address})
@@ -84,7 +88,7 @@ def watch(
             asked.wait(_POLL_S)
 
 
-def as_text(kind: str, facts: Mapping[str, Any]) -> str:
+def format_event(kind: str, facts: Mapping[str, Any]) -> str:
     """Tell an event to people; empty where it is not worth a line."""
     lines: list[str] = []
     if kind == "page":

@@ -112,11 +112,13 @@ def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes
     return runs, run_ids
 
 
-def _told_row(found: Found, run_ids: list[str]) -> dict[str, Any]:
-    cause = found.cause
-    size, size_lo, size_hi = describe_change(found)
+def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
+    cause = told_cause.cause
+    size, size_lo, size_hi = describe_change(told_cause)
     shared_by = [run_id for run_id, share in zip(run_ids, cause.share, strict=True) if share > 0]
-    others = [f"{other.kind} {other.group} {other.place}".strip() for other in found.inseparable]
+    inseparable = [
+        f"{rival.kind} {rival.group} {rival.place}".strip() for rival in told_cause.inseparable
+    ]
     return {
         "kind": cause.kind,
         "group": cause.group,
@@ -128,19 +130,19 @@ def _told_row(found: Found, run_ids: list[str]) -> dict[str, Any]:
         "size_lo": size_lo,
         "size_hi": size_hi,
         "unit": KINDS[cause.kind].unit,
-        "times_error": found.times,
+        "times_error": told_cause.times,
         "least_seen": math.nan,
         "reason": "",
-        "inseparable": "; ".join(others),
+        "inseparable": "; ".join(inseparable),
     }
 
 
-def describe_change(found: Found) -> tuple[float, float, float]:
+def describe_change(told_cause: Found) -> tuple[float, float, float]:
     """Size of a cause as people state it, and its 95 % interval."""
-    wider = _WIDER_GAIN if found.cause.kind == "gain" else _WIDER_OTHER
-    half = math.hypot(_NORMAL_95 * wider * found.se, _own_of_medium(found.cause))
-    low, high = (_as_change(found.cause, found.size + sign * half) for sign in (-1, 1))
-    return _as_change(found.cause, found.size), low, high
+    wider = _WIDER_GAIN if told_cause.cause.kind == "gain" else _WIDER_OTHER
+    half = math.hypot(_NORMAL_95 * wider * told_cause.se, _own_of_medium(told_cause.cause))
+    low, high = (_as_change(told_cause.cause, told_cause.size + sign * half) for sign in (-1, 1))
+    return _as_change(told_cause.cause, told_cause.size), low, high
 
 
 def _own_of_medium(cause: Cause) -> float:
@@ -150,7 +152,7 @@ def _own_of_medium(cause: Cause) -> float:
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
     """A row of each kind and group that was not told; of steps and holders, the median of their places."""
-    told_kinds = {(found.cause.kind, found.cause.group) for found in told}
+    told_kinds = {(told_cause.cause.kind, told_cause.cause.group) for told_cause in told}
     places: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
         if (cause.kind, cause.group) not in told_kinds:

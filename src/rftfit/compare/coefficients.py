@@ -77,7 +77,7 @@ def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
     if fit.reason:
         return np.nan, np.nan
     pairs = zip(alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True)
-    z, x = (float(np.sqrt(np.nanmean((alpha - part) ** 2))) for alpha, part in pairs)
+    z, x = (float(np.sqrt(np.nanmean((alpha - fitted) ** 2))) for alpha, fitted in pairs)
     return z, x
 
 
@@ -88,8 +88,8 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
     draws = scaling.generic(np.stack([fit.draws for fit in group], axis=1))
     lo, hi = scaling.generic_interval(group, config.fit.confidence)
     # Table S2 averages the paper's five media; a campaign of others has nothing to compare with
-    own = {config.media[fit.medium].published_as for fit in group}
-    of_paper = method == scaling.AS_PRINTED and own >= {*MEDIA}
+    published_media = {config.media[fit.medium].published_as for fit in group}
+    of_paper = method == scaling.AS_PRINTED and published_media >= {*MEDIA}
     published = coefficients(scaling.GENERIC) if of_paper else {}
     columns = {
         "method": method,

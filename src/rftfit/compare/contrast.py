@@ -98,8 +98,8 @@ class Comparison:
     Examples
     --------
     >>> import rftfit
-    >>> found = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
-    >>> found.ratio, found.size_p, found.shape_p  # doctest: +SKIP
+    >>> comparison = rftfit.compare_media("poppy_LP", "poppy_CP")  # doctest: +SKIP
+    >>> comparison.ratio, comparison.size_p, comparison.shape_p  # doctest: +SKIP
     """
 
     a: str
@@ -325,14 +325,14 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     # x counts where all runs of a direction have it, on both sides
     x = np.concatenate([_number(runs, column("x")) for runs in usable])
     x_known = np.array([np.isfinite(x[number == cell]).all() for cell in common])
-    parts = number[:split], number[split:]
+    numbers_of_sides = number[:split], number[split:]
     means = [
-        _mean_of(side, runs, part, common, x_known)
-        for side, runs, part in zip((a, b), usable, parts, strict=True)
+        _mean_of(side, runs, numbers, common, x_known)
+        for side, runs, numbers in zip((a, b), usable, numbers_of_sides, strict=True)
     ]
     place = np.array([int((number == cell).argmax()) for cell in common])
-    at = np.where(level[place], depth[place], math.nan)
-    return means[0], means[1], np.vstack([both[:, place], at])
+    depth_cm = np.where(level[place], depth[place], math.nan)
+    return means[0], means[1], np.vstack([both[:, place], depth_cm])
 
 
 def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
@@ -348,9 +348,11 @@ def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
 
 def _describe_directions(angles: FloatArray) -> str:
     """List the first directions of a medium."""
-    each = sorted({(round(float(beta), 1), round(float(gamma), 1)) for beta, gamma in angles.T})
-    listed = ", ".join(f"({beta:g}, {gamma:g})" for beta, gamma in each[:4])
-    return listed + (f" and {len(each) - 4} more" if len(each) > 4 else "") or "none"
+    directions = sorted(
+        {(round(float(beta), 1), round(float(gamma), 1)) for beta, gamma in angles.T}
+    )
+    listed = ", ".join(f"({beta:g}, {gamma:g})" for beta, gamma in directions[:4])
+    return listed + (f" and {len(directions) - 4} more" if len(directions) > 4 else "") or "none"
 
 
 def _number(runs: pd.DataFrame, name: str) -> FloatArray:
@@ -381,8 +383,8 @@ def _mean_of(
     lever = np.nan_to_num(_number(runs, "lever_per_cm"))[:, None]
     clock = alpha * lever * np.nan_to_num(_number(runs, "clock_cm"))[:, None]
     # the curvature is alike in runs over the same depths; tare and clock are shared and counted below
-    own = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
-    own = np.maximum(own, 0.0)
+    run_variance = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
+    run_variance = np.maximum(run_variance, 0.0)
     unit = mean / np.maximum(np.hypot(*mean.T), 1e-30)[:, None]
     across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     off = alpha[None] - mean[:, None]
@@ -409,8 +411,8 @@ def _mean_of(
     return _Means(
         mean=mean,
         n=n,
-        noise_variance=(share**2) @ own + share @ startup**2,
-        noise_of_run=share @ own.mean(axis=1),
+        noise_variance=(share**2) @ run_variance + share @ startup**2,
+        noise_of_run=share @ run_variance.mean(axis=1),
         along=squares[0],
         across=squares[1] * x_known,
         across_known=x_known,
@@ -448,18 +450,18 @@ def _fit_scatters(a: _Means, b: _Means) -> tuple[_Scatter, _Scatter, _Scatter]:
 def _fit_scatter(sides: tuple[_Means, ...], prior: _Scatter, floors: tuple[float, ...]) -> _Scatter:
     """Most likely scatter of single runs about the mean of their direction, with a prior."""
     dof = np.concatenate([side.n - 1 for side in sides])
-    own = np.concatenate([side.noise_of_run for side in sides])
-    known = np.concatenate([side.across_known for side in sides])
+    noise_of_run = np.concatenate([side.noise_of_run for side in sides])
+    across_known = np.concatenate([side.across_known for side in sides])
     best, most = prior, -math.inf
     for floor in floors:
         level = np.concatenate([side.level(floor) for side in sides])
         total, sizes = 0.0, []
         for name, usual, counted in (
             ("along", prior.along, dof),
-            ("across", prior.across, dof * known),
+            ("across", prior.across, dof * across_known),
         ):
             squares = np.concatenate([getattr(side, name) for side in sides])
-            variance = _SCATTERS[:, None] ** 2 * level + own
+            variance = _SCATTERS[:, None] ** 2 * level + noise_of_run
             likelihood = -0.5 * (counted * np.log(variance) + squares / variance).sum(axis=1)
             likelihood -= PRIOR_DOF * (np.log(_SCATTERS) + 0.5 * (usual / _SCATTERS) ** 2)
             total += float(likelihood.max())
@@ -562,8 +564,8 @@ class _Contrast:
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
         n = len(blocks)
         whole = np.zeros((2, n, 2, n))
-        each = np.arange(n)
-        whole[:, each, :, each] = blocks
+        diagonal = np.arange(n)
+        whole[:, diagonal, :, diagonal] = blocks
         return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.is_known, self.is_known)])
 
     def _common(self, ratio: float) -> FloatArray:
@@ -610,13 +612,13 @@ class _Contrast:
         first = math.log(lengths[1] / lengths[0])
         if abs(first) > _WIDEST:
             raise InputError("one of A and B has no force in the common directions")
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             lambda size: self.squares(math.exp(size)),
             bounds=(first - 1, first + 1),
             method="bounded",
             options={"xatol": 1e-6},
         )
-        return math.exp(float(found.x))
+        return math.exp(float(optimum.x))
 
     def mean(self, ratio: float) -> FloatArray:
         """Alpha that both have, in the size of A, shape (n, 2)."""

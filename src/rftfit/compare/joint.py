@@ -289,15 +289,15 @@ class JointModel:
             scatter = self.transform @ scatter @ self.transform.transpose(0, 2, 1)
         return scatter
 
-    def _solve(self, theta: FloatArray, more: FloatArray | None = None) -> _Solved:
+    def _solve(self, theta: FloatArray, extra_columns: FloatArray | None = None) -> _Solved:
         """V^-1 of the residual from the prior mean, of that mean and of more columns, through the directions."""
         count, size = self.directions.shape[1], self.runs.size
         scatter = self._scatter(theta)
         precision = np.asarray(np.linalg.inv(scatter), dtype=np.float64)
         mean = math.exp(theta[0]) * self.mean.reshape(2, count)[:, self.cell].ravel()
         columns = np.column_stack([self.runs.alpha.ravel() - mean, mean])
-        if more is not None:
-            columns = np.column_stack([columns, more])
+        if extra_columns is not None:
+            columns = np.column_stack([columns, extra_columns])
         weighted = np.einsum("nij,jnk->ink", precision, columns.reshape(2, size, -1))
         inner = self._inner(theta, precision)
         sums = self._sum_by_direction(weighted)
@@ -316,9 +316,9 @@ class JointModel:
         gathered = np.zeros((2, count, 2, count))
         diagonal = np.arange(count)
         for row in (0, 1):
-            for other in (0, 1):
-                sums = np.bincount(self.cell, precision[:, row, other], minlength=count)
-                gathered[row, diagonal, other, diagonal] = sums
+            for column in (0, 1):
+                sums = np.bincount(self.cell, precision[:, row, column], minlength=count)
+                gathered[row, diagonal, column, diagonal] = sums
         return np.asarray(
             np.eye(2 * count) + self._covariance(theta) @ gathered.reshape(2 * count, -1)
         )
@@ -593,21 +593,21 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
     of these also the ones with a score near that of the cause count, though a medium might have their size.
     """
     least_times = told.times - _INSEPARABLE
-    others = {
-        other.cause[:3]: other.cause
-        for other in tried
-        if other is not told and other.times > max(other.limit, least_times)
+    inseparable = {
+        trial.cause[:3]: trial.cause
+        for trial in tried
+        if trial is not told and trial.times > max(trial.limit, least_times)
     }
     if told.cause.group == ALL:
         scores = np.abs(scan.size) / scan.se
         names = [cause[:3] for cause in scan.causes]
         least_score = scores[names.index(told.cause[:3])] - _INSEPARABLE
-        others |= {
+        inseparable |= {
             name: cause
             for name, cause, score in zip(names, scan.causes, scores, strict=True)
             if cause.group == ALL and score > least_score and name != told.cause[:3]
         }
-    return tuple(others.values())
+    return tuple(inseparable.values())
 
 
 class _Trial(NamedTuple):
@@ -776,8 +776,8 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
         variances = np.maximum(variances, 0)
         mean = vectors.T @ (prior.mean / error)
         for name, matrix in AXES.items():
-            given = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
-            values = np.concatenate([given[0], side * given[1]])
+            alpha_in_axes = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
+            values = np.concatenate([alpha_in_axes[0], side * alpha_in_axes[1]])
             turned = vectors.T @ (values / error)
             size = math.sqrt((values @ values) / (prior.mean @ prior.mean + np.trace(covariance)))
             sizes = (size * steps)[None, :, None]

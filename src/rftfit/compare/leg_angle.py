@@ -80,13 +80,16 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     if theta[0] > theta_predicted[loaded[0]] - FEWEST:
         return math.nan
     offsets = np.arange(-FARTHEST_DEG, FARTHEST_DEG + STEP_DEG / 2, STEP_DEG)
-    at = theta[first_part][None] - offsets[:, None]
+    shifted_theta = theta[first_part][None] - offsets[:, None]
     moved = np.stack(
-        [np.interp(at, theta_predicted, part, left=0.0, right=0.0) for part in force_predicted]
+        [
+            np.interp(shifted_theta, theta_predicted, component, left=0.0, right=0.0)
+            for component in force_predicted
+        ]
     )
-    wanted = force[:, None, first_part]
+    measured_force = force[:, None, first_part]
     power = (moved**2).sum(axis=(0, 2))
-    fitted = (moved * wanted).sum(axis=(0, 2))
+    fitted = (moved * measured_force).sum(axis=(0, 2))
     # of the best gain, which cannot turn the force around
     explained = np.where(
         (power > 0) & (fitted > 0), fitted**2 / np.where(power > 0, power, 1.0), 0.0
@@ -116,16 +119,19 @@ def common_offset(offsets_deg: Mapping[str, Sequence[float]]) -> AngleOffset:
     AngleOffset
     """
     by_leg = [
-        np.array([one for one in curves if math.isfinite(one)]) for curves in offsets_deg.values()
+        np.array([offset for offset in curves if math.isfinite(offset)])
+        for curves in offsets_deg.values()
     ]
-    told = [curves for curves in by_leg if curves.size]
-    if not told:
+    offsets_of_legs = [curves for curves in by_leg if curves.size]
+    if not offsets_of_legs:
         return AngleOffset()
-    means = np.array([curves.mean() for curves in told])
+    means = np.array([curves.mean() for curves in offsets_of_legs])
     variances = np.array(
-        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in told]
+        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in offsets_of_legs]
     )
     weights = 1 / variances
     offset = float(weights @ means / weights.sum())
     half = QUANTILE / math.sqrt(float(weights.sum()))
-    return AngleOffset(offset, offset - half, offset + half, sum(curves.size for curves in told))
+    return AngleOffset(
+        offset, offset - half, offset + half, sum(curves.size for curves in offsets_of_legs)
+    )

@@ -156,7 +156,7 @@ def leg_prediction(
     # a leg that is moved a little may reach cells that are missing
     shape = {}
     for c, name in names.items():
-        shape[c] = wide * np.sqrt(sum(np.nan_to_num(part[c]) ** 2 for part in moved.values()))
+        shape[c] = wide * np.sqrt(sum(np.nan_to_num(change[c]) ** 2 for change in moved.values()))
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
             if lo in forces:
                 lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
@@ -203,9 +203,9 @@ def error_of_legs(media: Sequence[Medium]) -> float:
             size = np.where(load.loaded > 0, load.size[0], np.nan)
             for c, predicted in (("z", forces.force_z_N), ("x", forces.force_x_N)):
                 squares.append(((curve[f"force_{c}_N"].to_numpy(float) - predicted) / size) ** 2)
-    known = np.concatenate([np.zeros(0), *squares])
-    known = known[np.isfinite(known)]
-    return float(np.sqrt(known.mean())) if known.size else math.nan
+    relative_squares = np.concatenate([np.zeros(0), *squares])
+    relative_squares = relative_squares[np.isfinite(relative_squares)]
+    return float(np.sqrt(relative_squares.mean())) if relative_squares.size else math.nan
 
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
@@ -231,14 +231,16 @@ def shape_errors(
     """
     errors, arc = config.errors, arc_of(leg)
     surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
-    hip_cm = math.hypot(errors.hip_cm, *(one / 10 for one in surface))
+    hip_cm = math.hypot(errors.hip_cm, *(error_mm / 10 for error_mm in surface))
     plain, motion = leg_outline(leg), _turned(leg, config.arm)
     longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
     moved = {"hip": (plain, _turned(leg, config.arm, hip_cm)), "arc": (longer, motion)}
-    found = {name: forces_on(profile, body, way.poses) for name, (body, way) in moved.items()}
+    moved_forces = {
+        name: forces_on(profile, body, way.poses) for name, (body, way) in moved.items()
+    }
     return {
-        name: {"z": one.force_z_N - best["z"], "x": one.force_x_N - best["x"]}
-        for name, one in found.items()
+        name: {"z": forces.force_z_N - best["z"], "x": forces.force_x_N - best["x"]}
+        for name, forces in moved_forces.items()
     }
 
 
@@ -260,28 +262,33 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
         forces = {"z": best.force_z_N, "x": best.force_x_N}
         if not np.isfinite(forces["z"]).all():
             continue
-        at = {c: extreme(force, c) for c, force in forces.items()}
-        shown[name] = leg_outline(leg), motion.poses, at, shape_errors(profile, leg, config, forces)
+        peak_rows = {c: extreme(force, c) for c, force in forces.items()}
+        shown[name] = (
+            leg_outline(leg),
+            motion.poses,
+            peak_rows,
+            shape_errors(profile, leg, config, forces),
+        )
         without = forces_on(sound, leg_outline(leg), motion.poses)
-        for c, left in (("z", without.force_z_N), ("x", without.force_x_N)):
-            rests[name, c] = 100 * (1 - float(left[at[c]] / forces[c][at[c]]))
+        for c, sound_force in (("z", without.force_z_N), ("x", without.force_x_N)):
+            rests[name, c] = 100 * (1 - float(sound_force[peak_rows[c]] / forces[c][peak_rows[c]]))
 
     def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
         many = TableProfile(*alpha, *directions(table))
         drawn = []
-        for outline, poses, at, _ in shown.values():
-            forces = force_draws(many, outline, poses[[at["z"], at["x"]]])
+        for outline, poses, peak_rows, _ in shown.values():
+            forces = force_draws(many, outline, poses[[peak_rows["z"], peak_rows["x"]]])
             drawn += [forces.force_z_N[:, 0], forces.force_x_N[:, 1]]
         return np.stack(drawn)
 
     behind = errors_behind(table, config, peaks) if shown else {}
-    found = {}
+    peak_errors = {}
     for place, (name, c) in enumerate((name, c) for name in shown for c in COMPONENTS):
-        _, _, at, moved = shown[name]
+        _, _, peak_rows, moved = shown[name]
         parts = {source: float(sd[place]) for source, sd in behind.items()}
-        parts |= {source: float(one[c][at[c]]) for source, one in moved.items()}
-        found[name, c] = (shares(parts), rests[name, c])
-    return found
+        parts |= {source: float(change[c][peak_rows[c]]) for source, change in moved.items()}
+        peak_errors[name, c] = (shares(parts), rests[name, c])
+    return peak_errors
 
 
 def predicted_curves(
@@ -302,8 +309,8 @@ def predicted_curves(
         if profile.reason and kind not in ("table", "depth_only"):
             continue
         for name, leg in config.legs.items():
-            curve, own = leg_prediction(profile, leg, config, model_error)
-            peaks |= {(medium.name, name, kind, c): peak for c, peak in own.items()}
+            curve, leg_peaks = leg_prediction(profile, leg, config, model_error)
+            peaks |= {(medium.name, name, kind, c): peak for c, peak in leg_peaks.items()}
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
         return pd.DataFrame(columns=PREDICTED_COLUMNS), {}
@@ -313,12 +320,12 @@ def predicted_curves(
     if sand:
         alone = (curves["reason_code"] == "") & (curves["profile"] == "generic")
         note = medium.results.reference().remarks
-        curves = with_reasons(curves, (note * one for one in alone))
+        curves = with_reasons(curves, (note * is_noted for is_noted in alone))
     return curves, peaks
 
 
 @dataclass(frozen=True)
-class Peak:
+class MeasuredPeak:
     """Peak of a curve of force against theta, with what the scatter of the readings leaves uncertain.
 
     `se_N` is NaN where the curve is too short to show its scatter; an error of the zero is not in it.
@@ -334,23 +341,23 @@ def extreme(force: FloatArray, component: str) -> int:
     return int(np.argmax(force if component == "z" else np.abs(force)))
 
 
-def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> Peak:
+def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> MeasuredPeak:
     """Fit a parabola around the highest reading and take its highest point: the reading is too high.
 
     One reading a degree, in order. Where fewer than 6 lie around the highest, it is the peak itself.
     """
-    at = extreme(force_N, component)
+    row = extreme(force_N, component)
     if force_N.size >= 2 * _SMOOTH:
         # where the curve is highest, not where the noise is
         smooth = np.convolve(force_N, np.full(_SMOOTH, 1 / _SMOOTH), mode="valid")
-        at = extreme(smooth, component) + _SMOOTH // 2
+        row = extreme(smooth, component) + _SMOOTH // 2
     fine = np.linspace(-HALF_WIDTH_DEG, HALF_WIDTH_DEG, 101)
     for _ in range(2):
         # once more around the peak of the first parabola where that lies near its end
-        centre = theta_deg[at]
+        centre = theta_deg[row]
         near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
         if np.count_nonzero(near) < _LEAST:
-            return Peak(float(force_N[at]), math.nan, float(centre))
+            return MeasuredPeak(float(force_N[row]), math.nan, float(centre))
         offset = theta_deg[near] - centre
         design = np.vander(offset, 3)
         weights = np.linalg.pinv(design)
@@ -359,11 +366,11 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         top = extreme(values, component)
         if abs(inside[top]) <= HALF_WIDTH_DEG / 2:
             break
-        at = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
+        row = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
     share = np.vander(inside[top : top + 1], 3)[0] @ weights
     scatter = _long_run_variance(force_N)
     se = math.sqrt(scatter * float(share @ share))
-    return Peak(float(values[top]), se, float(centre + inside[top]))
+    return MeasuredPeak(float(values[top]), se, float(centre + inside[top]))
 
 
 def _long_run_variance(force: FloatArray) -> float:
@@ -408,20 +415,24 @@ def leg_errors(
     curves = dict(iter(measured.groupby(keys)))
     flags_of_legs = {place: _flags_of_leg(curve, flags) for place, curve in curves.items()}
     rows = []
-    for (medium, leg, profile), part in predicted.groupby([*keys, "profile"], sort=True):
-        own = curves.get((medium, leg))
-        both = None if own is None else own.merge(part, on="theta_deg", suffixes=("_measured", ""))
+    for (medium, leg, profile), predicted_curve in predicted.groupby([*keys, "profile"], sort=True):
+        measured_curve = curves.get((medium, leg))
+        both = (
+            None
+            if measured_curve is None
+            else measured_curve.merge(predicted_curve, on="theta_deg", suffixes=("_measured", ""))
+        )
         spread = (bed_spread or {}).get(str(medium), 0.0)
         for component in COMPONENTS:
             drawn = (peaks or {}).get((str(medium), str(leg), str(profile), component))
-            found, why = _compare(both, component, spread, confidence, drawn)
+            numbers, why = _compare(both, component, spread, confidence, drawn)
             reason = reason_columns([*why, *flags_of_legs.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
-            name["verdict"] = judge(found)
+            name["verdict"] = judge(numbers)
             flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
             flagged = flagged if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
-            rows.append(name | found | errors_of_model | rests | reason)
+            rows.append(name | numbers | errors_of_model | rests | reason)
     table = pd.DataFrame(rows, columns=COLUMNS)
     return table.assign(**_errors_of_theta(table, curves, predicted))
 
@@ -478,7 +489,9 @@ def _compare(
     row = {"theta_from_deg": float(theta.min()), "theta_to_deg": float(theta.max())}
     if not np.isfinite(ours).all():
         lost = both.drop_duplicates("reason").to_dict("records")
-        return row, [why for one in lost for why in reason_of(one)] or [remark("not-predicted")]
+        return row, [why for lost_row in lost for why in reason_of(lost_row)] or [
+            remark("not-predicted")
+        ]
     off = ours - truth
     rms = float(np.sqrt(np.mean(off**2)))
     scatter = float(np.sum((truth - truth.mean()) ** 2))
@@ -501,20 +514,22 @@ def _peak_errors(
     drawn: PeakEnds | None,
 ) -> dict[str, float]:
     theta, ours, truth = _curves(both, component)
-    at, found = extreme(ours, component), measured_peak(theta, truth, component)
-    peak, best = found.force_N, float(ours[at])
+    row, measured = extreme(ours, component), measured_peak(theta, truth, component)
+    peak, best = measured.force_N, float(ours[row])
     name = f"force_{component}_N"
     ends, model_ends = (
-        tuple(float(both[end].iloc[at]) if end in both else math.nan for end in pair)
+        tuple(float(both[end].iloc[row]) if end in both else math.nan for end in pair)
         for pair in (end_names(name), model_end_names(name))
     )
-    zero = float(both[f"zero_se_{component}_N"].iloc[at]) if f"zero_se_{component}_N" in both else 0
+    zero = (
+        float(both[f"zero_se_{component}_N"].iloc[row]) if f"zero_se_{component}_N" in both else 0
+    )
     # what a parabola does to the prediction, which has no noise, it does to the measured peak
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
     if drawn is not None:
         best, ends, model_ends = drawn
-    error = math.hypot(found.se_N, zero, spread * peak, shape)
+    error = math.hypot(measured.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
     model_lo, model_hi = _error_interval(best, model_ends, peak, error, confidence)
     off, relative = (100 * (best / peak - 1), rms / abs(peak)) if peak else (math.nan, math.nan)
@@ -530,7 +545,7 @@ def _peak_errors(
         "peak_error_hi_percent": hi,
         "peak_error_model_lo_percent": model_lo,
         "peak_error_model_hi_percent": model_hi,
-        "peak_late_deg": smooth.theta_deg - found.theta_deg,
+        "peak_late_deg": smooth.theta_deg - measured.theta_deg,
         "rms_relative_to_peak": relative,
     }
 
@@ -553,8 +568,8 @@ def judge(numbers: Mapping[str, float]) -> str:
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
     """Row of `leg_errors` on which the verdict on a profile rests: None where no leg was measured."""
-    own = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
-    rows = own[own["verdict"] != NOT_TESTED].to_dict("records")
+    errors_of_profile = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
+    rows = errors_of_profile[errors_of_profile["verdict"] != NOT_TESTED].to_dict("records")
     order = (WITHIN, OFF, FAR_OFF)
     bad = [(order.index(row["verdict"]), abs(row["peak_error_percent"])) for row in rows]
     return rows[bad.index(max(bad))] if rows else None
@@ -581,7 +596,10 @@ def _error_interval(
     ratio = predicted / peak
     # errors of the ratio, relative; the lower end of the ratio has the higher measured peak
     below, above = sorted(end / predicted - 1 for end in ends)
-    own = float(student_quantile(confidence, _ZERO_DOF)) * abs(error / peak)
-    lo, hi = ratio * (1 - math.hypot(below, own)), ratio * (1 + math.hypot(above, own))
+    half_width = float(student_quantile(confidence, _ZERO_DOF)) * abs(error / peak)
+    lo, hi = (
+        ratio * (1 - math.hypot(below, half_width)),
+        ratio * (1 + math.hypot(above, half_width)),
+    )
     lo, hi = sorted((lo, hi))
     return 100 * (lo - 1), 100 * (hi - 1)

@@ -14,7 +14,7 @@ from rftfit.campaign.problems import choose
 from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
 from rftfit.errors import InputError
 from rftfit.measure.errors import errors_of
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Map
 from rftfit.results import Medium, Results, config_of, open_results
@@ -49,11 +49,11 @@ def compare_media(
     Examples
     --------
     >>> import rftfit
-    >>> found = rftfit.compare_media("poppy_LP@monday", "poppy_LP@friday")  # doctest: +SKIP
-    >>> print(found.sentence)  # doctest: +SKIP
+    >>> comparison = rftfit.compare_media("poppy_LP@monday", "poppy_LP@friday")  # doctest: +SKIP
+    >>> print(comparison.sentence)  # doctest: +SKIP
     """
     opened: dict[Path, Results] = {}
-    sides = [_find_side(given, opened) for given in (a, b)]
+    sides = [_find_side(source, opened) for source in (a, b)]
     first, second = sides
     if first.campaign == second.campaign:
         shared = set(first.fits["run_id"]) & set(second.fits["run_id"])
@@ -65,17 +65,17 @@ def compare_media(
             for side in (first, second)
         ]
     try:
-        found = compare_run_sets(sides[0].make_run_set(), sides[1].make_run_set(), confidence)
+        comparison = compare_run_sets(sides[0].make_run_set(), sides[1].make_run_set(), confidence)
     except NoCommonDirection as error:
         if any(side.label for side in sides):
             raise
-        found = _compare_maps(sides[0], sides[1], confidence, str(error))
+        comparison = _compare_maps(sides[0], sides[1], confidence, str(error))
     marks = [
-        f"{side.name} is {say(marks)}"
+        f"{side.name} is {format_remarks(marks)}"
         for side in sides
         if (marks := side.medium.results.marks.get(side.medium.name, []))
     ]
-    return replace(found, notes=(*marks, *found.notes))
+    return replace(comparison, notes=(*marks, *comparison.notes))
 
 
 @dataclass(frozen=True)
@@ -124,15 +124,15 @@ def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.Dat
     return fits[of_runs == label]
 
 
-def _find_side(given: str | Path | Medium, opened: dict[Path, Results]) -> _Side:
+def _find_side(source: str | Path | Medium, opened: dict[Path, Results]) -> _Side:
     """Find the medium, and the session, that a word means."""
-    if isinstance(given, Medium):
-        return _Side(given.name, given)
-    text = str(given)
-    place, at, label = text, "", ""
+    if isinstance(source, Medium):
+        return _Side(source.name, source)
+    text = str(source)
+    place, at_sign, label = text, "", ""
     if not Path(text).is_dir() and "@" in text:
-        place, at, label = text.rpartition("@")
-    if at and not label:
+        place, at_sign, label = text.rpartition("@")
+    if at_sign and not label:
         raise InputError(f"found '{text}'; allowed: a label of the run sheet after '@'")
     return _Side(text, _find_medium(place, opened), label)
 
@@ -143,14 +143,14 @@ def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
         return current[place]
     folder, _, name = place.rpartition(":")
     if folder and Path(folder).is_dir():
-        other = _open(Path(folder), opened)
-        return other[choose("medium", name, other.media, f"in {folder}")]
+        results = _open(Path(folder), opened)
+        return results[choose("medium", name, results.media, f"in {folder}")]
     if Path(place).is_dir():
-        other = _open(Path(place), opened)
-        if len(other.media) == 1:
-            return other[other.media[0]]
-        listed = ", ".join(f"{place}:{medium}" for medium in other.media) or "no medium there"
-        raise InputError(f"{place}: {len(other.media)} media; allowed: {listed}")
+        results = _open(Path(place), opened)
+        if len(results.media) == 1:
+            return results[results.media[0]]
+        listed = ", ".join(f"{place}:{medium}" for medium in results.media) or "no medium there"
+        raise InputError(f"{place}: {len(results.media)} media; allowed: {listed}")
     if current is None:
         raise InputError(
             f"found '{place}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, or FOLDER of a campaign "

@@ -63,25 +63,32 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     explains; a difference below `seen_from_ratio`, relative to the largest alpha, never is.
     """
     names = [column(c) for c in "zx"]
-    known = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
-    if known.empty:
+    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
+    if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
-    alpha = known[names].to_numpy(float).T
-    groups = directions_of(known)
-    others, times, apart, seen = _compare_with_repeats(alpha, groups, may_switch(known))
-    single = np.array([(groups == own).sum() < 3 for own in groups])
+    alpha = runs[names].to_numpy(float).T
+    groups = number_directions(runs)
+    others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, may_switch(runs))
+    single = np.array([(groups == group).sum() < 3 for group in groups])
     if single.any():
-        said, of_map, far, least = (part[..., single] for part in _compare_with_map(known, alpha))
-        others[:, single], times[single], apart[single], seen[single] = said, of_map, far, least
+        map_alpha, map_times, far, least = (
+            values[..., single] for values in _compare_with_map(runs, alpha)
+        )
+        others_alpha[:, single], times[single], apart[single], seen[single] = (
+            map_alpha,
+            map_times,
+            far,
+            least,
+        )
     # of a medium without any force nothing is relative
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
-    off = (alpha - others) / largest
+    off = (alpha - others_alpha) / largest
     rows = {
         "medium": medium,
-        "run_id": known["run_id"],
-        "beta_deg": known["beta_deg"],
-        "gamma_deg": known["gamma_deg"],
-        "n_others": [(groups == own).sum() - 1 for own in groups],
+        "run_id": runs["run_id"],
+        "beta_deg": runs["beta_deg"],
+        "gamma_deg": runs["gamma_deg"],
+        "n_others": [(groups == group).sum() - 1 for group in groups],
         "beside": np.where(single, MAP, REPEATS),
         "off_z_ratio": off[0],
         "off_x_ratio": off[1],
@@ -90,11 +97,11 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
         "seen_from_ratio": seen / largest,
     }
     smallest = _smallest_published(
-        *(np.radians(known[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+        *(np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
     )
     for place, c in enumerate("zx"):
         rows |= {f"known_{c}_ratio": smallest[place]}
-        rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others[place]}
+        rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others_alpha[place]}
     return pd.DataFrame(rows)[COLUMNS]
 
 
@@ -103,8 +110,8 @@ def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     shapes = published_shapes()
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
     ratios = np.stack(np.split(shapes.of_media(beta, gamma), 2, axis=1)) / level
-    alike = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
-    return np.where(alike, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
+    same_sign = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
+    return np.where(same_sign, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 
 
 def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
@@ -114,7 +121,7 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
-def directions_of(runs: pd.DataFrame) -> FloatArray:
+def number_directions(runs: pd.DataFrame) -> FloatArray:
     """Number of the direction of each run; a level run also has a depth, since no depth is like another."""
     beta, gamma, depth = (
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
@@ -143,43 +150,47 @@ def _compare_with_repeats(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
     # a component that nobody measured makes no difference
-    felt = alpha.copy()
-    felt[1] = np.where(np.isfinite(alpha[0]) & np.isnan(alpha[1]), 0.0, alpha[1])
-    weakest = _LEAST_REPEATS * np.nanmax(np.abs(felt))
+    filled_alpha = alpha.copy()
+    filled_alpha[1] = np.where(np.isfinite(alpha[0]) & np.isnan(alpha[1]), 0.0, alpha[1])
+    weakest = _LEAST_REPEATS * np.nanmax(np.abs(filled_alpha))
 
-    def beside(here: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
         """Median of the others, and the difference from it relative to its size."""
-        said = np.stack([np.median(felt[:, here[here != one]], axis=1) for one in here], axis=1)
+        median = np.stack(
+            [np.median(filled_alpha[:, members[members != run]], axis=1) for run in members], axis=1
+        )
         # beds differ by so many percent of both components; the weakest directions by more
-        level = np.hypot(np.hypot(*said), weakest)
-        distance = np.hypot(*(felt[:, here] - said))
-        sizes = np.hypot(*felt[:, here])
-        others_size = np.array([np.median(sizes[here != run]) for run in here])
-        distance = np.where(switches[here], np.abs(sizes - others_size), distance)
-        return said, distance / level
+        level = np.hypot(np.hypot(*median), weakest)
+        distance = np.hypot(*(filled_alpha[:, members] - median))
+        sizes = np.hypot(*filled_alpha[:, members])
+        others_size = np.array([np.median(sizes[members != run]) for run in members])
+        distance = np.where(switches[members], np.abs(sizes - others_size), distance)
+        return median, distance / level
 
-    others, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
-    each = (np.flatnonzero(groups == own) for own in np.unique(groups))
-    members = [here for here in each if here.size > 2]
-    for here in members:
-        others[:, here], off[here] = beside(here)
-        level[here] = np.hypot(np.hypot(*others[:, here]), weakest)
-    known = off[np.isfinite(off)]
-    unit = max(float(np.median(known)), 0.01) if known.size >= _FEW_RUNS else _ORDINARY
+    others_alpha, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
+    all_members = (np.flatnonzero(groups == group) for group in np.unique(groups))
+    large_groups = [members for members in all_members if members.size > 2]
+    for members in large_groups:
+        others_alpha[:, members], off[members] = compare_group(members)
+        level[members] = np.hypot(np.hypot(*others_alpha[:, members]), weakest)
+    finite_off = off[np.isfinite(off)]
+    unit = max(float(np.median(finite_off)), 0.01) if finite_off.size >= _FEW_RUNS else _ORDINARY
     far = np.zeros(groups.size, dtype=bool)
-    for here in members:
+    for members in large_groups:
         # where runs are wrong, the others differ from their median too: the farthest goes first
-        rest = here
-        while 2 * (here.size - rest.size + 1) < here.size:
-            own = beside(rest)[1]
-            at = int(own.argmax())
-            if not any(own[at] > max(clear * unit, least) for clear, least in _REPEATS_APART):
+        remaining = members
+        while 2 * (members.size - remaining.size + 1) < members.size:
+            distances = compare_group(remaining)[1]
+            farthest = int(distances.argmax())
+            if not any(
+                distances[farthest] > max(clear * unit, least) for clear, least in _REPEATS_APART
+            ):
                 break
-            far[rest[at]] = True
-            rest = np.delete(rest, at)
+            far[remaining[farthest]] = True
+            remaining = np.delete(remaining, farthest)
     seen = level * min(max(clear * unit, least) for clear, least in _REPEATS_APART)
-    others[np.isnan(alpha)] = math.nan
-    return others, np.nan_to_num(off / unit), far, seen
+    others_alpha[np.isnan(alpha)] = math.nan
+    return others_alpha, np.nan_to_num(off / unit), far, seen
 
 
 def _compare_with_map(
@@ -191,59 +202,61 @@ def _compare_with_map(
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)
 
-    def beside(given: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        said, error = _predict_from_others(beta, gamma, np.where(given, alpha, math.nan), alpha, se)
-        return said, np.nan_to_num(np.abs(alpha - said) / error), error
+    def predict_from(is_used: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        predicted, error = _predict_from_others(
+            beta, gamma, np.where(is_used, alpha, math.nan), alpha, se
+        )
+        return predicted, np.nan_to_num(np.abs(alpha - predicted) / error), error
 
-    said, times, error = beside(~far)
+    predicted, times, error = predict_from(~far)
     while True:
         farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
-        rest = ~far & (np.arange(beta.size) != farthest)
-        if rest.sum() < max(_FEWEST, 2 * far.sum()):
+        remaining = ~far & (np.arange(beta.size) != farthest)
+        if remaining.sum() < max(_FEWEST, 2 * far.sum()):
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
-        without, apart, its_error = beside(rest)
-        unit = max(float(np.quantile(apart[:, rest], _TAIL)), 0.1)
+        without, apart, its_error = predict_from(remaining)
+        unit = max(float(np.quantile(apart[:, remaining], _TAIL)), 0.1)
         off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
         if apart[:, farthest].max() < _TIMES_MAP * unit or off < _LEAST_MAP * largest:
             seen = np.fmax(_LEAST_MAP * largest, np.fmax(*error) * _TIMES_MAP * unit)
-            return said, times.max(axis=0) / unit, far, seen
+            return predicted, times.max(axis=0) / unit, far, seen
         far[farthest] = True
-        said, times, error = without, apart, its_error
+        predicted, times, error = without, apart, its_error
     # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
-    return said, unknown, np.zeros(beta.size, dtype=bool), unknown
+    return predicted, unknown, np.zeros(beta.size, dtype=bool), unknown
 
 
 def _predict_from_others(
-    beta: FloatArray, gamma: FloatArray, given: FloatArray, alpha: FloatArray, se: FloatArray
+    beta: FloatArray, gamma: FloatArray, used_alpha: FloatArray, alpha: FloatArray, se: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What the `given` runs but itself say of each run: alpha, N/cm^3, and its error, shape (2, n)."""
+    """What the runs of `used_alpha` but itself say of each run: alpha, N/cm^3, and its error, shape (2, n)."""
     count = beta.size
     mean, prior = published_shapes().moments(beta, gamma)
-    known = np.flatnonzero(np.isfinite(given.ravel()))
-    values, noise = alpha.ravel()[known], np.nan_to_num(se.ravel()[known])
-    size = float(np.abs(values).sum() / np.abs(mean[known]).sum())
+    used = np.flatnonzero(np.isfinite(used_alpha.ravel()))
+    values, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
+    size = float(np.abs(values).sum() / np.abs(mean[used]).sum())
     for _ in range(3):
-        own = np.hypot(_BED * mean, _LEAST * np.abs(mean).max()) * size
-        covariance = size**2 * prior + np.diag(own**2)
-        within = covariance[np.ix_(known, known)] + np.diag(noise**2)
+        scatter = np.hypot(_BED * mean, _LEAST * np.abs(mean).max()) * size
+        covariance = size**2 * prior + np.diag(scatter**2)
+        within = covariance[np.ix_(used, used)] + np.diag(noise**2)
         inverse = np.linalg.inv(within)
-        weight = mean[known] @ inverse
-        size = max(float(weight @ values) / float(weight @ mean[known]), 1e-9)
-    off = inverse @ (values - size * mean[known])
-    said, error = np.full((2, 2 * count), math.nan)
+        weight = mean[used] @ inverse
+        size = max(float(weight @ values) / float(weight @ mean[used]), 1e-9)
+    off = inverse @ (values - size * mean[used])
+    predicted, error = np.full((2, 2 * count), math.nan)
     for run in range(count):
         # both components of a run are left out together
-        here = np.flatnonzero(known % count == run)
-        if here.size:
-            block = np.linalg.inv(inverse[np.ix_(here, here)])
-            said[known[here]] = values[here] - block @ off[here]
-            error[known[here]] = np.sqrt(np.diag(block))
+        components = np.flatnonzero(used % count == run)
+        if components.size:
+            block = np.linalg.inv(inverse[np.ix_(components, components)])
+            predicted[used[components]] = values[components] - block @ off[components]
+            error[used[components]] = np.sqrt(np.diag(block))
             continue
         both = np.array([run, count + run])
-        towards = covariance[np.ix_(both, known)]
-        said[both] = size * mean[both] + towards @ off
-        left = covariance[np.ix_(both, both)] - towards @ inverse @ towards.T
-        error[both] = np.sqrt(np.diag(left))
-    return said.reshape(2, count), error.reshape(2, count)
+        towards = covariance[np.ix_(both, used)]
+        predicted[both] = size * mean[both] + towards @ off
+        conditional = covariance[np.ix_(both, both)] - towards @ inverse @ towards.T
+        error[both] = np.sqrt(np.diag(conditional))
+    return predicted.reshape(2, count), error.reshape(2, count)

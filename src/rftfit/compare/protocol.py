@@ -14,7 +14,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.compare.causes import rows_of_model
 from rftfit.compare.joint import ALL, FROM_RUN, JointModel, RunSlopes, expected_alpha
 from rftfit.measure.fits import filed_under
-from rftfit.measure.flags import remark, say
+from rftfit.measure.flags import format_remarks, remark
 
 NOISE = 0.02
 """Standard error of a run's slope, relative to the largest: of a usual log."""
@@ -42,11 +42,11 @@ class PlanPower(NamedTuple):
         """What is told, and where that is not enough the cure."""
         cure = str(remark(NEEDED_CAUSES[self.kind, self.group]))
         if not np.isfinite(self.least_seen):
-            return say([remark(f"plan-lacks-{self.kind}", cure=cure)])
+            return format_remarks([remark(f"plan-lacks-{self.kind}", cure=cure)])
         least = str(remark(f"least-{self.kind}", least=self.least_seen))
         if self.least_seen > LARGE[self.kind]:
-            return say([remark("plan-tells-large", least=least, cure=cure)])
-        return say([remark("plan-tells", least=least)])
+            return format_remarks([remark("plan-tells-large", least=least, cure=cure)])
+        return format_remarks([remark("plan-tells", least=least)])
 
 
 def rate_plan(campaign: Campaign) -> list[PlanPower]:

@@ -67,13 +67,13 @@ ITEM_COLUMNS = list(Item._fields[:-1])
 """Of the table; whose doubts a row carries (`media`) is in its reason."""
 
 
-def about(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
+def name_sources(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
     """Say whose numbers are in some items."""
     names = tuple(dict.fromkeys(map(str, media)))
     return [item._replace(media=names) for item in items]
 
 
-def compare(
+def compare_numbers(
     item: str,
     where: str,
     paper: float,
@@ -120,9 +120,9 @@ def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: st
     """Put beside ours what the paper says of every medium; `met`: by medium, where it holds here."""
     if not len(met):
         return []
-    found = int(met.sum())
-    return about(
-        met.index, [stated(item, where, len(met), found, found == len(met), evidence, why, _COUNT)]
+    n_met = int(met.sum())
+    return name_sources(
+        met.index, [stated(item, where, len(met), n_met, n_met == len(met), evidence, why, _COUNT)]
     )
 
 
@@ -167,15 +167,15 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         names = [column("z"), column("x")]
         ours = np.where(place[:, None] < 0, np.nan, table[names].to_numpy(float)[place])
         off = np.abs(ours - paper[names].to_numpy(float))
-        known = off[np.isfinite(off)]
-        share = 100 * float(np.mean(known <= REPEATABILITY)) if known.size else np.nan
-        worst = float(known.max()) if known.size else np.nan
-        lacking = off.size - known.size
-        items += about(
+        differences = off[np.isfinite(off)]
+        share = 100 * float(np.mean(differences <= REPEATABILITY)) if differences.size else np.nan
+        worst = float(differences.max()) if differences.size else np.nan
+        lacking = off.size - differences.size
+        items += name_sources(
             [medium],
             [
-                compare(
-                    f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {known.size} measured",
+                compare_numbers(
+                    f"{medium}: alpha within {REPEATABILITY} N/cm^3, % of {differences.size} measured",
                     "Table S5",
                     100.0,
                     share,
@@ -183,7 +183,7 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
                     FROM_LOGS,
                     note=f"{lacking} of {off.size} not measured" if lacking else "",
                 ),
-                compare(
+                compare_numbers(
                     f"{medium}: largest difference of alpha, N/cm^3",
                     "Table S5",
                     0.0,
@@ -197,8 +197,8 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         if down is not None and up is not None:
             up_and_down[medium] = float(down[column("z")]), abs(float(up[column("z")]))
     both = pd.DataFrame(up_and_down, index=["down", "up"]).T.dropna()
-    each = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
-    why = f"down and up: {', '.join(each)}"
+    pairs = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
+    why = f"down and up: {', '.join(pairs)}"
     return items + _counted(
         "media with alpha_z(0, 90 deg) of the way down above |alpha_z(0, -90 deg)| of the way up",
         "text, Fig. 2",
@@ -219,11 +219,11 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
         if key is None:
             continue
         printed = coefficients(key)
-        part = ours[ours["medium"] == medium].set_index("coefficient")
+        rows_of_medium = ours[ours["medium"] == medium].set_index("coefficient")
         unit = "" if medium == "generic" else ", N/cm^3"
         tolerance = _GENERIC if medium == "generic" else _COEFFICIENT
-        own = [
-            compare(
+        medium_items = [
+            compare_numbers(
                 f"{medium}: {term}{unit}",
                 "Table S2",
                 printed[term],
@@ -235,26 +235,26 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
             )
             if printed[term] != 0
             else _printed_zero(medium, term, row)
-            for term, row in ((term, part.loc[term]) for term in TERMS)
+            for term, row in ((term, rows_of_medium.loc[term]) for term in TERMS)
         ]
         if medium != "generic":
-            own.append(_zeta(medium, printed, part))
-        items += about(ours["medium"] if medium == GENERIC else [medium], own)
+            medium_items.append(_zeta(medium, printed, rows_of_medium))
+        items += name_sources(ours["medium"] if medium == GENERIC else [medium], medium_items)
     return items + _uneven_steps(values)
 
 
 def _uneven_steps(values: pd.DataFrame) -> list[Item]:
     """What the transform, with steps of gamma taken for even and mirror images, makes of the two large terms."""
-    known = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
-    known = known.assign(of=known["medium"] + " " + known["coefficient"])
-    both = known.pivot_table(index="of", columns="method", values="value_N_per_cm3")
+    large_terms = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
+    large_terms = large_terms.assign(of=large_terms["medium"] + " " + large_terms["coefficient"])
+    both = large_terms.pivot_table(index="of", columns="method", values="value_N_per_cm3")
     if not {"lsq", "dft-index"} <= set(both.columns):
         return []
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
     item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
     why = _listed(change)
-    return about(
-        known["medium"],
+    return name_sources(
+        large_terms["medium"],
         [
             stated(
                 item,
@@ -273,7 +273,9 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     """Entry that the paper prints as zero, though its stated rule may keep the term."""
     relative = float(row["relative_to_A00"])
     if not math.isfinite(relative):
-        return compare(f"{medium}: {term}, N/cm^3", "Table S2", 0.0, math.nan, _KEPT, FROM_LOGS)
+        return compare_numbers(
+            f"{medium}: {term}, N/cm^3", "Table S2", 0.0, math.nan, _KEPT, FROM_LOGS
+        )
     explained = relative <= 0.05
     why = f"{relative:.3f} A00; the stated rule keeps terms above 0.05 A00"
     return stated(
@@ -288,12 +290,12 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     )
 
 
-def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item:
+def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
     """Zeta as printed, as the sum of the printed terms, and ours."""
     total = float(sum(printed[term] for term in TERMS_Z))
-    kept = part[part["kept"].astype(bool)]
+    kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"]
-    found = compare(
+    item = compare_numbers(
         f"{medium}: zeta",
         "Table S2",
         printed["zeta"],
@@ -301,14 +303,14 @@ def _zeta(medium: str, printed: Mapping[str, float], part: pd.DataFrame) -> Item
         _ZETA,
         FROM_LOGS,
     )
-    if found.verdict == NOT_MEASURED:
-        return found
+    if item.verdict == NOT_MEASURED:
+        return item
     consistent = abs(total - printed["zeta"]) <= 0.0025
     why = f"the printed terms add up to {total:.3f}"
     if consistent:
-        return found._replace(why=why)
+        return item._replace(why=why)
     why += ", not to the printed zeta, which should be alpha_z fit(0, 90 deg)"
-    return found._replace(verdict=INCONSISTENT, why=why)
+    return item._replace(verdict=INCONSISTENT, why=why)
 
 
 def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
@@ -327,10 +329,10 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
             continue
         for stem, unit, label, tolerance in quantities:
             ends = (float(row[f"{stem}_lo{unit}"]), float(row[f"{stem}_hi{unit}"]))
-            items += about(
+            items += name_sources(
                 [row["medium"]],
                 [
-                    compare(
+                    compare_numbers(
                         f"{row['medium']}: {label}",
                         "Table S3",
                         float(printed[key, stem + unit]),
@@ -342,7 +344,7 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
                 ],
             )
     if set(MEDIA) <= set(published.values()):
-        items += about(ours["medium"], _mean_chi(table, printed))
+        items += name_sources(ours["medium"], _mean_chi(table, printed))
     return items
 
 
@@ -362,12 +364,12 @@ def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
     ]
     chi = table.dropna(subset=["chi"]).groupby("method")["chi"]
     mean, spread, count = chi.mean(), chi.std(), chi.size()
-    others = ", ".join(f"{method} {mean[method]:.2f}" for method in METHODS if method in mean)
-    note = f"as the paper made it; by {others}: docs/theory/scaling.md"
+    method_means = ", ".join(f"{method} {mean[method]:.2f}" for method in METHODS if method in mean)
+    note = f"as the paper made it; by {method_means}: docs/theory/scaling.md"
     if AS_PRINTED in mean:
         note = f"s.d. between {count[AS_PRINTED]} media {spread[AS_PRINTED]:.2f}; {note}"
     items.append(
-        compare(
+        compare_numbers(
             "chi, mean over the media",
             "text beside Table S3",
             1.26,
@@ -396,9 +398,12 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
 
     `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration.
     """
-    known = errors[errors["peak_error_percent"].notna()]
-    both = {str(name): part for name, part in known.groupby("profile")}
-    lift = {name: part[part["component"] == "z"] for name, part in both.items()}
+    compared = errors[errors["peak_error_percent"].notna()]
+    both = {str(name): errors_of_profile for name, errors_of_profile in compared.groupby("profile")}
+    lift = {
+        name: errors_of_profile[errors_of_profile["component"] == "z"]
+        for name, errors_of_profile in both.items()
+    }
     items: list[Item] = []
     laboratory = set(lift["table"]["medium"]) if "table" in lift else set()
     if "table" in lift:
@@ -411,8 +416,8 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
         items += _depth_only(lift["depth_only"])
     items += _suction(measured)
     if "generic" in lift:
-        own = both["generic"]["medium"].isin(laboratory)
-        items += _generic(both["generic"][own])
+        in_laboratory = both["generic"]["medium"].isin(laboratory)
+        items += _generic(both["generic"][in_laboratory])
         sands = lift["generic"][~lift["generic"]["medium"].isin(laboratory)]
         rows = scaled.drop_duplicates("medium", keep="last").set_index("medium")
         items += _sands(sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]])
@@ -428,7 +433,9 @@ def _within(table: pd.DataFrame) -> list[Item]:
     items = []
     if C_LEG in off.index:
         close = int((off.loc[[C_LEG]].abs() <= 10).all(axis=1).sum())
-        listed = "; ".join(f"{name}: {_listed(part[C_LEG])}" for name, part in parts.items())
+        listed = "; ".join(
+            f"{name}: {_listed(peak_errors[C_LEG])}" for name, peak_errors in parts.items()
+        )
         items.append(
             stated(
                 "c-leg: media with peak lift and thrust within 10 % (measured table)",
@@ -442,12 +449,13 @@ def _within(table: pd.DataFrame) -> list[Item]:
             )
         )
     counts = ", ".join(
-        f"{int((part.abs() <= 33).sum())} of {part.count()} {name}s" for name, part in parts.items()
+        f"{int((peak_errors.abs() <= 33).sum())} of {peak_errors.count()} {name}s"
+        for name, peak_errors in parts.items()
     )
     every = table["peak_error_percent"].abs()
     share = 100 * float((every <= 33).mean())
     why = f"{counts}; worst {_named(table.iloc[int(every.argmax())])}"
-    return about(
+    return name_sources(
         table["medium"],
         [
             *items,
@@ -500,10 +508,10 @@ def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
 def _depth_only(lift: pd.DataFrame) -> list[Item]:
     worst = lift.iloc[int(np.argmax(lift["peak_error_percent"].to_numpy(float)))]
     ends = float(worst["peak_error_lo_percent"]), float(worst["peak_error_hi_percent"])
-    items = about(
+    items = name_sources(
         [worst["medium"]],
         [
-            compare(
+            compare_numbers(
                 "depth-only: largest overprediction of peak lift, %",
                 "text",
                 1400,
@@ -519,7 +527,7 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
     if len(peaks):
         off = 100 * (peaks[REVERSED] / peaks[C_LEG] - 1)
         most = float(off.iloc[int(off.abs().argmax())])
-        items += about(
+        items += name_sources(
             peaks.index,
             [
                 stated(
@@ -538,8 +546,8 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
 
 
 def _suction(measured: pd.DataFrame) -> list[Item]:
-    part = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
-    least = part.groupby("medium")["force_z_N"].min().dropna()
+    readings = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
+    least = readings.groupby("medium")["force_z_N"].min().dropna()
     # four standard deviations of a degree's mean
     return _counted(
         "reversed c-leg: media with downward force (below -0.2 N) while it leaves",
@@ -557,7 +565,7 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
         return []
     off = c_leg.set_index(c_leg["medium"] + " F_" + c_leg["component"])["peak_error_percent"]
     most = float(off.abs().max())
-    return about(
+    return name_sources(
         c_leg["medium"],
         [
             stated(
@@ -579,7 +587,7 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     if lift.empty or scaled.empty:
         return []
     ratio = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]
-    items = about(
+    items = name_sources(
         ratio.index,
         [
             stated(
@@ -603,10 +611,10 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
             f"zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
             f"zeta = {ratio.mean():.3g} alpha_z, ours: {_listed(c_leg)}"
         )
-        items += about(
+        items += name_sources(
             c_leg.index,
             [
-                compare(
+                compare_numbers(
                     "natural sands: c-leg's peak lift overpredicted by the scaled generic profile, farthest, %",
                     "text, Fig. S12",
                     35,
@@ -639,10 +647,10 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
         sieved = f"{medium}_sieved"
         if sieved in alpha.index and medium in alpha.index:
             drop = 100 * (1 - float(alpha[sieved] / alpha[medium]))
-            items += about(
+            items += name_sources(
                 [medium, sieved],
                 [
-                    compare(
+                    compare_numbers(
                         f"{medium}: drop of alpha_z(0, 90 deg) by sieving, %",
                         "text, Fig. S11",
                         14,
@@ -654,10 +662,10 @@ def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
             )
         if sieved in peaks.index and C_LEG in peaks.columns:
             by_leg = 100 * (1 - peaks.loc[sieved] / peaks.loc[medium])
-            items += about(
+            items += name_sources(
                 [medium, sieved],
                 [
-                    compare(
+                    compare_numbers(
                         f"{medium}: drop of measured c-leg peak lift by sieving, %",
                         "text, Fig. S12",
                         14,

@@ -16,7 +16,7 @@ from rftfit.compare.published import (
     UNJUDGED,
     Item,
     Tolerance,
-    compare,
+    compare_numbers,
     stated,
 )
 from rftfit.conventions import FloatArray
@@ -50,8 +50,8 @@ _NEAR_ONE = 0.8
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
     """Compare the paper's statements on the robot with this campaign, as far as it can meet them."""
     items: list[Item] = []
-    for profile, part in errors.groupby("profile", sort=False):
-        items += _shares(part, str(profile))
+    for profile, errors_of_profile in errors.groupby("profile", sort=False):
+        items += _shares(errors_of_profile, str(profile))
     best = optimum[np.isclose(optimum["frequency_Hz"], BEST_HZ) & (optimum["profile"] == "table")]
     for row in best.to_dict("records"):
         items += _best(row)
@@ -94,8 +94,8 @@ def _overturned(speed: pd.DataFrame) -> list[Item]:
 
 def _phases(speed: pd.DataFrame) -> list[Item]:
     """How much the starting phase changes a steady speed."""
-    own = speed[(speed["profile"] == "table") & (speed["outcome"] == "steady")]
-    grouped = own.groupby(["curvature_times_R", "frequency_Hz"])["speed_cm_per_s"]
+    steady_runs = speed[(speed["profile"] == "table") & (speed["outcome"] == "steady")]
+    grouped = steady_runs.groupby(["curvature_times_R", "frequency_Hz"])["speed_cm_per_s"]
     spread = (grouped.max() - grouped.min())[grouped.size() > 1]
     item, says = "robot: change of speed by the starting phase, largest, cm/s", "far below 1"
     if spread.empty:
@@ -118,8 +118,8 @@ def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         ours = 100 * within / total
         why = f"{within} of {total} conditions that the robot was not calibrated on"
         if len(predicted) < len(errors):
-            others, of = share_within(errors, percent)
-            why += f"; {others} of all {of}"
+            within_all, total_all = share_within(errors, percent)
+            why += f"; {within_all} of all {total_all}"
         if within < total:
             why += f"; {_outside(predicted, percent, profile)}"
         name = f"robot, {title}: speeds within {percent} %, % of conditions"
@@ -133,7 +133,9 @@ def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         else:
             most = float(predicted["error_percent"].abs().max())
             name = f"robot, {title}: largest error of speed, %"
-            items.append(compare(name, "text, Fig. S13", 150, most, _UP_TO, MEASURED, note=why))
+            items.append(
+                compare_numbers(name, "text, Fig. S13", 150, most, _UP_TO, MEASURED, note=why)
+            )
     return items
 
 
@@ -145,14 +147,16 @@ def _outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
     worst = []
     for row in rows.loc[order[:3]].to_dict("records"):
         value = float(row["error_percent"])
-        how = f"{value:+.0f} %" if math.isfinite(value) else str(row["reason"])
-        worst.append(f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {how}")
-    more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
+        error_text = f"{value:+.0f} %" if math.isfinite(value) else str(row["reason"])
+        worst.append(
+            f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {error_text}"
+        )
+    count_text = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
     fast = rows[(rows["curvature_times_R"] < 0) & (rows["error_percent"] > 0)]
     cause = ""
     if profile in _CAUSES and 2 * len(fast) >= len(rows):
         cause = f"; {len(fast)} are reversed legs that run too fast: {_CAUSES[profile]}"
-    return f"outside: {', '.join(worst)}{more}{cause}"
+    return f"outside: {', '.join(worst)}{count_text}{cause}"
 
 
 def _best(row: dict[Any, Any]) -> list[Item]:
@@ -163,7 +167,7 @@ def _best(row: dict[Any, Any]) -> list[Item]:
     best, speed = float(row["best_curvature_times_R"]), float(row["speed_cm_per_s"])
     of_best, of_speed = "best curvature R'/r at 5 Hz", "speed at the best curvature, 5 Hz, cm/s"
     return [
-        compare(f"robot: {item}", where, paper, ours, tolerance, evidence, note=note)
+        compare_numbers(f"robot: {item}", where, paper, ours, tolerance, evidence, note=note)
         for item, paper, ours, tolerance in (
             (of_best, BEST_CURVATURE, best, _CURVATURE),
             (of_speed, BEST_SPEED_CM_PER_S, speed, _SPEED),
@@ -218,22 +222,22 @@ def optima(
     rows = []
     for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):
         for frequency in sorted(set(whole["frequency_Hz"].tolist())):
-            part = whole[whole["frequency_Hz"] == frequency]
-            if part["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
+            runs = whole[whole["frequency_Hz"] == frequency]
+            if runs["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
                 continue
-            near = any(abs(frequency - one) < 1e-6 for one in calibrated)
+            near = any(abs(frequency - calibrated_hz) < 1e-6 for calibrated_hz in calibrated)
             fitted = "yes" if near and profile == "table" else "no"
             wide = half.get((profile, frequency), math.nan)
-            rows.append((medium, profile, frequency, *_optimum(part, confidence, fitted, wide)))
+            rows.append((medium, profile, frequency, *_optimum(runs, confidence, fitted, wide)))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _optimum(
-    part: pd.DataFrame, confidence: float, calibrated: str, half: float
+    runs: pd.DataFrame, confidence: float, calibrated: str, half: float
 ) -> tuple[object, ...]:
-    steady = part[part["outcome"] == "steady"].astype({"speed_cm_per_s": float})
+    steady = runs[runs["outcome"] == "steady"].astype({"speed_cm_per_s": float})
     groups = dict(iter(steady.groupby("curvature_times_R")["speed_cm_per_s"]))
-    lost = part["curvature_times_R"].nunique() - len(groups)
+    lost = runs["curvature_times_R"].nunique() - len(groups)
     reason = reason_cells([remark("no-steady-run", count=lost)] if lost else [])
     if not groups:
         return (*(math.nan,) * 8, 0, calibrated, *reason)
@@ -264,7 +268,12 @@ def reading(
     rng = np.random.default_rng(_SEED)
     phases = [speeds[point] for point in near]
     # shape (points, draws)
-    draws = np.stack([rng.choice(one, (DRAWS, one.size)).mean(axis=1) for one in phases])
+    draws = np.stack(
+        [
+            rng.choice(phase_speeds, (DRAWS, phase_speeds.size)).mean(axis=1)
+            for phase_speeds in phases
+        ]
+    )
     x = curvature[near] - curvature[top]
     design = np.vander(x, 3)
     solve = np.linalg.pinv(design)

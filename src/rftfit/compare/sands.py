@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import bed_spread, cell_at, column
-from rftfit.measure.errors import Part, SurfaceError, errors_of, half_width
+from rftfit.measure.errors import Part, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import REASON, Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
@@ -73,13 +73,13 @@ def linear_end(depth: FloatArray, stress: FloatArray) -> float:
     """
     good = np.isfinite(stress) & (depth > 0)
     depth, stress = depth[good], stress[good]
-    found = float("nan")
+    linear_cm = float("nan")
     for end in np.arange(SHALLOWEST_CM, float(depth.max(initial=0.0)) + STEP_CM / 2, STEP_CM):
-        part = depth <= end
-        if np.count_nonzero(part) < 8 or abs(bend_of(depth[part], stress[part])) > BEND:
-            return found
-        found = float(end)
-    return found
+        within = depth <= end
+        if np.count_nonzero(within) < 8 or abs(bend_of(depth[within], stress[within])) > BEND:
+            return linear_cm
+        linear_cm = float(end)
+    return linear_cm
 
 
 def penetration_rows(
@@ -100,8 +100,10 @@ def penetration_rows(
     ]
     where = split_runs(tared)
     depth, force = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
-    parts = {run.run_id: where[run.run_id] for run in tests if run.run_id in where}
-    ends = {name: linear_end(depth[part], force[part]) for name, part in parts.items()}
+    samples_of_run = {run.run_id: where[run.run_id] for run in tests if run.run_id in where}
+    ends = {
+        name: linear_end(depth[samples], force[samples]) for name, samples in samples_of_run.items()
+    }
     detected = tables["fits"]
     if ends:
         detected = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], ends)[0]
@@ -109,7 +111,7 @@ def penetration_rows(
     if stated := config.media[medium].linear_to_cm:
         windows = {"stated": (dict.fromkeys(ends, stated), tables["fits"])} | windows
     fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
-    surface, others = errors_of(tables["fits"], config)[1], _of_any_window(tables["alpha"])
+    surface, bed_and_rod = errors_of(tables["fits"], config)[1], _of_any_window(tables["alpha"])
     rows: list[dict[str, object]] = []
     lost: list[dict[str, object]] = []
     for run in tests:
@@ -124,8 +126,11 @@ def penetration_rows(
             slope: dict[str, float] = {}
             reason: tuple[Remark, ...] = (remark("no-linear-regime"),)
             if end > 0:
-                slope, reason = _slope(fit, config.fit.confidence, chi, surface, others)
-            if window == "detected" and end > np.nanmax(depth[parts[run.run_id]]) - STEP_CM:
+                slope, reason = _slope(fit, config.fit.confidence, chi, surface, bed_and_rod)
+            if (
+                window == "detected"
+                and end > np.nanmax(depth[samples_of_run[run.run_id]]) - STEP_CM
+            ):
                 reason += (remark("no-linear-end"),)
             if campaign.holds_tare(run):
                 reason += (remark("no-tare"),)
@@ -144,19 +149,19 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
 
 
 def _slope(
-    fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, others: float
+    fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, bed_and_rod: float
 ) -> tuple[dict[str, float], tuple[Remark, ...]]:
     """Slope over one linear regime with the errors of a single test, and zeta from it, or why not.
 
-    `fit`: Row of the table of fits. `others`: Of `_of_any_window`.
+    `fit`: Row of the table of fits. `bed_and_rod`: Of `_of_any_window`.
     """
     if why := reason_of(fit):
         return {}, why
     alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
     moved = alpha * float(fit["lever_per_cm"])
     parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
-    parts += [Part(moved * surface.session), Part(alpha * others)]
-    half = half_width(parts, confidence) if math.isfinite(se) else math.nan
+    parts += [Part(moved * surface.session), Part(alpha * bed_and_rod)]
+    half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
     se = half / float(student_quantile(confidence, GIVEN_DOF))
@@ -173,7 +178,7 @@ WORTH = 0.10
 """A model is worth its factors if its error is at least this much smaller in cross-validation."""
 
 
-def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
+def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
     """Fit factors on the scaled generic profile in every natural sand, and cross-validate them.
 
     `measured` and `predicted` are leg curves of the natural sands and their predictions by the
@@ -185,8 +190,8 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
         predicted, on=["medium", "leg", "theta_deg"], suffixes=("_measured", "")
     ).dropna(subset=["force_z_N", "force_x_N"])
     rows = []
-    for medium, part in both.groupby("medium", sort=True):
-        legs = [_pair(leg) for _, leg in part.groupby("leg", sort=True)]
+    for medium, rows_of_medium in both.groupby("medium", sort=True):
+        legs = [_pair(leg) for _, leg in rows_of_medium.groupby("leg", sort=True)]
         unchanged = _rms(legs, [np.ones(2)] * len(legs))
         for model in MODELS:
             factors = _fit(legs, model)
@@ -197,9 +202,11 @@ def corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
             rms = _rms(legs, [factors] * len(legs))
-            few = reason_columns([] if len(legs) >= 3 else [remark("few-legs", found=len(legs))])
+            reasons = reason_columns(
+                [] if len(legs) >= 3 else [remark("few-legs", found=len(legs))]
+            )
             numbers = (*factors, rms, crossed, 100 * gain, worth)
-            rows.append((medium, model, *numbers, *few.values()))
+            rows.append((medium, model, *numbers, *reasons.values()))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 
@@ -214,10 +221,10 @@ def _fit(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
     if model == "none":
         return np.ones(2)
     across = np.sum([(true * ours).sum(axis=1) for true, ours in legs], axis=0)
-    own = np.sum([(ours**2).sum(axis=1) for _, ours in legs], axis=0)
+    squares = np.sum([(ours**2).sum(axis=1) for _, ours in legs], axis=0)
     if model == "one factor":
-        across, own = np.full(2, across.sum()), np.full(2, own.sum())
-    return np.asarray(np.divide(across, own, out=np.ones(2), where=own > 0))
+        across, squares = np.full(2, across.sum()), np.full(2, squares.sum())
+    return np.asarray(np.divide(across, squares, out=np.ones(2), where=squares > 0))
 
 
 def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -> float:

@@ -31,7 +31,7 @@ _TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
 
 
 @style.styled()
-def pictures(
+def animation_frames(
     elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
 ) -> list[Picture]:
     """Draw every sample of a run, shape (height, width, 3); the picture moves along with the robot."""

@@ -19,7 +19,7 @@ _MOST_NAMES = 40
 
 
 @style.styled()
-def draw(comparison: Comparison) -> Figure:
+def draw_comparison(comparison: Comparison) -> Figure:
     """Draw alpha_z and alpha_x of both with their intervals, and the ratio of B to A along the force."""
     if comparison.directions.empty:
         return style.missing(comparison.sentence, comparison.notes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import leg_panels, maps, style
-from rftfit.figures.labels import usable
+from rftfit.figures.labels import usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import by_run, draw_thin, stress_of
@@ -36,9 +36,9 @@ def _panel(title: str) -> tuple[Figure, Axes]:
     return page, axes
 
 
-def mapped(results: Results) -> tuple[str, pd.DataFrame, str]:
+def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
     """The medium whose map is shown, its table and how alpha is known: the one pushed in most directions."""
-    media = usable(results, results.media) or results.media
+    media = usable_media(results, results.media) or results.media
     direction_counts = {
         name: int(results[name].alpha["alpha_z_N_per_cm3"].notna().sum()) for name in media
     }
@@ -56,7 +56,7 @@ def _map_caption(results: Results, _: str) -> str:
     signs = (
         "Red pushes the plate up, blue pulls it down; hatched: does not oppose the vertical motion."
     )
-    _, table, origin = mapped(results)
+    _, table, origin = best_measured_medium(results)
     if origin == "measured":
         holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
         return f"{signs}{holes} Good: smooth from cell to cell."
@@ -69,13 +69,13 @@ def _map_caption(results: Results, _: str) -> str:
     section="summary",
     caption=_map_caption,
     lacking=lambda results, _: (
-        () if len(mapped(results)[1]) else ("no medium has an alpha to draw",)
+        () if len(best_measured_medium(results)[1]) else ("no medium has an alpha to draw",)
     ),
 )
-def first_map(results: Results) -> Figure:
+def plot_first_map(results: Results) -> Figure:
     """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
-    medium, table, origin = mapped(results)
-    page, axes = _panel(f"{style.title_of(results, medium)}: {origin} {style.alpha_label('z')}")
+    medium, table, origin = best_measured_medium(results)
+    page, axes = _panel(f"{style.medium_label(results, medium)}: {origin} {style.alpha_label('z')}")
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
@@ -90,7 +90,7 @@ def first_map(results: Results) -> Figure:
 def _peaks(results: Results) -> pd.DataFrame:
     """Measured and predicted peaks, by the measured table or, where that is not whole, by the map."""
     errors = results.table("leg_errors.csv")
-    errors = errors[errors["medium"].isin(usable(results, results.media))]
+    errors = errors[errors["medium"].isin(usable_media(results, results.media))]
     rows_with_error = errors[
         errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])
     ]
@@ -109,7 +109,7 @@ def _peaks(results: Results) -> pd.DataFrame:
         () if len(_peaks(results)) else ("no peak of a leg was measured and predicted",)
     ),
 )
-def first_peaks(results: Results) -> Figure:
+def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _peaks(results)
     page, axes = _panel("peak force on a leg (N)")
@@ -160,10 +160,10 @@ def first_peaks(results: Results) -> Figure:
         () if _lined(results) else ("no run has a line to compare its stress with",)
     ),
 )
-def first_lines(results: Results) -> Figure:
+def plot_first_lines(results: Results) -> Figure:
     """Draw the stress of single runs less alpha times depth, over the depths that were fitted."""
     medium = _lined(results)
-    page, axes = _panel(f"vertical stress less its line, {style.title_of(results, medium)}")
+    page, axes = _panel(f"vertical stress less its line, {style.medium_label(results, medium)}")
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
     line_style: dict[str, Any] = {
@@ -190,7 +190,7 @@ def first_lines(results: Results) -> Figure:
 
 def _lined(results: Results) -> str:
     """The first medium with a slanted run that has a line."""
-    for medium in (results[name] for name in usable(results, results.media) or results.media):
+    for medium in (results[name] for name in usable_media(results, results.media) or results.media):
         fits = medium.fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():
             return medium.name

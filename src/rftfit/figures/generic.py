@@ -70,7 +70,7 @@ def _lacking(results: Results, _: str) -> Sequence[str]:
     ),
     lacking=_lacking,
 )
-def generic_profile(results: Results) -> Figure:
+def plot_generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method = results.config.fourier.method
     rows, scaled = _tables(results)
@@ -121,7 +121,11 @@ def _draw_coefficients(
         is_kept = rows["kept"].to_numpy(bool)
         axes.plot(x, value, color=colour, linewidth=0.5)
         axes.plot(
-            x[is_kept], value[is_kept], marker, color=colour, label=style.title_of(results, medium)
+            x[is_kept],
+            value[is_kept],
+            marker,
+            color=colour,
+            label=style.medium_label(results, medium),
         )
         axes.plot(x[~is_kept], value[~is_kept], marker, color=colour, markerfacecolor="white")
     if not coefficients["kept"].all():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rftfit.figures.style import number
+from rftfit.figures.style import format_number
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
@@ -38,15 +38,15 @@ def percent(value: float | None) -> str:
     """Write a percentage with its sign."""
     if value is None or not math.isfinite(value):
         return "no value"
-    text = number(value, 0 if abs(value) >= 10 else 1)
+    text = format_number(value, 0 if abs(value) >= 10 else 1)
     return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
 
 
-def span(low: float | None, high: float | None, digits: int = 3) -> str:
+def format_interval(low: float | None, high: float | None, digits: int = 3) -> str:
     """Write an interval with the digits that its width needs; nothing where an end or the width is missing."""
     if low is None or high is None or not math.isfinite(high - low) or low == high:
         return ""
-    while (ends := (number(low, digits), number(high, digits)))[0] == ends[1]:
+    while (ends := (format_number(low, digits), format_number(high, digits)))[0] == ends[1]:
         digits += 1
     return " to ".join(ends)
 
@@ -58,16 +58,16 @@ def in_brackets(text: str) -> str:
 
 def with_span(value: float, low: float, high: float, digits: int) -> str:
     """Write a number with its interval in brackets."""
-    return number(value, digits) + in_brackets(span(low, high, digits))
+    return format_number(value, digits) + in_brackets(format_interval(low, high, digits))
 
 
-def half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
+def alpha_half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
     """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `suffix`: ``_next`` for that of the next push."""
     high = table[column(component, f"_hi{suffix}")].astype(float)
     return (high - table[column(component, f"_lo{suffix}")].astype(float)) / 2
 
 
-def usable(results: Results, media: Iterable[str]) -> list[str]:
+def usable_media(results: Results, media: Iterable[str]) -> list[str]:
     """Those of the media that fail no check that makes them unusable."""
     marks = {name: codes_of(results.marks.get(name, ())) for name in media}
     return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]

@@ -162,7 +162,7 @@ def _frame_arrows(axes: Axes, x: float, z: float, length: float) -> None:
 # Forces against theta: drawn, missing or beyond the panel
 
 
-def rows_of(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
+def matching_rows(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
     """Rows of a table whose columns have the wanted values, in the order of runs and theta."""
     for name, value in column_values.items():
         table = table[table[name] == value]
@@ -171,7 +171,7 @@ def rows_of(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
 
 
 def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
-    """Theta and columns of `rows_of`, with a NaN in each gap and between runs: lines break there."""
+    """Theta and columns of `matching_rows`, with a NaN in each gap and between runs: lines break there."""
     theta = rows["theta_deg"].to_numpy(float)
     step = np.diff(theta)
     # a step wider than 2.5 degrees is a gap
@@ -184,7 +184,7 @@ MODEL_BAND = 0.12
 """Opacity of the band with the model's own error."""
 
 
-def force_columns(component: str) -> list[str]:
+def force_column_names(component: str) -> list[str]:
     """Columns of a force and of the ends of its interval."""
     return [f"force_{component}_{end}N" for end in ("", "lo_", "hi_")]
 
@@ -218,7 +218,7 @@ def add_predicted(
     if model and {*ends} <= {*rows}:
         theta, low, high = with_gaps(rows, *ends)
         axes.fill_between(theta, low, high, color=colour, alpha=MODEL_BAND, linewidth=0)
-    theta, force, low, high = with_gaps(rows, *force_columns(component))
+    theta, force, low, high = with_gaps(rows, *force_column_names(component))
     axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.compare.legs import measured_peak
 from rftfit.figures import labels, leg_panels, style
-from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, rows_of
+from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
 
@@ -55,9 +55,11 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
         "Good: lines run through the dots, and the dots lie in the palest band."
     ),
 )
-def legs(results: Results, medium: str) -> Figure:
+def plot_legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
-    predicted, measured = (rows_of(table, medium=medium) for table in leg_panels.curves(results))
+    predicted, measured = (
+        matching_rows(table, medium=medium) for table in leg_panels.curves(results)
+    )
     shapes = results.config.legs
     columns = Columns(list(shapes), left=1.05, gap=0.85)
     entries = _model_entries(results, predicted)
@@ -74,7 +76,9 @@ def legs(results: Results, medium: str) -> Figure:
             top = _TOP_CM + _SKETCH_CM + _BETWEEN_CM + row * (_PANEL_CM + _BETWEEN_CM)
             axes = style.axes_cm(page, left, top, columns.width, _PANEL_CM)
             leg_panels.theta_axes(axes, name=row == 1)
-            _draw_models(axes, rows_of(predicted, leg=leg), rows_of(measured, leg=leg), component)
+            _draw_models(
+                axes, matching_rows(predicted, leg=leg), matching_rows(measured, leg=leg), component
+            )
             if column == 0:
                 axes.set_ylabel(_FORCE_LABELS[component])
     style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
@@ -121,9 +125,9 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
     else:
         theta, force = np.zeros((2, 0))
         notes.append("not measured" + leg_panels.why_missing(measured))
-    baseline = rows_of(predicted, profile="depth_only")
+    baseline = matching_rows(predicted, profile="depth_only")
     for profile in PROFILES:
-        rows = rows_of(predicted, profile=profile)
+        rows = matching_rows(predicted, profile=profile)
         if profile == "map" and rows.empty:
             continue  # a medium that was pushed in every direction has none
         if not leg_panels.has_force(rows, c):
@@ -132,7 +136,7 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
         elif profile != "depth_only":
             both_bands = profile == _profile_with_both_bands(predicted)
             leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2], model=both_bands)
-            drawn_forces.append(rows[leg_panels.force_columns(c)].to_numpy(float).ravel())
+            drawn_forces.append(rows[leg_panels.force_column_names(c)].to_numpy(float).ravel())
     inset = leg_panels.has_force(baseline, c)
     leg_panels.force_range(
         axes, drawn_forces, notes, (_INSET, 1 - _INSET) if inset and drawn_forces else (0, 1)
@@ -166,7 +170,7 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
         "Good: lines, predicted, run through the dots."
     ),
 )
-def legs_by_medium(results: Results) -> Figure:
+def plot_legs_by_medium(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every laboratory medium, measured and predicted."""
     return _draw_media(results, results.laboratory, "table")
 
@@ -183,7 +187,7 @@ def legs_by_medium(results: Results) -> Figure:
         "projected area but no angle."
     ),
 )
-def legs_depth_only(results: Results) -> Figure:
+def plot_legs_depth_only(results: Results) -> Figure:
     """Draw measured F_z and F_x on every leg in every laboratory medium beside the depth-only model."""
     return _draw_media(results, results.laboratory, "depth_only")
 
@@ -200,7 +204,7 @@ def legs_depth_only(results: Results) -> Figure:
         "dots; the thin ones are the paper's scaling routine."
     ),
 )
-def legs_in_sands(results: Results) -> Figure:
+def plot_legs_in_sands(results: Results) -> Figure:
     """Draw F_z and F_x on every leg in every natural sand, measured and predicted."""
     return _draw_media(results, results.sands, "map", "generic")
 
@@ -211,8 +215,8 @@ _BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
     """Draw one row of panels a medium by a profile and, without its intervals, by the one `beside` it."""
     predicted, measured = leg_panels.curves(results)
-    predicted_beside = rows_of(predicted, profile=beside)
-    tables = rows_of(predicted, profile=profile), measured
+    predicted_beside = matching_rows(predicted, profile=beside)
+    tables = matching_rows(predicted, profile=profile), measured
     lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
     columns = Columns(names, left=1.5, gap=0.75, widest=7.2)
@@ -227,7 +231,8 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == len(media) - 1)
             tables_of_leg = [
-                rows_of(table, medium=medium, leg=leg) for table in (*tables, predicted_beside)
+                matching_rows(table, medium=medium, leg=leg)
+                for table in (*tables, predicted_beside)
             ]
             _draw_leg(axes, tables_of_leg, lines)
             axes.set_title(_peaks(*tables_of_leg[:2]), fontsize=5.5, loc="left", pad=2)
@@ -271,7 +276,7 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
         if leg_panels.has_force(predicted, c):
             colour = style.COMPONENT_COLOURS[c]
             leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model=True)
-            drawn_forces.append(predicted[leg_panels.force_columns(c)].to_numpy(float).ravel())
+            drawn_forces.append(predicted[leg_panels.force_column_names(c)].to_numpy(float).ravel())
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
@@ -289,7 +294,7 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
         peaks.append(_three_digits(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
-        peak, low, high = (float(row[name]) for name in leg_panels.force_columns("z"))
+        peak, low, high = (float(row[name]) for name in leg_panels.force_column_names("z"))
         span = (
             f" ({_three_digits(low)}\N{EN DASH}{_three_digits(high)})"
             if np.isfinite(low) and low >= 0
@@ -302,7 +307,7 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
 def _three_digits(value: float) -> str:
     """Write about three digits, with their zeros."""
     digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
-    return style.number(value, digits)
+    return style.format_number(value, digits)
 
 
 # All media over zeta, with the generic prediction
@@ -332,7 +337,7 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
     ),
     lacking=_without_zeta,
 )
-def forces_over_zeta(results: Results) -> Figure:
+def plot_forces_over_zeta(results: Results) -> Figure:
     """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
 
     Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
@@ -347,7 +352,7 @@ def forces_over_zeta(results: Results) -> Figure:
         )
     )
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
-    predicted = rows_of(predicted, profile="generic")
+    predicted = matching_rows(predicted, profile="generic")
     columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
     across = 4 if columns.is_wide else 2
     foot = 0.95 + 0.34 * -(-(len(zetas) + 2) // across)
@@ -357,8 +362,8 @@ def forces_over_zeta(results: Results) -> Figure:
             top = _ZETA_TOP_CM + row * (_ZETA_PANEL_CM + _ZETA_BETWEEN_CM)
             axes = style.axes_cm(page, left, top, columns.width, _ZETA_PANEL_CM)
             leg_panels.theta_axes(axes, name=row == 1)
-            generic = _generic(rows_of(predicted, leg=leg), component, zetas)
-            _draw_scaled(axes, results, generic, rows_of(measured, leg=leg), component, zetas)
+            generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
+            _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
             if row == 0:
                 axes.set_title(leg_panels.leg_title(leg), weight="bold")
             if column == 0:
@@ -367,7 +372,7 @@ def forces_over_zeta(results: Results) -> Figure:
     looks = style.medium_looks(zetas)
     entries = {}
     for i, (medium, zeta) in enumerate(zetas.items()):
-        title = rf"{style.title_of(results, medium)} ($\zeta$ = {style.number(zeta)})"
+        title = rf"{style.medium_label(results, medium)} ($\zeta$ = {style.format_number(zeta)})"
         entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
     entries["generic prediction"] = style.line("black", linewidth=1.6)
     entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
@@ -377,7 +382,7 @@ def forces_over_zeta(results: Results) -> Figure:
 
 def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
     """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
-    names = leg_panels.force_columns(c)
+    names = leg_panels.force_column_names(c)
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
     scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
     if scaled.empty:
@@ -404,14 +409,14 @@ def _draw_scaled(
         drawn_forces += [force, low, high]
     looks = style.medium_looks(zetas)
     for i, (medium, zeta) in enumerate(zetas.items()):
-        rows = rows_of(measured, medium=medium)
+        rows = matching_rows(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
             theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
             line = _DASHES[i % len(_DASHES)]
             axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
             drawn_forces.append(force / zeta)
         else:
-            missing.append(style.title_of(results, medium))
+            missing.append(style.medium_label(results, medium))
     notes = [] if generic else ["no generic prediction"]
     if len(missing) == len(zetas):
         notes.append("not measured in any medium")
@@ -450,7 +455,7 @@ def _without_peaks(results: Results, _: str) -> Sequence[str]:
     ),
     lacking=_without_peaks,
 )
-def peak_errors(results: Results) -> Figure:
+def plot_peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
     table = results.table("leg_errors.csv")
     rows = table[table["component"] == "z"]
@@ -469,7 +474,7 @@ def peak_errors(results: Results) -> Figure:
         top = _PEAKS_TOP_CM + i * pitch
         width = style.SINGLE_CM - _PEAKS_LEFT_CM - _PEAKS_RIGHT_CM
         axes = style.axes_cm(page, _PEAKS_LEFT_CM, top, width, height)
-        _prepare(axes, span, [style.title_of(results, name) for name in media])
+        _prepare(axes, span, [style.medium_label(results, name) for name in media])
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
             ratios_of_leg = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]

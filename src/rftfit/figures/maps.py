@@ -61,7 +61,7 @@ _MAPS_CAPTION = (
     section="Force profiles",
     caption=_MAPS_CAPTION,
 )
-def alpha_maps(results: Results) -> Figure:
+def plot_alpha_maps(results: Results) -> Figure:
     """Draw maps of the measured alpha of all laboratory media."""
     return _draw_maps(results, results.joined("alpha/{medium}.csv", results.laboratory), "measured")
 
@@ -78,7 +78,7 @@ def alpha_maps(results: Results) -> Figure:
         + " Circles: runs of the stress figure." * bool(_shown_runs(results, medium))
     ),
 )
-def alpha_maps_of_one(results: Results, medium: str) -> Figure:
+def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
     page = _draw_maps(results, results[medium].alpha, "measured")
     # map, bar, half width, bar: of alpha_z, then of alpha_x
@@ -138,7 +138,7 @@ def _estimated(results: Results) -> list[str]:
     ),
     lacking=_why_no_map,
 )
-def estimated_maps(results: Results) -> Figure:
+def plot_estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
     media = _estimated(results)
     page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
@@ -191,7 +191,7 @@ def _draw_maps(results: Results, tables: pd.DataFrame, origin: str) -> Figure:
             fine = (_FINE, _FINE, interpolated[index]) if interpolated else pivot(table, name)
             add_signs(axes, c, *fine)
             # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * labels.half_width(table, c)
+            width = 1e3 * labels.alpha_half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= has_holes(table, name)
@@ -245,7 +245,7 @@ def _without_fit(results: Results, _: str) -> Sequence[str]:
     ),
     lacking=_without_fit,
 )
-def fit_maps(results: Results) -> Figure:
+def plot_fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
     method = results.config.fourier.method
     models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
@@ -275,7 +275,7 @@ def _without_depth_only(results: Results, medium: str) -> Sequence[str]:
     ),
     lacking=_without_depth_only,
 )
-def depth_only_maps(results: Results, medium: str) -> Figure:
+def plot_depth_only_maps(results: Results, medium: str) -> Figure:
     """Draw maps of the depth-only alpha, each beside measured minus depth-only."""
     profile = _depth_only(results, medium)
     heads = "depth-only", "measured minus depth-only"
@@ -338,7 +338,7 @@ def _page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
         middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
         style.text_cm(page, middle, 0.2, head, ha="center", va="top", fontsize=7)
     for row, medium in enumerate(media):
-        top, name = TOP_CM + 0.34 + row * ROW_CM, style.title_of(results, medium)
+        top, name = TOP_CM + 0.34 + row * ROW_CM, style.medium_label(results, medium)
         style.text_cm(page, LEFT_CM, top, name, va="bottom", fontsize=7, weight="bold")
     return page
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rftfit.model.shapes import Map
 
 
-def draw(plan: Plan, medium_map: Map) -> Figure:
+def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     """Half width over the number of pushes, and where they lie."""
     page = style.new_figure(15.0, 7.2)
     left_axes = style.axes_cm(page, 1.5, 0.9, 5.6, 4.9)

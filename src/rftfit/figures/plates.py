@@ -10,7 +10,7 @@ import numpy as np
 from rftfit.errors import InputError
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
+from rftfit.figures.traces import alpha_text, alpha_with_interval, by_run, draw_thin, stress_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -85,7 +85,7 @@ def _reach(legs: Iterable[Leg]) -> float:
         "shaded depths, which were fitted."
     ),
 )
-def stress_of_runs(results: Results) -> Figure:
+def plot_stress_of_runs(results: Results) -> Figure:
     """Draw stress against depth of chosen intrusions and extractions, one panel per run."""
     campaign = results.campaign
     chosen = stress_runs(campaign)
@@ -155,7 +155,7 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
         axes.plot(depth, trace[f"stress_{c}_N_per_cm2"], color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = alpha_of(fit, c)
+        alpha, low, high = alpha_with_interval(fit, c)
         if np.isfinite(alpha):
             end = float(np.nanmax(depth))
             axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
@@ -192,7 +192,7 @@ _NOTE_PT = 5.5
         "faint. Good: samples lie along their line."
     ),
 )
-def linearity(results: Results) -> Figure:
+def plot_linearity(results: Results) -> Figure:
     """Draw stress against depth, one column per cell and one colour per medium."""
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
@@ -218,10 +218,12 @@ def linearity(results: Results) -> Figure:
             style.zero_line(axes)
             media_without_run = []
             for medium in media:
-                if (row := rows_by_medium.get(medium)) and np.isfinite(alpha_of(row, c)[0]):
+                if (row := rows_by_medium.get(medium)) and np.isfinite(
+                    alpha_with_interval(row, c)[0]
+                ):
                     _draw_medium(axes, c, row, looks[medium], samples, rows)
                 else:
-                    media_without_run.append(style.title_of(results, medium))
+                    media_without_run.append(style.medium_label(results, medium))
             _finish(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", j == 1)
             if i == 0:
@@ -229,7 +231,9 @@ def linearity(results: Results) -> Figure:
                 axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
     entries = {}
     for medium, (colour, marker) in looks.items():
-        entries[style.title_of(results, medium)] = style.line(colour, marker=marker, markersize=4)
+        entries[style.medium_label(results, medium)] = style.line(
+            colour, marker=marker, markersize=4
+        )
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
     entries[f"{style.level(results)} interval of alpha"] = style.band(0.5)
     style.legend(page, entries, 4)
@@ -299,7 +303,7 @@ def _draw_medium(
     fits: Mapping[str, Row],
 ) -> None:
     """Draw a cell of one medium."""
-    alpha, low, high = alpha_of(row, c)
+    alpha, low, high = alpha_with_interval(row, c)
     colour, marker = colour_marker
     point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
     point["color"] = colour
@@ -310,7 +314,7 @@ def _draw_medium(
         ends.append(float(fit["depth_to_cm"]))
         if flat:
             depth = (float(fit["depth_from_cm"]) + float(fit["depth_to_cm"])) / 2
-            mean, stress_low, stress_high = (value * depth for value in alpha_of(fit, c))
+            mean, stress_low, stress_high = (value * depth for value in alpha_with_interval(fit, c))
             axes.vlines(depth, stress_low, stress_high, color=colour, linewidth=1.0)
             axes.plot(depth, mean, marker, **point)
         elif trace is not None:

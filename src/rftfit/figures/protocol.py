@@ -12,7 +12,7 @@ from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import alpha_of, alpha_text, by_run, draw_thin, stress_of
+from rftfit.figures.traces import alpha_text, alpha_with_interval, by_run, draw_thin, stress_of
 from rftfit.measure.flags import remark
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.clocks import ClockFit
-    from rftfit.measure.ingest import Trace as Ingested
     from rftfit.measure.surface import Surface
+    from rftfit.measure.trace import Trace as Ingested
     from rftfit.results import Results
 
 
@@ -45,7 +45,7 @@ _PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
 
 
 @dataclass(frozen=True)
-class Column:
+class PanelColumn:
     """One column of the figure.
 
     `about`: What was moved, and how: the second line of the heading.
@@ -65,7 +65,7 @@ class Column:
     fit: Row
 
 
-def columns_of(results: Results, medium: str) -> list[Column]:
+def columns_of(results: Results, medium: str) -> list[PanelColumn]:
     """One run of each kind that gave a result."""
     samples = results.table(f"traces/{medium}.parquet")
     names = samples["run_id"].astype(str)
@@ -81,7 +81,7 @@ def columns_of(results: Results, medium: str) -> list[Column]:
         leg_curve = curves[curves["run_id"] == run.run_id]
         result = stress.get(run.run_id, {name: leg_curve[name].to_numpy(float) for name in _CURVE})
         fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
-        columns.append(Column(run.direction, _about(run), trace, tare, phases, result, fit))
+        columns.append(PanelColumn(run.direction, _about(run), trace, tare, phases, result, fit))
     return columns
 
 
@@ -144,7 +144,7 @@ def _about(run: Run) -> str:
     beta, gamma = style.degrees(run.beta_deg), style.degrees(run.gamma_deg)
     beta_text = rf"$\beta$ = {beta}"
     if run.direction == "horizontal":
-        return f"{beta_text}, {style.number(run.depth_cm, 2)} cm deep"
+        return f"{beta_text}, {style.format_number(run.depth_cm, 2)} cm deep"
     if run.direction == "intrusion":
         return rf"{beta_text}, $\gamma$ = {gamma}"
     filed_beta, filed_gamma, _ = conventions.file_extraction(run.beta_deg, run.gamma_deg)
@@ -168,7 +168,7 @@ def _about(run: Run) -> str:
         "Good: the pale force is small, and stress is straight over the shaded window."
     ),
 )
-def protocol(results: Results, medium: str) -> Figure:
+def plot_protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each."""
     columns = columns_of(results, medium)
     if not columns:
@@ -222,13 +222,13 @@ def protocol(results: Results, medium: str) -> Figure:
     return page
 
 
-def _shade(axes: Axes, column: Column) -> None:
+def _shade(axes: Axes, column: PanelColumn) -> None:
     for name, (start, end) in column.phases.items():
         axes.axvspan(start, end, color=_PHASES[name], linewidth=0)
     style.zero_line(axes)
 
 
-def _draw_position(axes: Axes, column: Column) -> None:
+def _draw_position(axes: Axes, column: PanelColumn) -> None:
     _shade(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
@@ -242,7 +242,7 @@ def _draw_position(axes: Axes, column: Column) -> None:
     axes.set_ylabel("position (cm)", labelpad=1)
 
 
-def _draw_forces(axes: Axes, column: Column) -> None:
+def _draw_forces(axes: Axes, column: PanelColumn) -> None:
     _shade(axes, column)
     if not column.tare:
         axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
@@ -257,7 +257,7 @@ def _draw_forces(axes: Axes, column: Column) -> None:
     style.ticks(axes.yaxis, 5)
 
 
-def _draw_plate(axes: Axes, column: Column) -> str:
+def _draw_plate(axes: Axes, column: PanelColumn) -> str:
     """Draw the stress with its fit. Returns the slopes, for the heading."""
     flat = column.kind == "horizontal"
     trace = column.result
@@ -274,7 +274,7 @@ def _draw_plate(axes: Axes, column: Column) -> str:
         colour = style.COMPONENT_COLOURS[c]
         stress = trace[f"stress_{c}_N_per_cm2"]
         draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = alpha_of(column.fit, c)
+        alpha, low, high = alpha_with_interval(column.fit, c)
         if np.isfinite([alpha, end]).all():
             ends = np.array([begin if flat else 0.0, end])
             shape = scale * np.ones(2) if flat else ends
@@ -288,7 +288,7 @@ def _draw_plate(axes: Axes, column: Column) -> str:
     return "\n".join(notes)
 
 
-def _draw_leg(axes: Axes, column: Column) -> str:
+def _draw_leg(axes: Axes, column: PanelColumn) -> str:
     """Draw the force against the leg's angle. Returns the peaks, for the heading."""
     style.zero_line(axes)
     notes = []
@@ -300,7 +300,9 @@ def _draw_leg(axes: Axes, column: Column) -> str:
         if is_finite.any():
             peak = measured_peak(theta[is_finite], force[is_finite], c)
             angle_text = rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
-            notes.append(rf"peak $F_{c}$ = {style.number(peak.force_N, 2)} N at {angle_text}")
+            notes.append(
+                rf"peak $F_{c}$ = {style.format_number(peak.force_N, 2)} N at {angle_text}"
+            )
         else:
             notes.append(f"no force $F_{c}$")
     axes.set(xlim=leg_panels.THETA_DEG, xticks=range(-90, 91, 45), xlabel=leg_panels.THETA_LABEL)
@@ -344,7 +346,7 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
     ),
     lacking=_without_tare,
 )
-def tare(results: Results, medium: str) -> Figure:
+def plot_tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
     samples = results.table(f"tared/{medium}.parquet")
     runs_with_tare = _runs_with_tare(results, medium)
@@ -411,7 +413,7 @@ _GOOD = (
         "Good: one lag stands out, its interval is narrow and holds that of the session."
     ),
 )
-def clocks(results: Results, medium: str) -> Figure:
+def plot_clocks(results: Results, medium: str) -> Figure:
     """Draw how the clocks of each push straight down of a medium were brought together."""
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.ingest import ingest_traces

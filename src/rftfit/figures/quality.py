@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.compare.peers import MAP
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import DIRECTIONS, by_run, problem_text, span, stress_of, thin
+from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
 from rftfit.measure.flags import describe_shared
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def _count(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> s
         () if len(results[medium].fits) else (f"{results.titles[medium]}: no plate run to draw",)
     ),
 )
-def quality(results: Results, medium: str) -> list[Figure]:
+def plot_quality(results: Results, medium: str) -> list[Figure]:
     """Draw the quality sheets of one medium."""
     medium_results = results[medium]
     return draw_quality(
@@ -85,7 +85,7 @@ def draw_quality(
         values = trace["path_cm" if run in flat else "depth_cm"]
         ends[run in flat].append(float(values[np.isfinite(values)].max(initial=0.0)))
     reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
-    pages = lay_out(rows.reset_index(drop=True), depth)
+    pages = runs_on_pages(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
     shared = flags.shared(fits)
     title = _count(fits, flags, medium_title, "plate run")
@@ -121,7 +121,7 @@ _SAME_DEPTH_CM = 0.5
 
 
 @dataclass(frozen=True)
-class Page:
+class QualitySheet:
     """One sheet of paper.
 
     `places`: Row and column of each run.
@@ -155,7 +155,7 @@ def _chunks(count: int, max_size: int) -> Iterator[range]:
         yield range(start, min(start + max_size, count))
 
 
-def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
+def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[QualitySheet]:
     """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page."""
     runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
     runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
@@ -191,19 +191,21 @@ def lay_out(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Page]:
                 if places_on_page:
                     names = [f"β = {style.degrees(betas[i])}" for i in row_range]
                     pages.append(
-                        Page(names, [heads[j] for j in column_range], places_on_page, repeat == 0)
+                        QualitySheet(
+                            names, [heads[j] for j in column_range], places_on_page, repeat == 0
+                        )
                     )
     return pages
 
 
-def _pages_in_turn(runs: list[str]) -> list[Page]:
+def _pages_in_turn(runs: list[str]) -> list[QualitySheet]:
     """Pages of runs in scattered directions, one panel after the other, each with its own angles."""
     pages = []
     for run_range in _chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
         columns = min(MAX_COLUMNS, len(run_range))
         places = {runs[run_index]: divmod(i, columns) for i, run_index in enumerate(run_range)}
         rows = -(-len(run_range) // columns)
-        pages.append(Page([""] * rows, [""] * columns, places, is_first=False))
+        pages.append(QualitySheet([""] * rows, [""] * columns, places, is_first=False))
     return pages
 
 
@@ -239,7 +241,11 @@ class Sheet:
     """
 
     def __init__(
-        self, page: Page, reach: tuple[float, float], flags: Flags, shared: tuple[Remark, ...]
+        self,
+        page: QualitySheet,
+        reach: tuple[float, float],
+        flags: Flags,
+        shared: tuple[Remark, ...],
     ) -> None:
         rows, columns = len(page.row_labels), len(page.column_labels)
         self.page = page
@@ -281,7 +287,7 @@ class Sheet:
         flat = fit["direction"] == "horizontal"
         name = "path_cm" if flat else "depth_cm"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
-        lowest, highest = span(trace)
+        lowest, highest = panel_limits(trace)
         scale = tall / (highest - lowest)
         zero = top - _HEAD - scale * highest
         across = inner / (self.reach[1] if flat else self.reach[0])
@@ -325,10 +331,12 @@ class Sheet:
         ):
             alpha, colour = float(fit[f"alpha_{c}_N_per_cm3"]), style.COMPONENT_COLOURS[c]
             if np.isfinite(alpha):
-                text = f"α{c} {style.number(alpha)}"
+                text = f"α{c} {style.format_number(alpha)}"
                 write(x, top - 0.54, text, 5.2, color=colour, ha=alignment)
         if trace:
-            lowest, highest = (f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in span(trace))
+            lowest, highest = (
+                f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in panel_limits(trace)
+            )
             text = f"stress {lowest} to {highest} N/cm²"
             write(left + margin, top - 0.78, text, 4.8, color="#555555")
         if problem:
@@ -434,14 +442,14 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
         else ("no medium has two plate runs with alpha: there is nothing to compare",)
     ),
 )
-def runs_side_by_side(results: Results) -> Figure:
+def plot_runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
     tables = _compared(results)
     tall = _SIDE_TOP_CM + len(tables) * _SIDE_ROW_CM + _SIDE_FOOT_CM
     page = style.new_figure(style.DOUBLE_CM, tall)
     for row, (medium, table) in enumerate(tables.items()):
         top = _SIDE_TOP_CM + row * _SIDE_ROW_CM
-        title = style.title_of(results, medium)
+        title = style.medium_label(results, medium)
         style.text_cm(page, _SIDE_LEFT_CM, top - 0.12, title, va="bottom", fontsize=7)
         runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
         for column, c in enumerate("zx"):
@@ -518,11 +526,11 @@ def _summary(table: pd.DataFrame) -> str:
     if times.isna().all():
         return f"{len(table)} runs: too few to estimate how much runs differ"
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
-    medians = [style.number(difference.abs().median(), 4) for difference in differences]
+    medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
         f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}\n"
-        f"farthest: {style.number(float(times.max()), 1)} times the spread"
+        f"farthest: {style.format_number(float(times.max()), 1)} times the spread"
     )
 
 
@@ -537,7 +545,7 @@ def _names(runs_apart: pd.DataFrame) -> str:
     for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
         c = _component_apart(run)
         alpha_of_run, alpha_of_others = (
-            style.number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others")
+            style.format_number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others")
         )
         name = str(run["run_id"])
         name = name if len(name) <= _NAME else "\N{HORIZONTAL ELLIPSIS}" + name[1 - _NAME :]

@@ -15,9 +15,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 from rftfit.errors import InputError
-from rftfit.figures.labels import usable
+from rftfit.figures.labels import usable_media
 from rftfit.figures.style import mark, missing, stamp, styled
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -178,9 +178,13 @@ def _marks(results: Results, section: str, medium: str = "") -> list[str]:
         shown_media = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
     elif section == "summary":
         shown_media = (
-            usable(results, shown_media) if usable(results, campaign.titles) else shown_media
+            usable_media(results, shown_media)
+            if usable_media(results, campaign.titles)
+            else shown_media
         )
-    return [f"{titles[name]}: {say(marks[name])}" for name in shown_media if name in marks]
+    return [
+        f"{titles[name]}: {format_remarks(marks[name])}" for name in shown_media if name in marks
+    ]
 
 
 @cache

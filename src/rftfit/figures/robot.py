@@ -66,7 +66,7 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
 def leg_name(curvature: float) -> str:
     """Name of a leg by its curvature, R'/r."""
     names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
-    return names.get(curvature, f"R'/r = {style.number(curvature, 2)}")
+    return names.get(curvature, f"R'/r = {style.format_number(curvature, 2)}")
 
 
 # Speed against stride frequency and against curvature
@@ -101,7 +101,7 @@ _NO_SPEED = ("there is no simulated speed to draw",)
         () if len(_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
     ),
 )
-def speed(results: Results, sweep: str) -> Figure:
+def plot_speed(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency on the measured table.
 
     Without any measured condition model curves alone are drawn, at seven curvatures.
@@ -136,7 +136,7 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
         () if len(results.table(f"{sweep or 'robot'}/speed.csv")) else _NO_SPEED
     ),
 )
-def profiles(results: Results, sweep: str) -> Figure:
+def plot_profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
@@ -338,7 +338,7 @@ def _speed_entries(
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
         marked = style.line(colour, marker="" if errors.empty else marker, markersize=3.4)
-        entries[f"$R'/r$ = {style.number(curvature, 2)}"] = marked
+        entries[f"$R'/r$ = {style.format_number(curvature, 2)}"] = marked
     entries["simulated"] = style.line("black", linewidth=1.0)
     if errors.empty:
         return entries
@@ -380,7 +380,7 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     ),
     lacking=_without_steady_run,
 )
-def curvature(results: Results, sweep: str) -> Figure:
+def plot_curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
     speed_rows, best, error_rows = _on_measured_table(results, sweep, "speed", "optimum", "errors")
     best = best.sort_values("frequency_Hz")
@@ -450,7 +450,7 @@ def _run_name(curvature: float, frequency: float) -> str:
         else ("there is no simulated run of the robot to draw",)
     ),
 )
-def robot_stance(results: Results) -> Figure:
+def plot_robot_stance(results: Results) -> Figure:
     """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
     from matplotlib.collections import LineCollection
 
@@ -539,7 +539,7 @@ _MOTION: dict[str, Any] = {
     ),
     **_MOTION,
 )
-def robot_motion(results: Results) -> Figure:
+def plot_robot_motion(results: Results) -> Figure:
     """Draw motion and forces over two strides."""
     return draw_motion(results.table("robot/motion.csv"), results.table("robot/strides.csv"))
 
@@ -553,7 +553,7 @@ def robot_motion(results: Results) -> Figure:
     ),
     **_MOTION,
 )
-def robot_reaction(results: Results) -> Figure:
+def plot_robot_reaction(results: Results) -> Figure:
     """Draw vertical and horizontal ground reaction of both tripods."""
     motion = results.table("robot/motion.csv")
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]

@@ -51,7 +51,7 @@ _FITS: dict[str, tuple[str, Any]] = {
         )
     ),
 )
-def penetration(results: Results) -> Figure:
+def plot_penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
     panel_columns = min(len(media), _ACROSS)
@@ -155,17 +155,19 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
             values = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
             alphas = [alpha for alpha in values if np.isfinite(alpha)]
             if alphas:
-                ends = f"{style.number(min(alphas))} to {style.number(max(alphas))}"
+                ends = f"{style.format_number(min(alphas))} to {style.format_number(max(alphas))}"
                 head = rf"{len(alphas)} tests, {name}: $\alpha_z$"
                 lines.append(f"{head} = {ends} {style.PER_CM3}")
             continue
         (fits,) = tests
         alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
         if np.isfinite(alpha):
-            ends = f"{style.number(low)}\N{EN DASH}{style.number(high)}"
+            ends = f"{style.format_number(low)}\N{EN DASH}{style.format_number(high)}"
             span = ends if np.isfinite(low) else "no interval"
-            place = f"{name}, {style.number(end, 2)} cm"
+            place = f"{name}, {style.format_number(end, 2)} cm"
             if _is_whole(fits.get(name)):
-                place = f"no end in {style.number(end, 2)} cm"
-            lines.append(rf"{place}: $\alpha_z$ = {style.number(alpha)} ({span}) {style.PER_CM3}")
+                place = f"no end in {style.format_number(end, 2)} cm"
+            lines.append(
+                rf"{place}: $\alpha_z$ = {style.format_number(alpha)} ({span}) {style.PER_CM3}"
+            )
     return "\n".join(lines)

@@ -117,7 +117,7 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def title_of(results: Results, medium: str) -> str:
+def medium_label(results: Results, medium: str) -> str:
     """Name of a medium in figures; one without a title goes by its key."""
     return plain(results.campaign.titles.get(medium, medium))
 
@@ -132,7 +132,7 @@ def alpha_label(component: str) -> str:
     return rf"$\alpha_{component}$ ({PER_CM3})"
 
 
-def number(value: float | None, digits: int = 3) -> str:
+def format_number(value: float | None, digits: int = 3) -> str:
     """Write a number with a true minus sign; "no value" where there is none."""
     if value is None or math.isnan(value):
         return "no value"
@@ -144,7 +144,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 def degrees(value: float) -> str:
     """Write an angle in degrees as 18.4\N{DEGREE SIGN}, 90\N{DEGREE SIGN}, with a true minus sign."""
-    return number(value, 0 if abs(value - round(value)) < 0.005 else 1) + "\N{DEGREE SIGN}"
+    return format_number(value, 0 if abs(value - round(value)) < 0.005 else 1) + "\N{DEGREE SIGN}"
 
 
 def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
@@ -343,7 +343,7 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     return buffer.getvalue()
 
 
-def preview(png: bytes) -> bytes:
+def shrink_png(png: bytes) -> bytes:
     """Return a smaller picture of a png, for the page."""
     from PIL import Image
 
@@ -372,7 +372,7 @@ def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
     """Write a figure in all `FORMATS`; a point in the name is part of the name."""
     base = Path(base)
     content_by_ending = {ending: content(figure, ending, about) for ending in PRINTED}
-    content_by_ending["webp"] = preview(content_by_ending["png"])
+    content_by_ending["webp"] = shrink_png(content_by_ending["png"])
     # not with_suffix: it would cut glass0.3mm_LP at the point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
     for ending, target in targets.items():

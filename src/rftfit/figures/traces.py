@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures.style import number
-from rftfit.measure.flags import Flags, Remark, reason_of, say
+from rftfit.figures.style import format_number
+from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def round_up_125(value: float) -> float:
     return float(next(step * decade for step in (1, 2, 5, 10) if step * decade >= 0.999 * value))
 
 
-def span(trace: Trace) -> tuple[float, float]:
+def panel_limits(trace: Trace) -> tuple[float, float]:
     """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
     stresses = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     stresses = stresses[np.isfinite(stresses)]
@@ -146,7 +146,7 @@ def span(trace: Trace) -> tuple[float, float]:
     return (-max(low, largest / 5), largest) if high >= low else (-largest, max(high, largest / 5))
 
 
-def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
+def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
     """Alpha in a row of fits or cells with the ends of its interval, N/cm^3."""
     parts = (row[f"alpha_{component}_{end}N_per_cm3"] for end in ("", "lo_", "hi_"))
     value, low, high = map(float, parts)
@@ -155,16 +155,18 @@ def alpha_of(row: Row, component: str) -> tuple[float, float, float]:
 
 def alpha_text(row: Row, component: str) -> str:
     """Write alpha with the half width of its interval."""
-    value, low, high = alpha_of(row, component)
+    value, low, high = alpha_with_interval(row, component)
     half_width = (high - low) / 2
-    margin = f" \N{PLUS-MINUS SIGN} {number(half_width, 4)}" if np.isfinite(half_width) else ""
-    return number(value, 4) + margin
+    margin = (
+        f" \N{PLUS-MINUS SIGN} {format_number(half_width, 4)}" if np.isfinite(half_width) else ""
+    )
+    return format_number(value, 4) + margin
 
 
 def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
     """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
     of_run = [flag for flag in flags.of_run(str(fit["run_id"])) if flag not in shared]
-    text = say([*reason_of(fit), *of_run])
+    text = format_remarks([*reason_of(fit), *of_run])
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
         return "no alpha"
     return text

@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.campaign.config import Config
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.marker import remove, write_marker
-from rftfit.lab.plan import Run, media_of, plan_runs
+from rftfit.lab.plan import PlannedRun, media_of, plan_runs
 from rftfit.lab.protocols import PAPER, as_recorded, check_protocol, in_one_log, with_files
 from rftfit.lab.rig import (
     AS_PUBLISHED,
@@ -27,7 +27,7 @@ from rftfit.lab.rig import (
     resolve,
 )
 from rftfit.lab.tracks import track_files
-from rftfit.lab.write import force_columns, head_of, motion_columns, sheet_text
+from rftfit.lab.write import force_log_columns, log_header, motion_columns, sheet_text
 from rftfit.store import write_bytes, write_text
 from rftfit.version import __version__
 
@@ -42,7 +42,7 @@ class Reenactment:
     config: Config
     seed: int
     media: tuple[str, ...]
-    runs: tuple[Run, ...]
+    runs: tuple[PlannedRun, ...]
     faults: tuple[Fault, ...]
     protocol: str
     lab: Lab
@@ -73,7 +73,7 @@ class Reenactment:
         write_marker(raw, files, self.made_by, complete=True)
         return n_bytes
 
-    def logs(self, run: Run, *extra_faults: str) -> dict[str, bytes | None]:
+    def logs(self, run: PlannedRun, *extra_faults: str) -> dict[str, bytes | None]:
         """Logs of a run as `run_logs` makes them, with its faults and `extra_faults`."""
         faults = (
             *(fault.name for fault in self.faults if fault.changed == run.run_id),
@@ -81,7 +81,7 @@ class Reenactment:
         )
         return run_logs(run, self.config, self.seed, faults, self.protocol, self.lab)
 
-    def sheet(self, runs: Iterable[Run]) -> str:
+    def sheet(self, runs: Iterable[PlannedRun]) -> str:
         """Text of the run sheet with some runs."""
         tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
         return sheet_text(runs, tares)
@@ -180,7 +180,7 @@ def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]
 
 
 def run_logs(
-    run: Run,
+    run: PlannedRun,
     config: Config,
     seed: int,
     faults: tuple[str, ...] = (),
@@ -204,16 +204,18 @@ def run_logs(
         unit = "N" if unit == "lbf" else "lbf"
     dialect = dialect_of(config)
     written = WRITERS[dialect].content
-    forces, motions = force_columns(recording, unit), motion_columns(recording, length)
-    head = head_of(run, "force log", "100 samples/s, clock of the force logger: s since midnight")
+    forces, motions = force_log_columns(recording, unit), motion_columns(recording, length)
+    head = log_header(
+        run, "force log", "100 samples/s, clock of the force logger: s since midnight"
+    )
     logs: dict[str, bytes | None] = {}
     if run.one_file:
-        head = head_of(run, "log", "100 samples/s: s since midnight")
+        head = log_header(run, "log", "100 samples/s: s since midnight")
         forces += [] if protocol == "constant-speed" else motions[1:]
     else:
         what = "50 samples/s, clock of the arm controller: s since midnight"
-        logs[run.motion_log] = written(motions, head_of(run, "motion log", what))
+        logs[run.motion_log] = written(motions, log_header(run, "motion log", what))
     if unloaded:
-        logs[run.zero_log] = written(force_columns(unloaded, unit), head)
+        logs[run.zero_log] = written(force_log_columns(unloaded, unit), head)
     logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
     return logs | ({run.motion_log: None} if "missing_tare" in faults else {})

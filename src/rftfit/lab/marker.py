@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rftfit.campaign.load import REENACTED
-from rftfit.campaign.problems import listed
+from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError
 from rftfit.reference import CITATION
 from rftfit.store import write_text
@@ -151,4 +151,4 @@ def _only_a_header(sheet: Path) -> bool:
 def _are(paths: set[Path], raw: Path) -> str:
     """Write the names of files with their verb."""
     names = sorted(Path(os.path.relpath(path, raw)).as_posix() for path in paths)
-    return f"{listed(names, _MOST_SHOWN)} {'is' if len(names) == 1 else 'are'}"
+    return f"{join_words(names, _MOST_SHOWN)} {'is' if len(names) == 1 else 'are'}"

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit import reference
-from rftfit.campaign.config import AnyPlate, Config, Direction, Intruder, Leg, Medium, Plate
+from rftfit.campaign.config import AnyPlate, Config, Direction, Intruder, Leg, MediumSettings, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 
@@ -33,7 +33,7 @@ _RUN_EVERY_S = 150.0
 
 
 @dataclass(frozen=True)
-class Run:
+class PlannedRun:
     """One run of the campaign; what the run sheet has too is as there, None where blank.
 
     `published`: Name of its medium in the published tables; empty in air.
@@ -109,7 +109,7 @@ def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
     }
 
 
-def media_of(media: Mapping[str, Medium], asked: Sequence[str] | None = None) -> list[str]:
+def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None = None) -> list[str]:
     """Return the media to re-enact, in the order of the config; by default all that are published."""
     published_media = [
         name
@@ -128,7 +128,7 @@ def _digits(angle: float) -> str:
     return f"{angle:02.0f}" if paper or abs(angle - round(angle)) < 0.05 else f"{angle:04.1f}"
 
 
-def _with_rod(run: Run) -> Iterator[Run]:
+def _with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
     """Name a plate run and yield it with the run of rod and mount alone along the same path."""
     ending = "in" if run.direction == "intrusion" else "ex"
     if run.depth_cm is not None:
@@ -157,7 +157,7 @@ def _mirrored(beta: float) -> float:
     return beta if beta == 90 else -beta + 0.0
 
 
-def directions_of(text: str, seed: int) -> list[tuple[float, float]]:
+def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     """Read directions (beta, gamma), deg, as the command line writes them.
 
     ``-30,0,30 x -45,0,45,90``: every beta with every gamma; ``0:90,30:45``: pairs; ``scattered:40``:
@@ -199,7 +199,9 @@ def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     return directions
 
 
-def _laboratory(config: Config, first: Run, directions: Sequence[Direction]) -> Iterator[Run]:
+def _laboratory(
+    config: Config, first: PlannedRun, directions: Sequence[Direction]
+) -> Iterator[PlannedRun]:
     for beta, gamma in directions:
         # a pull back along a path is filed as its mirror image
         held = beta if gamma >= 0 else _mirrored(beta)
@@ -213,18 +215,20 @@ def _laboratory(config: Config, first: Run, directions: Sequence[Direction]) -> 
             yield from _with_rod(replace(run, direction=way))
 
 
-def _of_medium(config: Config, medium: str, directions: Sequence[Direction]) -> Iterator[Run]:
+def _of_medium(
+    config: Config, medium: str, directions: Sequence[Direction]
+) -> Iterator[PlannedRun]:
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     plate, _ = plate_of(config.intruders)
-    first = Run("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
+    first = PlannedRun("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
     if natural:
         push = replace(first, direction="intrusion", beta_deg=0.0, gamma_deg=90.0, natural=True)
         yield from _with_rod(replace(push, note="re-enacted from Fig. S11"))
     else:
         yield from _laboratory(config, first, directions)
     for name, leg in legs_of(config.legs).items():
-        yield Run(
+        yield PlannedRun(
             f"{medium}_{name}",
             "leg",
             medium,
@@ -243,7 +247,7 @@ def plan_runs(
     config: Config,
     media: Sequence[str] | None = None,
     directions: Sequence[Direction] | None = None,
-) -> list[Run]:
+) -> list[PlannedRun]:
     """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
 
     A run is the same whatever other media are asked for. `directions`: cells (beta, gamma) of the
@@ -255,7 +259,7 @@ def plan_runs(
         planned = [(90.0 if beta == -90 else beta, gamma) for beta, gamma in config.grid.planned]
         directions = list(dict.fromkeys(planned)) or paper_directions()
     groups = [list(_of_medium(config, name, directions)) for name in chosen]
-    in_air = Run("", "leg_air", "", "", "", "rotation", note="re-enacted: turned in air")
+    in_air = PlannedRun("", "leg_air", "", "", "", "rotation", note="re-enacted: turned in air")
     legs = legs_of(config.legs).items() if chosen else ()
     air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
     # one day of work a medium: the clock depends on the place in it, not on the other media
@@ -323,14 +327,14 @@ def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
     return length * c + thickness * s, length * s + thickness * c
 
 
-def window(run: Run, config: Config) -> tuple[float, float]:
+def submerged_depths(run: PlannedRun, config: Config) -> tuple[float, float]:
     """Depths between which the plate of a sloping run is wholly submerged and clear of the bottom."""
     _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
     _, (_, z_end) = _stroke(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
 
 
-def _stroke(run: Run, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
+def _stroke(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
     """Upper and lower end of the path, or right and left end of a horizontal one."""
     box, (_, plate) = config.container, plate_of(config.intruders)
     diagonal = math.hypot(plate.length_cm, plate.thickness_cm) / 2
@@ -351,12 +355,12 @@ def _stroke(run: Run, config: Config) -> tuple[tuple[float, float], tuple[float,
     return (reach, 0.0), (-reach, -depth)
 
 
-def _check_room(run: Run, config: Config) -> None:
+def _check_room(run: PlannedRun, config: Config) -> None:
     if run.direction == "horizontal":
         right, left = _stroke(run, config)
         enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _LEAST_WINDOW_CM
     else:
-        shallow, deep = window(run, config)
+        shallow, deep = submerged_depths(run, config)
         enough = deep - shallow >= _LEAST_WINDOW_CM
     if not enough:
         raise InputError(
@@ -372,7 +376,7 @@ def _move(phase: str, start: Place, end: Place, speed: float) -> Segment:
 
 
 def segments(
-    run: Run, config: Config, raised: bool = False, pause: bool = True
+    run: PlannedRun, config: Config, raised: bool = False, pause: bool = True
 ) -> tuple[Segment, ...]:
     """Rests and moves of a run; `raised` lifts the whole path into the air; `pause`: at the surface."""
     parts = _segments(run, config, raised)
@@ -390,7 +394,7 @@ def segments(
     return tuple(without_pause)
 
 
-def _segments(run: Run, config: Config, raised: bool) -> tuple[Segment, ...]:
+def _segments(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, ...]:
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
         first, last = ((0.0, intruder.hip_height_cm, s * THETA_END_DEG) for s in (-1, 1))

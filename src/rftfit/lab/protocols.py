@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.errors import InputError
-from rftfit.lab.plan import Run
+from rftfit.lab.plan import PlannedRun
 from rftfit.lab.rig import Recording
 
 PAPER = "paper"
@@ -30,7 +30,7 @@ _SET_TO_ZERO = ("stroke-only", "constant-speed")
 _CYCLES, _BETWEEN_S = 3, 5.0
 
 
-def check_protocol(protocol: str, config: Config, runs: Sequence[Run]) -> None:
+def check_protocol(protocol: str, config: Config, runs: Sequence[PlannedRun]) -> None:
     """Refuse a protocol whose logs the config would not read, or that cannot record all runs."""
     missing = []
     if protocol not in (PAPER, "no-pause") and config.clock.method != "same_clock":
@@ -95,7 +95,7 @@ def in_one_log(cycles: Sequence[Recording]) -> Recording:
     return Recording(**{name: np.concatenate(arrays) for name, arrays in parts.items()})
 
 
-def with_files(runs: Sequence[Run], protocol: str) -> list[Run]:
+def with_files(runs: Sequence[PlannedRun], protocol: str) -> list[PlannedRun]:
     """Runs with the files that a protocol writes."""
     one_file = protocol in ("one-file", "cyclic", "constant-speed")
     own_zero, cyclic = protocol == "separate-zero", protocol == "cyclic"

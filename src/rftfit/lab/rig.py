@@ -13,8 +13,24 @@ import numpy.typing as npt
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.lab.plan import ArmMotion, FloatArray, Run, Segment, duration, motion_at, segments
-from rftfit.lab.truth import Alpha, Forces, Law, alpha_of, force_over_run, granular_law, rod_law
+from rftfit.lab.plan import (
+    ArmMotion,
+    FloatArray,
+    PlannedRun,
+    Segment,
+    duration,
+    motion_at,
+    segments,
+)
+from rftfit.lab.truth import (
+    Alpha,
+    Forces,
+    Law,
+    force_over_run,
+    granular_law,
+    published_alpha,
+    rod_law,
+)
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
@@ -102,7 +118,7 @@ class LabStroke:
     `cycle`: Of several strokes in one log, which; each goes into a bed prepared anew.
     """
 
-    run: Run
+    run: PlannedRun
     config: Config
     seed: int
     cycle: int = 0
@@ -112,7 +128,7 @@ class LabStroke:
         return random_numbers(self.seed, self.run.run_id, purpose + 10 * self.cycle)
 
 
-def nuisance(run: Run, seed: int) -> Nuisance:
+def nuisance(run: PlannedRun, seed: int) -> Nuisance:
     """Draw bias, drift and clocks of a run."""
     random = random_numbers(seed, run.run_id, 0)
     late = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
@@ -127,7 +143,7 @@ def nuisance(run: Run, seed: int) -> Nuisance:
     )
 
 
-def cable(run: Run, angle_deg: FloatArray) -> Forces:
+def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
     """Force of a leg's cable and gears against theta, the same in air and in a medium, N."""
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
@@ -140,13 +156,13 @@ Laws = tuple[Law | None, Law | None]
 """Of the medium on the intruder, and on rod and mount; None where the medium does not touch them."""
 
 
-def published_laws(run: Run, config: Config, alpha: Alpha = alpha_of) -> Laws:
+def published_laws(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Laws:
     """Laws of a run in the published bed; `alpha` as of `granular_law`."""
     return granular_law(run, config, alpha), None if run.leg else rod_law(run)
 
 
 def ideal(
-    run: Run,
+    run: PlannedRun,
     config: Config,
     parts: tuple[Segment, ...] = (),
     phase_s: float = 0.0,
@@ -327,7 +343,7 @@ class Fault:
         return f"{self.name}: {where}: {FAULTS[self.name][1]}"
 
 
-def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
+def _other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
     ending = run.tare_run.removeprefix(run.medium)
     for other_run in runs.values():
         if (
@@ -342,7 +358,7 @@ def _other_tare(run: Run, runs: Mapping[str, Run]) -> str:
     )
 
 
-def resolve(asked: Sequence[str], runs: Mapping[str, Run], first_medium: str) -> list[Fault]:
+def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: str) -> list[Fault]:
     """Find the run of each fault asked for as ``NAME`` or ``NAME:run_id``.
 
     `runs`: All runs by run_id. `first_medium`: Where faults without a run go.

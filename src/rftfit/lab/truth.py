@@ -14,7 +14,7 @@ from rftfit.lab.plan import (
     CLEARANCE_CM,
     ArmMotion,
     FloatArray,
-    Run,
+    PlannedRun,
     Segment,
     half_extents,
     plate_of,
@@ -26,7 +26,7 @@ Forces = tuple[FloatArray, FloatArray]
 Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
 """Fully developed force at places (x cm, z cm, angle deg) of one segment, arrays of shape (n,)."""
 
-Alpha = Callable[[Run, str], tuple[float, float]]
+Alpha = Callable[[PlannedRun, str], tuple[float, float]]
 """Stress per depth (z, x), N/cm^3, of a plate run in its phase approach, stroke or lift."""
 
 BUILD_UP = 0.02
@@ -117,7 +117,7 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
     return alpha_z, -alpha_x
 
 
-def alpha_of(run: Run, phase: str) -> tuple[float, float]:
+def published_alpha(run: PlannedRun, phase: str) -> tuple[float, float]:
     """Return the published stress per depth of a plate run: an `Alpha`."""
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
@@ -151,7 +151,7 @@ def near_walls(
     return factor
 
 
-def plate_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law:
+def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law:
     """Force on the plate of a laboratory run: alpha times depth times area."""
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
@@ -170,7 +170,7 @@ def plate_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law:
     return law
 
 
-def granular_law(run: Run, config: Config, alpha: Alpha = alpha_of) -> Law | None:
+def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law | None:
     """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
 
     `alpha`: Of plates in a laboratory medium; the forces on legs and in natural sands are published curves.
@@ -197,7 +197,7 @@ def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
     return np.interp(depth_cm, *_penetration(sand))
 
 
-def sand_law(run: Run, config: Config) -> Law:
+def sand_law(run: PlannedRun, config: Config) -> Law:
     """Force on the level plate of a penetration test: Fig. S11 times area."""
     plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
@@ -218,7 +218,7 @@ def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray,
     return theta, force_z, force_x
 
 
-def leg_law(run: Run) -> Law:
+def leg_law(run: PlannedRun) -> Law:
     """Force on a leg turned in a medium (Fig. S5, natural sands Fig. S12) against theta.
 
     Outside the published range the end value fades to 0 within 3 degrees.
@@ -239,7 +239,7 @@ _ALPHA_OF_STRENGTH_ONE = 0.35
 _MOUNT_FROM_CM = 3.0
 
 
-def strength(run: Run) -> float:
+def strength(run: PlannedRun) -> float:
     """Strength of a medium relative to loose poppy seeds: its vertical alpha of a level plate."""
     if run.natural:
         alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
@@ -248,7 +248,7 @@ def strength(run: Run) -> float:
     return alpha / _ALPHA_OF_STRENGTH_ONE
 
 
-def rod_law(run: Run) -> Law:
+def rod_law(run: PlannedRun) -> Law:
     """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
 
     The force on a thin rod grows with the square of the depth; from 3 cm on the mount is in the medium

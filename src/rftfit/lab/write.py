@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rftfit.campaign.columns import COLUMNS, LABELS, OF_SOURCES
-from rftfit.lab.plan import FloatArray, Run
+from rftfit.lab.plan import FloatArray, PlannedRun
 from rftfit.lab.rig import Recording
 
 _FORCE_UNITS = {"N": (1.0, 5), "mN": (1e-3, 2), "kN": (1e3, 8), "lbf": (4.4482216152605, 5)}
@@ -39,7 +39,7 @@ class LogColumn(NamedTuple):
     decimals: int
 
 
-def force_columns(recording: Recording, unit: str) -> list[LogColumn]:
+def force_log_columns(recording: Recording, unit: str) -> list[LogColumn]:
     """Columns of a force log in N, mN, kN or lbf."""
     size, places = _FORCE_UNITS[unit]
     channels = enumerate(recording.channels_N.T / size, start=1)
@@ -61,7 +61,7 @@ def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
     ]
 
 
-def head_of(run: Run, kind: str, rate: str) -> list[str]:
+def log_header(run: PlannedRun, kind: str, rate: str) -> list[str]:
     """Lines that say what a log is."""
     return [f"{kind} of run {run.run_id}, re-enacted from published measurements", rate]
 
@@ -70,7 +70,7 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4f}".rstrip("0").rstrip(".")
 
 
-def sheet_text(runs: Iterable[Run], tares: Mapping[str, str]) -> str:
+def sheet_text(runs: Iterable[PlannedRun], tares: Mapping[str, str]) -> str:
     """Text of the run sheet (csv), one row for each run in the given order.
 
     `tares`: run_id to the tare_run to be written instead of the run's own.

@@ -76,7 +76,7 @@ class ArraysReader(base.Reader):
         with base.library_errors(path, "damaged, or no file of arrays"), warnings.catch_warnings():
             # of old versions of a format, which do not matter here
             warnings.simplefilter("ignore")
-            base.check_size(path)
+            base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
             contents = dict(_columns(path, head))

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rftfit.logs.base import LogError, PacketCount, number_or_zero
-from rftfit.logs.text import Kind, Layout, Plan, TextReader, lines_of, text_head
+from rftfit.logs.text import Kind, Layout, ReadingPlan, TextReader, decode_first_lines, text_head
 from rftfit.logs.units import unique, unit_word
 
 SEQUENCE = "RDT Sequence"
@@ -28,12 +28,12 @@ class AtiDaqReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        lines = lines_of(text_head(head), 1)
+        lines = decode_first_lines(text_head(head), 1)
         return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Read names and settings."""
-        lines = lines_of(head, 3)
+        lines = decode_first_lines(head, 3)
         if len(lines) < 3 or not lines[2].whole:
             raise ValueError("the file ends within its three lines of header: cut short?")
         header_cells = [cell.strip() for cell in lines[1].text.split(",")]
@@ -55,7 +55,7 @@ class AtiDaqReader(TextReader):
         notes = [f"time is the row number / {rate:g} Hz ({source})"]
         twice = sorted({name for name in header_cells if header_cells.count(name) > 1})
         notes += [f"the name {name} stands more than once in line 2" for name in twice]
-        return Plan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
+        return ReadingPlan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 
 
 class AtiNetftReader(TextReader):
@@ -68,12 +68,14 @@ class AtiNetftReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return any(line.text.startswith(_HEADER) for line in lines_of(text_head(head), 40))
+        return any(
+            line.text.startswith(_HEADER) for line in decode_first_lines(text_head(head), 40)
+        )
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Read preamble and row of names."""
         settings: dict[str, str] = {}
-        for line in lines_of(head, 40):
+        for line in decode_first_lines(head, 40):
             if line.text.startswith(_HEADER):
                 break
             key, _, value = line.text.partition(":")
@@ -94,7 +96,7 @@ class AtiNetftReader(TextReader):
         stated = {"F": "force units", "T": "torque units"}
         units = {kind: unit_word(settings.get(key, "")) for kind, key in stated.items()}
         source = "the config" if self.rate else "the preamble"
-        return Plan(
+        return ReadingPlan(
             Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),
             {name: units.get(name[:1], "") for name in names if "/" not in name},
             line.stop,

@@ -474,7 +474,7 @@ def limited_memory(extra_bytes: int) -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_AS, before)
 
 
-def check_size(path: Path, most: int = 2 << 30) -> None:
+def refuse_large_file(path: Path, most: int = 2 << 30) -> None:
     """Refuse a file of more than `most` bytes; the default is what can be read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")

@@ -15,19 +15,19 @@ import numpy as np
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES
 from rftfit.logs.sources import IDENTITY, places_of, refuse_several_sources
-from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, is_stamp, note_of, order_of
+from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
 from rftfit.logs.text import (
     NO_VALUE,
     PLAIN_NUMBER,
     Kind,
     Layout,
     Line,
-    Plan,
+    ReadingPlan,
     TextReader,
     cells_of,
+    decode_first_lines,
     decoded,
     each_line,
-    lines_of,
     plain_minus,
     rewritten,
     text_head,
@@ -64,7 +64,7 @@ class DelimitedReader(TextReader):
     def __init__(self, text: TextFormat | None = None) -> None:
         self._format = text
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Find the header rows where the description says they are."""
         text = self._format
         if text is None:
@@ -146,7 +146,7 @@ class DelimitedReader(TextReader):
         if rate:
             seen.unread.pop("time", None)
         derived = derive if rate or clocks else None
-        return Plan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
+        return ReadingPlan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 
     def _refuse_several_sources(
         self,
@@ -367,7 +367,7 @@ def looked_at(
             kinds.append("number")
             mixed.add(place)
             continue
-        order = dates or order_of(stamps)
+        order = dates or date_order(stamps)
         if timed and order:
             kinds.append("stamp")
             first_stamps[name], dates = stamps[0], order
@@ -406,13 +406,13 @@ def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
 # --- What an unknown text looks like
 
 
-def preview(head: bytes) -> dict[str, Any] | None:
+def guess_text_settings(head: bytes) -> dict[str, Any] | None:
     """Find out how a text file seems to be written: the keys of `text` in the config, but for defaults.
 
     None where no way of reading gives at least two rows of at least two cells, of which at least half
     are numbers.
     """
-    lines = [line for line in lines_of(text_head(head), _HEAD_LINES) if line.whole]
+    lines = [line for line in decode_first_lines(text_head(head), _HEAD_LINES) if line.whole]
     marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
     scored_formats = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
     if not scored_formats:
@@ -534,9 +534,9 @@ def encoding_of(head: bytes) -> str:
     return "UTF-8"
 
 
-def first_lines(head: bytes, most: int = 5) -> list[str]:
+def read_first_lines(head: bytes, most: int = 5) -> list[str]:
     """Return the first lines of a file, to be shown; each cut to 100 characters."""
     text = text_head(head)
     if not text:
         return [repr(decoded(head[:60]))]
-    return [line.text[:100] for line in lines_of(text, most)]
+    return [line.text[:100] for line in decode_first_lines(text, most)]

@@ -18,9 +18,14 @@ from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader, add_counts
-from rftfit.logs.delimited import DelimitedReader, encoding_of, first_lines, preview
+from rftfit.logs.delimited import (
+    DelimitedReader,
+    encoding_of,
+    guess_text_settings,
+    read_first_lines,
+)
 from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
-from rftfit.logs.registry import claimants, dialect, dialects, faults, head_of
+from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
 
 GAP_STEPS = 5.0
@@ -29,7 +34,7 @@ GAP_STEPS = 5.0
 _MOST_GAPS = 10_000
 
 
-class Extreme(NamedTuple):
+class ColumnExtreme(NamedTuple):
     """Lowest or highest value of a column, how often it occurs, and the value next to it; NaN where there is none."""
 
     value: float
@@ -37,17 +42,17 @@ class Extreme(NamedTuple):
     inner: float
 
     @classmethod
-    def of(cls, distinct: FloatArray, times: np.ndarray) -> Extreme:
+    def of(cls, distinct: FloatArray, times: np.ndarray) -> ColumnExtreme:
         """First of the distinct values, in the order from the end of the column inwards."""
         return cls(float(distinct[0]), int(times[0]), float([*distinct[:2], np.nan][1]))
 
-    def merged(self, other_extreme: Extreme, sign: float) -> Extreme:
+    def merged(self, other_extreme: ColumnExtreme, sign: float) -> ColumnExtreme:
         """That of both parts of a column; `sign`: -1 of the lowest, 1 of the highest."""
         ends = sorted({self.value, other_extreme.value}, key=lambda value: -sign * value)
         times = sum(extreme.times for extreme in (self, other_extreme) if extreme.value == ends[0])
         inner = [*ends[1:], self.inner, other_extreme.inner]
         finite_inner = [sign * value for value in inner if np.isfinite(value)]
-        return Extreme(ends[0], times, sign * max(finite_inner) if finite_inner else np.nan)
+        return ColumnExtreme(ends[0], times, sign * max(finite_inner) if finite_inner else np.nan)
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,7 @@ class ColumnSummary:
     highest: float
     resolution: float
     values: int
-    ends: tuple[Extreme, ...] = ()
+    ends: tuple[ColumnExtreme, ...] = ()
 
     @property
     def codes(self) -> list[float]:
@@ -80,7 +85,7 @@ class ColumnSummary:
 
 
 @dataclass
-class Clock:
+class TimeColumn:
     """The time column of a log, in its own unit, as it comes in blocks.
 
     `step`, `jitter`: Median step between rows that go forward, and the median departure from it, of
@@ -147,7 +152,7 @@ class Survey:
     path: Path
     columns: list[ColumnSummary]
     units: dict[str, str]
-    clock: Clock | None
+    clock: TimeColumn | None
     quantities: dict[str, str]
     rows: int
     used: int
@@ -179,7 +184,7 @@ class Survey:
 
 def survey(blocks: Iterable[Log]) -> Survey:
     """Look at a log, block by block, so that memory stays bounded; there is at least one block."""
-    clock = Clock()
+    clock = TimeColumn()
     first: Log | None = None
     columns: list[ColumnSummary] = []
     rows = used = 0
@@ -274,7 +279,7 @@ def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
     distinct, times = np.unique(values, return_counts=True)
     steps = np.diff(distinct)
     resolution = float(steps.min()) if steps.size else np.nan
-    ends = (Extreme.of(distinct, times), Extreme.of(distinct[::-1], times[::-1]))
+    ends = (ColumnExtreme.of(distinct, times), ColumnExtreme.of(distinct[::-1], times[::-1]))
     lowest, highest = (end.value for end in ends)
     return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size, ends)
 
@@ -554,7 +559,7 @@ _SLOWEST_HZ = 0.2
 """Logs of pushes have more rows a second."""
 
 
-def _unit_of_clock(clock: Clock | None) -> str:
+def _unit_of_clock(clock: TimeColumn | None) -> str:
     """Unit in which a time without one has a usual rate: whole milliseconds or microseconds of a board."""
     if clock is None or not clock.step >= 1 or clock.step % 1:
         return ""
@@ -623,13 +628,13 @@ def recognised(
     settings = dict(options or {})
     other_dialects: list[str] = []
     if text is None and name in (None, DelimitedReader.name):
-        head = head_of(path)
+        head = read_head(path)
         if name is None and (readers := claimants(head)):
             name, other_dialects = (
                 readers[0].name,
                 [f"also claimed by: {reader.name}" for reader in readers[1:]],
             )
-        elif is_echo(head) or (text := preview(head)) is None:
+        elif is_echo(head) or (text := guess_text_settings(head)) is None:
             raise refusal(path, head)
         else:
             other_dialects = tried()
@@ -682,7 +687,7 @@ def refusal(path: Path, head: bytes) -> InputError:
         lines.append(f"  {reader.name} ({reader.describe()}){why}")
     lines += [f"  {fault}" for fault in faults()]
     lines.append(f"It looks like: {encoding_of(head)}; it begins with")
-    lines += [f"  {line}" for line in first_lines(head)]
+    lines += [f"  {line}" for line in read_first_lines(head)]
     kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
     if is_echo(head):
         lines.append(ECHO[0].upper() + ECHO[1:])

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.delimited import DELIMITER_WORDS, DelimitedReader
-from rftfit.logs.text import Line, Plan, TextReader, cells_of, lines_of, text_head
+from rftfit.logs.text import Line, ReadingPlan, TextReader, cells_of, decode_first_lines, text_head
 from rftfit.logs.units import is_units_row
 
 
@@ -21,11 +21,11 @@ class InstronReader(TextReader):
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
-        return _find_header(lines_of(text_head(head), 60)) is not None
+        return _find_header(decode_first_lines(text_head(head), 60)) is not None
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Find the two header rows, delimiter and decimal mark."""
-        lines = lines_of(head, 160)
+        lines = decode_first_lines(head, 160)
         header = _find_header(lines)
         if header is None:
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")

@@ -20,10 +20,10 @@ from rftfit.logs.text import (
     Kind,
     Layout,
     Line,
-    Rows,
+    ParsedRows,
     TextFile,
+    decode_first_lines,
     each_line,
-    lines_of,
     parse,
     text_head,
 )
@@ -55,11 +55,11 @@ class LvmReader(base.Reader):
         """Read a file in blocks of some megabytes."""
         text = TextFile(path)
         try:
-            file, start = _file_header(path, lines_of(text.head))
+            file, start = _file_header(path, decode_first_lines(text.head))
             file.asked = self.asked
             rows = 0
 
-            def parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, Rows]:
+            def parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
                 segment, block = piece
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
@@ -154,7 +154,7 @@ def _header_end(text: bytes) -> int | None:
     place = text.find(_END.encode())
     if place < 0:
         return None
-    lines = [line for line in lines_of(text[place : place + MAX_LINE], 2) if line.whole]
+    lines = [line for line in decode_first_lines(text[place : place + MAX_LINE], 2) if line.whole]
     return place + lines[1].stop if len(lines) == 2 else None
 
 
@@ -196,7 +196,7 @@ def _unfilled(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]
 
 
 def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
-    lines = [line.text for line in lines_of(header)]
+    lines = [line.text for line in decode_first_lines(header)]
     settings = _Settings()
     for line in lines[:-2]:
         key, *values = (cell.strip() for cell in line.split(file.separator))
@@ -284,7 +284,7 @@ def _began(file: _File, settings: _Settings, channel: int) -> float:
     return (began - file.began).total_seconds()
 
 
-def _log(file: _File, segment: _Segment, rows: Rows) -> base.Log:
+def _log(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
     first = file.first
     assert first is not None
     begin, segment.rows = segment.rows, segment.rows + rows.rows
@@ -298,7 +298,7 @@ def _log(file: _File, segment: _Segment, rows: Rows) -> base.Log:
     return base.Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
-def _timed(file: _File, segment: _Segment, rows: Rows, begin: int) -> dict[str, np.ndarray]:
+def _timed(file: _File, segment: _Segment, rows: ParsedRows, begin: int) -> dict[str, np.ndarray]:
     """Put the time in front, where the X columns agree on one."""
     if not segment.timed:
         return rows.columns

@@ -85,7 +85,7 @@ def source_reader(source: AnyLog, default: str, key: str) -> Reader:
         raise InputError(f"config, {key}.where: {error}") from None
 
 
-def head_of(path: Path) -> bytes:
+def read_head(path: Path) -> bytes:
     """Read the first 64 kB of a file, unpacked if it is packed."""
     try:
         with unpacking_errors(path), opened(path) as handle:
@@ -102,7 +102,7 @@ def claimants(head: bytes) -> list[Reader]:
 # --- Dialects of other packages: found by their entry points, and kept from breaking anything
 
 
-class Origin(NamedTuple):
+class DialectOrigin(NamedTuple):
     """Package that a dialect is from, its version if known, and the module of the entry point."""
 
     package: str
@@ -123,7 +123,7 @@ class PluginReader(Reader):
     `inner`: With ``describe``, ``detect`` and ``load`` or ``stream``.
     """
 
-    def __init__(self, name: str, origin: Origin, inner: Any) -> None:
+    def __init__(self, name: str, origin: DialectOrigin, inner: Any) -> None:
         self.name = name
         self.origin = origin
         self.evidence = str(getattr(inner, "evidence", "") or Reader.evidence)
@@ -191,7 +191,9 @@ def plugins() -> Plugins:
             )
             continue
         version = point.dist.version if point.dist else ""
-        plugin_set.readers[name] = PluginReader(name, Origin(package, version, point.module), inner)
+        plugin_set.readers[name] = PluginReader(
+            name, DialectOrigin(package, version, point.module), inner
+        )
     return plugin_set
 
 
@@ -208,7 +210,7 @@ def _loaded(point: EntryPoint) -> Any:
     return inner
 
 
-def origins(names: Iterable[str]) -> dict[str, Origin]:
+def origins(names: Iterable[str]) -> dict[str, DialectOrigin]:
     """Say where those dialects are from that do not come with the program, sorted by name."""
     # looking for other packages is slow, and most campaigns need none
     foreign_names = sorted(set(names) - DIALECTS.keys())

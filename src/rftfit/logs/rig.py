@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from rftfit.logs.text import Layout, Line, Plan, TextReader, as_utf8, each_line
+from rftfit.logs.text import Layout, Line, ReadingPlan, TextReader, as_utf8, each_line
 
 FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
 MOTION_COLUMNS = ("time", "x", "z", "angle")
@@ -23,7 +23,7 @@ class RigReader(TextReader):
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         return not self.plan(as_utf8(head)).refusal
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Read the header row: the first line that is neither blank nor a comment."""
         lines = (line for line in each_line(head) if line.text.strip()[:1] not in ("", "#"))
         line = next(lines, Line("", len(head), whole=False))
@@ -36,7 +36,7 @@ class RigReader(TextReader):
             names.append(name)
             units[name] = unit
         layout = Layout(tuple(names), comment="#")
-        return Plan(layout, units, line.stop, refusal=_refusal(header, layout.names))
+        return ReadingPlan(layout, units, line.stop, refusal=_refusal(header, layout.names))
 
 
 def _refusal(header: str, names: tuple[str, ...]) -> str:

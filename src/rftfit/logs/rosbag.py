@@ -18,11 +18,11 @@ from rftfit.logs.base import (
     LogError,
     Reader,
     add_counts,
-    check_size,
     library_errors,
     needed_package,
     ns_to_s,
     on_one_line,
+    refuse_large_file,
 )
 from rftfit.logs.blocks import limit_blocks
 from rftfit.logs.sources import OTHER_SOURCE, is_meant, refuse_several_sources
@@ -86,7 +86,7 @@ class RosBagReader(Reader):
             import rosbags.typesys  # noqa: F401
         limit_blocks()
         with library_errors(path, "this bag cannot be read"):
-            check_size(path)
+            refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(32)
             topic_name = self.options.get("topic", "")

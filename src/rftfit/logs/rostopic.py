@@ -8,7 +8,14 @@ import numpy as np
 
 from rftfit.logs.base import PacketCount, ns_to_s
 from rftfit.logs.delimited import KIND_LINES, looked_at
-from rftfit.logs.text import NO_VALUE, Layout, Plan, TextReader, lines_of, text_head
+from rftfit.logs.text import (
+    NO_VALUE,
+    Layout,
+    ReadingPlan,
+    TextReader,
+    decode_first_lines,
+    text_head,
+)
 from rftfit.logs.units import unique
 
 RECEIVED = "received"
@@ -42,16 +49,20 @@ class RostopicReader(TextReader):
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         return text_head(head[:256]).startswith(b"%time,field.")
 
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Read the names."""
-        lines = lines_of(head, 1)
+        lines = decode_first_lines(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             text = "no row of names that begins with %time and has an end"
             raise ValueError(f"{text}: {ECHO if is_echo(head) else 'cut short?'}")
         start = lines[0].stop
         cells = lines[0].text.split(",")
         names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
-        rows = [line.text.split(",") for line in lines_of(head[start:], KIND_LINES) if line.whole]
+        rows = [
+            line.text.split(",")
+            for line in decode_first_lines(head[start:], KIND_LINES)
+            if line.whole
+        ]
         seen = looked_at(rows, names)
         kinds = dict(zip(names, seen.kinds, strict=True))
         packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
@@ -74,7 +85,7 @@ class RostopicReader(TextReader):
             times = {name: ns_to_s(columns.pop(name)) for name in {RECEIVED, clock}}
             return {"time": times[clock], RECEIVED: times[RECEIVED], **columns}
 
-        return Plan(
+        return ReadingPlan(
             Layout(names, tuple(kinds.values()), no_value=NO_VALUE, mixed=seen.mixed),
             {name: _unit(name) for name in names},
             start,

@@ -86,7 +86,7 @@ def _with_month_number(text: str) -> str:
     return f"{year}-{month:02}-{int(date['day']):02}{text[date.end() :]}"
 
 
-def order_of(texts: Iterable[str]) -> str:
+def date_order(texts: Iterable[str]) -> str:
     """Order of day, month and year (``dmy``) in which the dates of a column are; empty: several fit.
 
     Points stand in dates of day first, AM and PM in those of month first; a number above 12 is a day.
@@ -121,7 +121,7 @@ def seconds_of(text: str, order: str = "") -> float:
     if _named_month(text):
         text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
-    order = order or order_of([text])
+    order = order or date_order([text])
     if not date or not order or len(date[f"d{order.index('y')}"]) == 1:
         return np.nan
     year, month, day = (int(date[f"d{order.index(letter)}"]) for letter in "ymd")
@@ -175,7 +175,7 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         if first.endswith(("UTC", "GMT", " Z")):
             cells = pc.replace_substring_regex(cells, r" ?(UTC|GMT|Z)$", "Z")
             first = cells[0].as_py()
-        order = order or order_of([first])
+        order = order or date_order([first])
         late: Any = 0
         if not _ISO.fullmatch(first):
             cells, late = _as_iso(cells, order)

@@ -33,7 +33,7 @@ class TdmsReader(base.Reader):
         with base.needed_package(path, "TDMS files", "npTDMS", "tdms"):
             from nptdms import TdmsFile
         with base.library_errors(path, "damaged, or no TDMS file"):
-            base.check_size(path)
+            base.refuse_large_file(path)
             # the index file beside it may be of another day
             with _silent(), path.open("rb") as file:
                 return self._log(path, TdmsFile.read(file))

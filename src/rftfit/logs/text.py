@@ -135,7 +135,7 @@ def _chunks(path: Path) -> Iterator[bytes]:
             handle.seek(0)
         chunk = handle.read(BLOCK_BYTES)
         if len(chunk) == BLOCK_BYTES:
-            base.check_size(path, MAX_BYTES)
+            base.refuse_large_file(path, MAX_BYTES)
         utf16 = utf16_of(chunk)
         decoder = codecs.getincrementaldecoder(utf16)("replace") if utf16 else None
         chunk = _without_mark(chunk)
@@ -195,7 +195,7 @@ class Line(NamedTuple):
     whole: bool
 
 
-def lines_of(head: bytes, most: int = 400, encoding: str = "") -> list[Line]:
+def decode_first_lines(head: bytes, most: int = 400, encoding: str = "") -> list[Line]:
     """Return the first lines of a file; without an encoding UTF-8, or Windows-1252 if it is none."""
     return list(islice(each_line(head, encoding), most))
 
@@ -292,7 +292,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Rows:
+class ParsedRows:
     """What some lines hold.
 
     `columns`: Of the good rows; float64, int64 or bool. `index`: Of each good row, which data line
@@ -308,7 +308,7 @@ class Rows:
     not_finite: dict[str, int] = field(default_factory=dict)
     blank: Mapping[str, np.ndarray] = field(default_factory=dict)
 
-    def take(self, keep: np.ndarray, reason: str) -> Rows:
+    def take(self, keep: np.ndarray, reason: str) -> ParsedRows:
         """Leave out the rows where `keep` is False."""
         lost = int(keep.size - np.count_nonzero(keep))
         if not lost:
@@ -326,7 +326,7 @@ def parse(
     before: bytes = b"",
     *,
     keep_blanks: bool = False,
-) -> Rows:
+) -> ParsedRows:
     """Parse whole lines.
 
     `last_line`: A last line without an end. Whoever wrote it may have been stopped in it: unless it is as
@@ -356,7 +356,7 @@ def parse(
     return replace(rows, not_finite=bad).take(keep, base.FINITE)
 
 
-def _without_voids(layout: Layout, rows: Rows) -> Rows:
+def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
     """Put no value in place of the numbers that say so."""
     columns, blank = dict(rows.columns), dict(rows.blank)
     for name, kind in zip(layout.names, layout.kinds, strict=True):
@@ -445,7 +445,7 @@ def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) 
     return body
 
 
-def _parse(layout: Layout, body: bytes) -> list[Rows]:
+def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
     """Parse a block; in parts where it has a bad line."""
     if b"\xe2" in body or b"\xef" in body:
         body = _MINUS.sub(b"-", body)
@@ -459,7 +459,7 @@ def _parse(layout: Layout, body: bytes) -> list[Rows]:
     return _parse_halves(layout, body, is_bad=True)
 
 
-def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[Rows]:
+def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[ParsedRows]:
     """Parse a block, or its halves where it has a bad line; `is_bad`: it is known to have one."""
     if not (layout.regrouped or is_bad):
         fast = _fast(layout, body)
@@ -571,7 +571,7 @@ def _grouped(group: bytes, point: bytes, delimiter: bytes, whole: bytes) -> re.P
     return re.compile(rb"(?<!%b)%b(?!%b)" % (end, number, end))
 
 
-def _together(parts: list[Rows]) -> Rows:
+def _together(parts: list[ParsedRows]) -> ParsedRows:
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(rows.rows for rows in parts)])
@@ -586,7 +586,7 @@ def _together(parts: list[Rows]) -> Rows:
         for name in names
         if any(name in rows.blank for rows in parts)
     }
-    return Rows(columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank)
+    return ParsedRows(columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank)
 
 
 def count_lines(body: bytes) -> int:
@@ -601,7 +601,7 @@ def count_lines(body: bytes) -> int:
     return lines
 
 
-def _fast(layout: Layout, body: bytes) -> Rows | None:
+def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
     """Parse lines without a single bad one, or give None."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
@@ -634,7 +634,7 @@ def _fast(layout: Layout, body: bytes) -> Rows | None:
         return None
 
 
-def _rows_of_table(layout: Layout, table: Any) -> Rows | None:
+def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
     """Turn the cells of an Arrow table into values, or give None; Arrow's own error where its text is none."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -671,7 +671,7 @@ def _rows_of_table(layout: Layout, table: Any) -> Rows | None:
         if missing is not None:
             blank[layout.names[place]] = missing
         columns[layout.names[place]] = values
-    return Rows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
+    return ParsedRows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
 
 
 def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
@@ -737,7 +737,7 @@ def _single_blanks(body: bytes) -> bytes:
     return text.tobytes().replace(b"\t", b" ")
 
 
-def _by_hand(layout: Layout, body: bytes) -> Rows:
+def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
     """Parse line by line and count what is wrong with the bad ones."""
     values: list[list[Any]] = [[] for _ in layout.places_to_read]
     index: list[int] = []
@@ -759,7 +759,7 @@ def _by_hand(layout: Layout, body: bytes) -> Rows:
         if None in column:
             blank[name] = np.array([value is None for value in column])
         columns[name] = np.array(column, dtype=_TYPES[layout.kinds[place]])  # NaN of None
-    return Rows(columns, np.array(index, dtype=np.int64), rows, dropped, blank=blank)
+    return ParsedRows(columns, np.array(index, dtype=np.int64), rows, dropped, blank=blank)
 
 
 def _row(layout: Layout, line: bytes) -> list[Any] | str:
@@ -859,7 +859,7 @@ _REGROUPED = (
 
 
 @dataclass(frozen=True)
-class Plan:
+class ReadingPlan:
     """How one file is to be read, as its header says.
 
     `units`: Of the columns that come out, as far as the file states them.
@@ -889,7 +889,7 @@ class TextReader(base.Reader, ABC):
     """Base of the dialects of text: a `plan` for each file is all they need."""
 
     @abstractmethod
-    def plan(self, head: bytes) -> Plan:
+    def plan(self, head: bytes) -> ReadingPlan:
         """Find out from the first 64 kB of a file how it is to be read.
 
         Raises ValueError if it cannot be read that way; the message says what was found and what is
@@ -918,7 +918,7 @@ class TextReader(base.Reader, ABC):
             plan = replace(plan, notes=(*plan.notes, *notes))
         first = 0
 
-        def parsed(block: Block) -> Rows:
+        def parsed(block: Block) -> ParsedRows:
             return parse(layout, *block, keep_blanks=self.keeps_blanks)
 
         for rows in base.parallel_map(parsed, blocks):
@@ -937,7 +937,7 @@ def narrowed(layout: Layout, names_to_read: set[str]) -> Layout:
     return narrow if narrow.places_to_read else layout
 
 
-def _log(path: Path, plan: Plan, rows: Rows, first: int) -> base.Log:
+def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Log:
     """Make a log of a block; `first`: data lines of the file above it."""
     before = plan.packets.missing if plan.packets else 0
     columns = rows.columns

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.config import Errors, Grid
+from rftfit.campaign.config import ErrorSettings, Grid
 from rftfit.conventions import FloatArray
 from rftfit.measure.errors import (
     AS_PREPARED,
@@ -26,8 +26,8 @@ from rftfit.measure.errors import (
     SurfaceError,
     bed_of_mean,
     bed_of_next,
+    combined_half_width,
     gradient,
-    half_width,
     scaled_slopes,
     spread_of_beds,
 )
@@ -37,7 +37,7 @@ from rftfit.measure.flags import (
     REASON,
     Flags,
     Remark,
-    about,
+    attach_run,
     mark_columns,
     reason_columns,
     reason_of,
@@ -53,21 +53,13 @@ SAME_DIRECTION_DEG = 0.5
 SAME_DEPTH_CM = 0.1
 """Horizontal runs closer in depth than this were meant for one depth."""
 
-QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
-"""Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
-
-
-def column(component: str, quantity: str = "") -> str:
-    """Name of a column of alpha: component ``z`` or ``x``, one of `QUANTITIES`."""
-    return f"alpha_{component}{quantity}_N_per_cm3"
-
 
 def alpha_table(
     fits: pd.DataFrame,
     medium: str,
     confidence: float,
     depths: int,
-    errors: Errors | None = None,
+    errors: ErrorSettings | None = None,
     grid: Grid | None = None,
     surface: SurfaceError | None = None,
     at_cm: float | None = None,
@@ -90,7 +82,7 @@ def alpha_table(
     `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
     horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
     """
-    errors = errors or Errors(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
+    errors = errors or ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
     grid = grid or Grid()
@@ -122,6 +114,15 @@ def alpha_table(
     # no plate run at all: the columns of a table all the same
     columns = ["medium", "beta_deg", "gamma_deg", *_NUMBERS, *_BEDS, *_WORDS]
     return pd.DataFrame(rows, columns=columns)
+
+
+QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
+"""Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
+
+
+def column(component: str, quantity: str = "") -> str:
+    """Name of a column of alpha: component ``z`` or ``x``, one of `QUANTITIES`."""
+    return f"alpha_{component}{quantity}_N_per_cm3"
 
 
 def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[float, float]]:
@@ -243,7 +244,7 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
-    reasons = [why for run in runs for why in about(run["run_id"], reason_of(run))]
+    reasons = [why for run in runs for why in attach_run(run["run_id"], reason_of(run))]
     n_depths = len(_by_depth(good)) if horizontal else depths
     used_runs = good
     if not runs:
@@ -291,7 +292,7 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
 def _errors(
     cells: list[_Cell],
     directions: list[tuple[float, float]],
-    errors: Errors,
+    errors: ErrorSettings,
     surface: SurfaceError,
     spread: dict[str, Spread],
     confidence: float,
@@ -339,10 +340,12 @@ def _errors(
             of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets))
             for parts, of_outlier in zip((of_mean, of_next), of_outliers, strict=True):
                 bed_errors = parts["bed"], of_outlier
-                parts["bed"] = max(bed_errors, key=lambda error: half_width([error], confidence))
-            half_of_mean = half_width(of_mean.values(), confidence)
+                parts["bed"] = max(
+                    bed_errors, key=lambda error: combined_half_width([error], confidence)
+                )
+            half_of_mean = combined_half_width(of_mean.values(), confidence)
             # what all runs share is in the errors of the mean, and counts once
-            half_of_next = half_width([*of_mean.values(), *of_next.values()], confidence)
+            half_of_next = combined_half_width([*of_mean.values(), *of_next.values()], confidence)
             se = math.sqrt(sum(error.sd**2 for error in of_mean.values()))
             ends = (
                 alpha[c][i] + width
@@ -479,9 +482,9 @@ def _add_bed(
         of_next["bed"] = Part(0.0)
     if source in (REPEATS, OF_CELL):
         for parts in (of_mean, of_next):
-            half_square = half_width([parts["bed"]], confidence) ** 2
-            half_square -= half_width([parts["surface"], parts["angle"]], confidence) ** 2
-            unit = half_width([Part(1.0, parts["bed"].dof)], confidence)
+            half_square = combined_half_width([parts["bed"]], confidence) ** 2
+            half_square -= combined_half_width([parts["surface"], parts["angle"]], confidence) ** 2
+            unit = combined_half_width([Part(1.0, parts["bed"].dof)], confidence)
             parts["bed"] = Part(math.sqrt(max(half_square, 0.0)) / unit, parts["bed"].dof)
     return source
 

@@ -12,9 +12,9 @@ from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
 from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_shared, checks_surface
 from rftfit.measure.flags import Flags
-from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, Measured
+from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, MediumMeasurements
 
-IN_ORDER: dict[CheckName, Callable[[Measured], Check]] = {
+IN_ORDER: dict[CheckName, Callable[[MediumMeasurements], Check]] = {
     "channels": checks_channels.check_channels,
     "rods": checks_runs.check_rods,
     "drift": checks_runs.check_drift,
@@ -43,7 +43,7 @@ def check_medium(
     """Do every check on one medium; what the config accepts is not failed."""
     settings = campaign.config.media[medium]
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
-    measured = Measured(campaign.config, settings, sheet, tables, copies, flags)
+    measured = MediumMeasurements(campaign.config, settings, sheet, tables, copies, flags)
     outcomes: dict[CheckName, Check] = {}
     for name, check in IN_ORDER.items():
         outcome = outcomes[name] = check(measured)

@@ -16,7 +16,7 @@ from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
-from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
+from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
@@ -29,7 +29,7 @@ _TURN, _ALIKE, _UNLIKE = 0.04, 0.05, 3.0
 their pairs are off from one turn by less than their error."""
 
 
-def check_work(measured: Measured) -> Check:
+def check_work(measured: MediumMeasurements) -> Check:
     """Whether the medium takes energy in all cells but a few; where all runs tell other axes, these are named."""
     alpha, sheet = measured.tables["alpha"], measured.sheet
     cells = Cells.of(alpha)
@@ -59,10 +59,10 @@ def check_work(measured: Measured) -> Check:
             "work", cells.takes_energy, code="work-axes", axes=likelier_axes, **values
         )
     flags = flags_on(runs, "gives-back")
-    return Check.judge("work", cells.takes_energy, flags, rows=rows_of(runs, sheet), **values)
+    return Check.judge("work", cells.takes_energy, flags, rows=describe_rows(runs, sheet), **values)
 
 
-def check_symmetry(measured: Measured) -> Check:
+def check_symmetry(measured: MediumMeasurements) -> Check:
     """Whether mirror images straight down feel opposite horizontal forces."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
@@ -88,7 +88,7 @@ def check_symmetry(measured: Measured) -> Check:
     return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
 
 
-def check_up_down(measured: Measured) -> Check:
+def check_up_down(measured: MediumMeasurements) -> Check:
     """Whether pushing a level plate down takes more than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:

@@ -16,10 +16,10 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import SAME_DIRECTION_DEG
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.checks_shared import told_axes
-from rftfit.measure.flags import Remark, remark, say
+from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdicts import Check, Measured, flags_on, rows_of
+from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
@@ -33,7 +33,7 @@ Cause = tuple[Remark, list[Remark]]
 """What is wrong with a channel, and flags of the runs that show it."""
 
 
-def check_channels(measured: Measured) -> Check:
+def check_channels(measured: MediumMeasurements) -> Check:
     """Look for a channel that is constant, frozen, clipped, without force, exchanged or reversed."""
     facts = measured.tables["runs"]
     read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
@@ -47,7 +47,9 @@ def check_channels(measured: Measured) -> Check:
         return Check.skip("channels", "channels-unread")
     flags = [flag for _, flags_of_cause in causes for flag in flags_of_cause]
     causes_or_count = [cause for cause, _ in causes] or [remark("logs-read", count=len(logs))]
-    return Check.judge("channels", not causes, flags, causes=say(causes_or_count), frozen=_FROZEN)
+    return Check.judge(
+        "channels", not causes, flags, causes=format_remarks(causes_or_count), frozen=_FROZEN
+    )
 
 
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
@@ -114,14 +116,16 @@ def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     return [(cause, [])] if ratio > _EXCHANGED else []
 
 
-def _already_explained(measured: Measured) -> tuple[set[str], bool]:
+def _already_explained(measured: MediumMeasurements) -> tuple[set[str], bool]:
     """Runs whose logs look like those of rods; whether other axes or a drift of all runs explain the rest."""
     exchanged = {flag.run_id for flag in check_rods(measured).flags}
     drifting = len(check_drift(measured).flags) == len(measured.tables["fits"])
     return exchanged, drifting or told_axes(measured) is not None
 
 
-def against_known(measured: Measured, exchanged: set[str], explained: bool) -> list[Cause]:
+def against_known(
+    measured: MediumMeasurements, exchanged: set[str], explained: bool
+) -> list[Cause]:
     """Runs in which a channel shows none, the opposite, or a part of the force that every known medium gives.
 
     A medium may differ from all known ones in a direction, and then in all runs of it: no force and a turned
@@ -195,7 +199,7 @@ def against_known(measured: Measured, exchanged: set[str], explained: bool) -> l
             whose=whose,
             count=count,
             size=size_of,
-            rows=rows_of(runs, sheet),
+            rows=describe_rows(runs, sheet),
             **{name: value for name, value in values.items() if name == "times"},
         )
         causes.append((cause, flags_on(runs, f"channel-{code}", **values)))

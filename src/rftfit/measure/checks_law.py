@@ -49,7 +49,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
         return Check.skip("linearity", "linearity-few")
     power = exponent_of(pushes, run_cm, session_cm)
     of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
-    start = combine(pushes, "offset_cm", of_start, session_cm)
+    start = combine_directions(pushes, "offset_cm", of_start, session_cm)
     intercepts = pushes.groupby(["beta_deg", "gamma_deg"])["intercept_z_N_per_cm2"].mean()
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
     most_departure = TOLERATED + SURE * power.se
@@ -98,10 +98,12 @@ def exponent_of(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Estim
     )
     noise = np.nan_to_num(pushes["exponent_z_se"].to_numpy(float))
     scatter = np.sqrt(noise**2 + (levers * run_cm) ** 2 + PATCHES**2)
-    return combine(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
+    return combine_directions(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
 
 
-def combine(pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float) -> Estimate:
+def combine_directions(
+    pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float
+) -> Estimate:
     """Median of a quantity over directions, with the scatter that is known and the one that they show.
 
     `scatter`: Standard deviation of each run. `session`: Of what all runs share.

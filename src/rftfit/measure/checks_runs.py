@@ -9,11 +9,11 @@ import numpy as np
 
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.flags import Remark, remark, say
+from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdicts import MOST_NAMED, Check, Measured, flags_on, rows_of
+from rftfit.measure.verdicts import MOST_NAMED, Check, MediumMeasurements, describe_rows, flags_on
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
@@ -22,7 +22,7 @@ _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 
 
-def check_rods(measured: Measured) -> Check:
+def check_rods(measured: MediumMeasurements) -> Check:
     """Whether rods alone feel less than plates on their rods do."""
     tares, sheet = measured.tables["tares"], measured.sheet
     plates = [run.run_id for run in sheet.values() if run.kind == "plate"]
@@ -47,7 +47,7 @@ def check_rods(measured: Measured) -> Check:
         code="rods-stronger",
         count=wrong.sum(),
         size=has_tare.sum(),
-        rows=rows_of(stronger, sheet),
+        rows=describe_rows(stronger, sheet),
         **limits,
     )
 
@@ -55,7 +55,7 @@ def check_rods(measured: Measured) -> Check:
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
 
 
-def check_drift(measured: Measured) -> Check:
+def check_drift(measured: MediumMeasurements) -> Check:
     """Whether the zero drifts already while the intruder rests in air before its stroke."""
     from scipy.special import ndtr, stdtrit
 
@@ -85,7 +85,10 @@ def check_drift(measured: Measured) -> Check:
     worst = int(np.abs(middle).argmax())
     drifting = table["run_id"] if common.any() else table.loc[alone, "run_id"]
     flags = flags_on(drifting, "zero-drifts")
-    values: dict[str, Any] = {"size": has_trend.sum(), "rows": rows_of(drifting, measured.sheet)}
+    values: dict[str, Any] = {
+        "size": has_trend.sum(),
+        "rows": describe_rows(drifting, measured.sheet),
+    }
     if alone.any() and not common.any():
         values |= {"count": alone.sum(), "share": 100 * _DRIFT_ALONE}
         return Check.judge("drift", False, flags, code="drift-alone", **values)
@@ -98,7 +101,7 @@ _TREND, _SIGMAS = 0.10, 3.0
 _FEWEST_SAMPLES = 30
 
 
-def check_steadiness(measured: Measured) -> Check:
+def check_steadiness(measured: MediumMeasurements) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
@@ -137,7 +140,7 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
-def check_repeats(measured: Measured) -> Check:
+def check_repeats(measured: MediumMeasurements) -> Check:
     """Whether each run has the alpha that its repeats, or else all other runs, say it should have."""
     peers = measured.tables["peers"]
     repeated_runs = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
@@ -164,8 +167,8 @@ def check_repeats(measured: Measured) -> Check:
         most_spreads=repeated_runs["times_spread"].max(),
         median=seen_from.median(),
         most=seen_from.max(),
-        values=say(map(_beside_others, largest_rows)),
-        rows=rows_of(apart["run_id"], measured.sheet),
+        values=format_remarks(map(_beside_others, largest_rows)),
+        rows=describe_rows(apart["run_id"], measured.sheet),
     )
 
 
@@ -176,7 +179,7 @@ def _beside_others(row: dict[Any, Any]) -> Remark:
     return remark("alpha-beside", run=row["run_id"], alpha=row[column(c)], others=alphas_beside)
 
 
-def check_logs(measured: Measured) -> Check:
+def check_logs(measured: MediumMeasurements) -> Check:
     """Whether two runs have the same readings, or the same noise, under two names."""
     sheet, copies = measured.sheet, measured.copies
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
@@ -208,7 +211,7 @@ def check_logs(measured: Measured) -> Check:
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
 
 
-def check_size(measured: Measured) -> Check:
+def check_size(measured: MediumMeasurements) -> Check:
     """Whether alpha_z(0, 90 deg) is as large as stated; without that, what no medium is found."""
     expected = measured.medium.expected_alpha
     cell = cell_at(measured.tables["alpha"], 0, 90)

@@ -8,14 +8,14 @@ from typing import Any
 
 import pandas as pd
 
-from rftfit.measure.flags import Remark, remark, say
-from rftfit.measure.verdicts import Check, Measured, flags_on
+from rftfit.measure.flags import Remark, format_remarks, remark
+from rftfit.measure.verdicts import Check, MediumMeasurements, flags_on
 
 _CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""
 
 
-def told_axes(measured: Measured) -> Remark | None:
+def told_axes(measured: MediumMeasurements) -> Remark | None:
     """Other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
     other_axes = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
@@ -24,7 +24,7 @@ def told_axes(measured: Measured) -> Remark | None:
     return remark(f"axes-{other_axes['axes'].iloc[-1]}")
 
 
-def check_axes(measured: Measured) -> Check:
+def check_axes(measured: MediumMeasurements) -> Check:
     """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
@@ -40,11 +40,11 @@ def check_axes(measured: Measured) -> Check:
         )
     open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -_CLEAR]
     if open_axes:
-        return Check.skip("axes", "axes-open", axes=say(open_axes))
+        return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
     return Check.judge("axes", True, power=-other_axes[best] / math.log(10))
 
 
-def check_shared(measured: Measured) -> Check:
+def check_shared(measured: MediumMeasurements) -> Check:
     """Whether runs share another gain, another turn of the mount, or other angles than stated."""
     causes = measured.tables["causes"]
     is_told = causes["verdict"] == "told"
@@ -59,7 +59,7 @@ def check_shared(measured: Measured) -> Check:
             if row["group"] != "all":
                 flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(text))
         cures = [remark(f"cure-{row['kind']}") for row in told_causes]
-        values = {"causes": say(words), "cures": say(dict.fromkeys(cures))}
+        values = {"causes": format_remarks(words), "cures": format_remarks(dict.fromkeys(cures))}
         return Check.judge("shared", False, flags, code="shared-told", **values)
     least_remarks = [
         _describe_least(kind, group, causes)
@@ -83,7 +83,7 @@ def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | Non
     return None if rows.empty else remark(f"least-{kind}", least=float(rows["least_seen"].iloc[0]))
 
 
-def _describe_told(row: Mapping[Any, Any], measured: Measured) -> Remark:
+def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Remark:
     """What runs share, how large it is and where."""
     size: dict[str, Any] = {
         name: float(row[f"size{end}"])

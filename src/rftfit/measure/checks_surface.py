@@ -19,7 +19,7 @@ from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
-from rftfit.measure.verdicts import FAILED, Check, Measured, flags_on, rows_of
+from rftfit.measure.verdicts import FAILED, Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
 _SURFACE_CM, _LAG_S = 0.05, 0.03
@@ -29,18 +29,18 @@ _STEP_CM, _STEP = 0.22, 5.3
 """A half of the sheet with another surface: least difference, and in standard errors of the best of all stretches."""
 
 
-def check_surface(measured: Measured) -> Check:
+def check_surface(measured: MediumMeasurements) -> Check:
     """Whether stress begins at the surface, and in all runs alike."""
     return _surface_and_linearity(measured)[0]
 
 
-def check_linearity(measured: Measured) -> Check:
+def check_linearity(measured: MediumMeasurements) -> Check:
     """Whether stress is proportional to depth."""
     return _surface_and_linearity(measured)[1]
 
 
 @lru_cache(maxsize=1)  # two checks of one medium ask in turn
-def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
+def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     """Where stress begins, by lines with a free intercept, against the surface; and whether it is a line.
 
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
@@ -102,7 +102,7 @@ def _surface_and_linearity(measured: Measured) -> tuple[Check, Check]:
         "most_mm": 10 * SURE * push_start_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
-    line = crust or linearity(steep_fits[pushes], run_cm, session_cm)
+    line = crust or judge_linearity(steep_fits[pushes], run_cm, session_cm)
     if (
         line.verdict == FAILED
         or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > _CURVED
@@ -243,7 +243,7 @@ def _two_levels(
     values: dict[str, Any] = {
         "count": on_second_level.sum(),
         "size": on_second_level.size,
-        "rows": rows_of(names, {run.run_id: run for run in runs}),
+        "rows": describe_rows(names, {run.run_id: run for run in runs}),
     }
     if kind == "surface":
         gap *= 10
@@ -263,7 +263,7 @@ def _clear_step(stretch: Mask) -> float:
     return _STEP + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
-def linearity(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
+def judge_linearity(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     """Whether the stress of pushes grows in proportion to depth, or by another power of it.
 
     `run_cm`, `session_cm`: of `check_law`.

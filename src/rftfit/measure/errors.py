@@ -16,7 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Config, Errors
+from rftfit.campaign.config import Config, ErrorSettings
 from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
@@ -53,7 +53,7 @@ class Part:
     dof: float = GIVEN_DOF
 
 
-def half_width(parts: Iterable[Part], confidence: float) -> float:
+def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
     """Half width of an interval from independent errors of different degrees of freedom.
 
     Half widths, each with its own quantile, add in quadrature: never narrower for a larger error,
@@ -272,7 +272,7 @@ def bed_of_next(
     if not scatter:
         return expected
     scatter_error = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
-    return max(scatter_error, expected, key=lambda error: half_width([error], confidence))
+    return max(scatter_error, expected, key=lambda error: combined_half_width([error], confidence))
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5
@@ -292,7 +292,7 @@ class SurfaceError:
 
 
 def surface_error(
-    offset: FloatArray, se: FloatArray, errors: Errors, *, is_given: bool = True
+    offset: FloatArray, se: FloatArray, errors: ErrorSettings, *, is_given: bool = True
 ) -> SurfaceError:
     """Tell how far the free surface may be off, as stated, or else from lines with a free intercept.
 
@@ -325,7 +325,7 @@ def surface_error(
     return SurfaceError(run, session, dof)
 
 
-def errors_of(fits: pd.DataFrame, config: Config) -> tuple[Errors, SurfaceError]:
+def errors_of(fits: pd.DataFrame, config: Config) -> tuple[ErrorSettings, SurfaceError]:
     """Errors that no log shows, for the runs of one medium (`fit_medium`)."""
     if config.table is not None:
         # its depths and angles are what it says, and so are its errors

@@ -1,4 +1,4 @@
-"""From tared strokes to the fits of plates, where stress is proportional to depth, and to curves of legs."""
+"""From the tared strokes of plates to alpha of each run: the slope of stress over depth, through zero."""
 
 from __future__ import annotations
 
@@ -16,120 +16,112 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, file_extraction
 from rftfit.measure import slopes
-from rftfit.measure.flags import (
-    MARKS,
-    REASON,
-    Remark,
-    mark_columns,
-    reason_columns,
-    reason_of,
-    remark,
-)
-from rftfit.measure.lab_frame import lacks_force_x, measured_channel
+from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of, remark
+from rftfit.measure.lab_frame import half_extent, lacks_force_x
 from rftfit.measure.laws import Laws, by_law, find_crust, other_laws
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
 
-SHORTEST_WINDOW = 0.1
-"""Depth that a window must cover at least, relative to the length of the plate."""
-
-LEAST_WORK, _SIGMAS = 0.005, 3.0
-"""D = alpha_x cos gamma + alpha_z sin gamma may be so far below 0: N/cm^3, and standard errors."""
-_CURVED_RATIO = 0.10
-_EXACT = 1e-6
-"""Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
 COMPONENTS = ("z", "x")
-_OF_COMPONENT = (
-    "alpha_{}_N_per_cm3",
-    "alpha_{}_se_N_per_cm3",
-    "alpha_{}_lo_N_per_cm3",
-    "alpha_{}_hi_N_per_cm3",
-    "alpha_{}_dof",
-    "alpha_{}_ols_se_N_per_cm3",
-    "alpha_{}_startup_N_per_cm3",
-    "alpha_{}_tare_N_per_cm3",
-    "alpha_{}_curvature_N_per_cm3",
-    "alpha_{}_rod_N_per_cm3",
-    "intercept_{}_N_per_cm2",
-    "free_slope_{}_N_per_cm3",
-    "free_stress_{}_percent",
-    "exponent_{}",
-    "exponent_{}_se",
-    "power_stress_{}_percent",
-    "power_misfit_{}_ratio",
-    "nonlinear_{}_p",
-    "nonlinear_{}_ratio",
-)
-FIT_COLUMNS = [
-    "run_id",
-    "medium",
-    "beta_deg",
-    "gamma_deg",
-    "direction",
-    "mirrored",
-    "tare_run",
-    "depth_from_cm",
-    "depth_to_cm",
-    "n_points",
-    "lever_per_cm",
-    "clock_cm",
-    "offset_cm",
-    "offset_se_cm",
-    "start_cm",
-    *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
-    "note",
-    *REASON,
-]
-
-N_REPEATS = "n_repeats"
-"""Column of the fits of a table of alpha: how many runs a row is the mean of; a log is one run."""
 
 Row = dict[Any, Any]
 """One row of a table."""
 
 
-def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
-    """Half the size along x and z, cm, of a plate held at `beta`, rad."""
-    length, thickness = plate.length_cm / 2, plate.thickness_cm / 2
-    cosine, sine = abs(math.cos(beta)), abs(math.sin(beta))
-    return length * cosine + thickness * sine, length * sine + thickness * cosine
+def fit_medium(
+    campaign: Campaign,
+    medium: str,
+    status: pd.DataFrame,
+    tared: pd.DataFrame,
+    tares: pd.DataFrame,
+    linear_to_cm: Mapping[str, float] | None = None,
+    only: Collection[str] | None = None,
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-
-def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
-    """How far from the middle of the container the plate's centre may be, off both walls, cm."""
-    return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
-
-
-def window(
-    run: Run, stroke: Stroke, plate: AnyPlate, box: Container, fit: Fit, linear_to_cm: float | None
-) -> npt.NDArray[np.int8]:
-    """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
-
-    `linear_to_cm`: of a penetration test, good in its linear regime. x = 0 is the middle of the container.
+    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. Returns a row per plate run of
+    the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
+    fitted or not; the rows of the strokes handed on, and flags of the runs.
     """
-    beta, depth = math.radians(run.beta_deg), stroke.depth
-    why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
-    # the outermost reason is tested last, so that it wins
-    if linear_to_cm is not None:
-        why[depth > linear_to_cm] = RowStatus.NONLINEAR
-        why[depth < 0] = RowStatus.ABOVE
+    ledger = Ledger()
+    rows_by_run = split_runs(tared)
+    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
+    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
+    rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
+    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
+    words = tares.filter(["run_id", *REASON]).to_dict("records")
+    no_tare = {row["run_id"]: reason_of(row) for row in words}
+    runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
+    n_plates = len({run.intruder for run in runs})
+    if only is not None:
+        runs = [run for run in runs if run.run_id in only]
+    rows = []
+    why = columns["why"].copy()
+    for run in runs:
+        facts_of_run, stroke_rows = facts[run.run_id], rows_by_run.get(run.run_id)
+        if n_plates > 1:
+            ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
+        if stroke_rows is None:
+            reason = reason_of(facts_of_run) or no_tare.get(run.run_id, ())
+            fit, clock_cm = RunFit(*filed_under(run)[:2], reason=reason), 0.0
+        else:
+            # a tare that is not read has no facts
+            run_and_tare_facts = [
+                facts[name] for name in (run.run_id, run.tare_run) if name in facts
+            ]
+            samples = {name: values[stroke_rows] for name, values in columns.items()}
+            stroke = _stroke(
+                samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
+            )
+            fit, clock_cm = (
+                fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id)),
+                stroke.clock_cm,
+            )
+            why[stroke_rows] = fit.why
+            _account(ledger, run, stroke, fit)
+            ledger.flag(run, *fit.flags)
+        rows.append(_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
+    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
+    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+
+
+def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None = None) -> RunFit:
+    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
+
+    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
+    """
+    plate = config.intruders[run.intruder]
+    assert plate.shape != "leg"
+    beta_deg, gamma_deg, sign_x = filed_under(run)
+    line_end_cm = _end_of_line(run, config, linear_to_cm)
+    inside = classify_samples(run, stroke, plate, config.container, config.fit, line_end_cm)
+    why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
+    if reason := _why_no_slope(run, stroke, inside, why, plate, config):
+        return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
+    usable = why == RowStatus.GOOD
+    depth = stroke.depth[usable]
+    stress, tare_stress = _stresses(stroke, plate, sign_x)
+    of_table = config.table is not None
+    has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
+    if has_few_points:
+        slope, flags = slopes.fit_few(depth, stress[:, usable]), tuple[Remark, ...]()
     else:
-        if run.direction == "extraction":
-            why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
-        why[np.abs(stroke.x) > farthest_x(plate, beta, box, fit)] = RowStatus.WALL
-        if run.direction == "horizontal":
-            why[stroke.path < fit.horizontal_skip_cm] = RowStatus.STARTUP
-            return why
-        _, half_z = half_extent(plate, beta)
-        if fit.max_depth_cm is None:
-            why[depth > box.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
-        if fit.submergence_cm is None:
-            why[depth < half_z] = RowStatus.ABOVE
-    if fit.max_depth_cm is not None:
-        why[depth > fit.max_depth_cm] = RowStatus.TOO_DEEP
-    if fit.submergence_cm is not None:
-        why[depth < fit.submergence_cm] = RowStatus.TOO_SHALLOW
-    return why
+        slope, flags = _fit_line(run, stroke, stress, tare_stress, usable, plate, config)
+    if of_table:
+        slope, exact = _of_table(slope, depth, stress[:, usable], run)
+        flags += exact
+    if not lacks_force_x(config, run):
+        flags += _flag_negative_work(slope, gamma_deg)
+    ends = float(depth.min()), float(depth.max())
+    fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
+    if has_few_points:
+        return fit
+    laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
+    rod = fit.rod
+    if tare_stress is not None:
+        rod = slopes.zero_intercept(depth, tare_stress[:, usable])[0]
+    law_fit = by_law(slope, laws, config.fit.law)
+    return replace(fit, slope=law_fit, laws=laws, line=slope.alpha, rod=rod)
 
 
 @dataclass(frozen=True)
@@ -184,104 +176,88 @@ def filed_under(run: Run) -> tuple[float, float, float]:
     return run.beta_deg, run.gamma_deg, 1.0
 
 
-def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None = None) -> RunFit:
-    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
+# --- Which samples count
 
-    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
+
+def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
+    """How far from the middle of the container the plate's centre may be, off both walls, cm."""
+    return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
+
+
+def classify_samples(
+    run: Run, stroke: Stroke, plate: AnyPlate, box: Container, fit: Fit, linear_to_cm: float | None
+) -> npt.NDArray[np.int8]:
+    """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
+
+    `linear_to_cm`: of a penetration test, good in its linear regime. x = 0 is the middle of the container.
     """
-    plate, fit, medium = config.intruders[run.intruder], config.fit, config.media[run.medium]
-    assert plate.shape != "leg"
-    of_table, level = config.table is not None, run.direction == "horizontal"
-    beta_deg, gamma_deg, sign_x = filed_under(run)
-    end = None
-    if of_table or medium.role == "natural_sand":
-        end = linear_to_cm or medium.linear_to_cm or math.inf
-    inside = window(run, stroke, plate, config.container, fit, end)
-    in_window = inside == RowStatus.GOOD
-    usable = in_window & (stroke.why == RowStatus.GOOD)
-    why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
+    beta, depth = math.radians(run.beta_deg), stroke.depth
+    why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
+    # the outermost reason is tested last, so that it wins
+    if linear_to_cm is not None:
+        why[depth > linear_to_cm] = RowStatus.NONLINEAR
+        why[depth < 0] = RowStatus.ABOVE
+    else:
+        if run.direction == "extraction":
+            why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
+        why[np.abs(stroke.x) > farthest_x(plate, beta, box, fit)] = RowStatus.WALL
+        if run.direction == "horizontal":
+            why[stroke.path < fit.horizontal_skip_cm] = RowStatus.STARTUP
+            return why
+        _, half_z = half_extent(plate, beta)
+        if fit.max_depth_cm is None:
+            why[depth > box.depth_cm - fit.wall_clearance_cm - half_z] = RowStatus.BOTTOM
+        if fit.submergence_cm is None:
+            why[depth < half_z] = RowStatus.ABOVE
+    if fit.max_depth_cm is not None:
+        why[depth > fit.max_depth_cm] = RowStatus.TOO_DEEP
+    if fit.submergence_cm is not None:
+        why[depth < fit.submergence_cm] = RowStatus.TOO_SHALLOW
+    return why
 
-    def refuse(*reason: Remark) -> RunFit:
-        return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
 
-    lost = np.bincount(stroke.why[in_window], minlength=len(RowStatus))
+def _end_of_line(run: Run, config: Config, linear_to_cm: float | None) -> float | None:
+    """Depth to which stress is a line, cm, of a natural sand or a table; None of others."""
+    medium = config.media[run.medium]
+    if config.table is None and medium.role != "natural_sand":
+        return None
+    return linear_to_cm or medium.linear_to_cm or math.inf
+
+
+def _why_no_slope(
+    run: Run,
+    stroke: Stroke,
+    inside: npt.NDArray[np.int8],
+    why: np.ndarray,
+    plate: AnyPlate,
+    config: Config,
+) -> tuple[Remark, ...]:
+    """Why the samples of a stroke must not give a slope; empty if they may. `inside`: of `classify_samples`."""
+    of_table = config.table is not None
+    lost = np.bincount(stroke.why[inside == RowStatus.GOOD], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:
-        return refuse(remark("window-saturated", count=saturated))
+        return (remark("window-saturated", count=saturated),)
     # a step or two at the ends is the difference of two logs' starts, not a tare that is short
     if (untared := lost[RowStatus.UNTARED]) > 0.02 * lost.sum() + 2:
-        return refuse(remark("tare-short", count=untared))
-    depth = stroke.depth[usable]
+        return (remark("tare-short", count=untared),)
+    depth = stroke.depth[why == RowStatus.GOOD]
     # rows of a table are depths that somebody chose, samples of a log are not
-    fewest = 1 if of_table else max(fit.min_points, slopes.FEWEST)
+    fewest = 1 if of_table else max(config.fit.min_points, slopes.FEWEST)
     lacking = None
     if depth.size < fewest:
         lacking = remark("few-points", found=depth.size, wanted=fewest)
     elif not depth.any():
-        return refuse(remark("zero-depths"))
-    elif not level and not of_table:
-        lacking = too_short(depth, plate, fit)
-    if lacking:
-        widest = farthest_x(plate, math.radians(run.beta_deg), config.container, fit)
-        return refuse(lacking, *_main_cause(why, stroke.x, widest))
-    stress = stroke.force / plate.area_cm2
-    stress[1] *= sign_x
-    fitted = stress[:, usable]
-    tare_stress = None
-    if stroke.tare is not None:
-        tare_stress = stroke.tare[:, usable] / plate.area_cm2 * np.array([[1.0], [sign_x]])
-    flags: tuple[Remark, ...] = ()
-    has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
-    if has_few_points:
-        slope = slopes.fit_few(depth, fitted)
-    else:
-        startup = None
-        if level:
-            startup = slopes.startup_bias(stroke.path, stress, usable, fit.horizontal_skip_cm)
-        variance = stroke.zero_variance / plate.area_cm2**2
-        slope = slopes.fit_slope(
-            depth, fitted, variance, stroke.zero_dof, stroke.depth_sd, startup, tare_stress
-        )
-        # curvature that stays below the noise of one sample bends nothing that could be measured
-        visible = config.transducer.precision_N / plate.area_cm2
-        flags += () if level else _linearity_flags(slope, float(depth.max()), visible)
-        if run.direction == "intrusion" and (crust := find_crust(depth, fitted[0])) is not None:
-            flags += (remark("crust", depth=crust.depth_cm, percent=100 * crust.excess),)
-    if of_table:
-        slope, exact = _of_table(slope, depth, fitted, run)
-        flags += exact
-    if not lacks_force_x(config, run):
-        flags += _flag_negative_work(slope, gamma_deg)
-    ends = float(depth.min()), float(depth.max())
-    run_fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
-    if has_few_points:
-        return run_fit
-    laws = other_laws(depth, fitted, fit.law_depth_cm)
-    rod = run_fit.rod
-    if tare_stress is not None:
-        rod = slopes.zero_intercept(depth, tare_stress)[0]
-    law_fit = by_law(slope, laws, fit.law)
-    return replace(run_fit, slope=law_fit, laws=laws, line=slope.alpha, rod=rod)
+        return (remark("zero-depths"),)
+    elif run.direction != "horizontal" and not of_table:
+        lacking = too_short(depth, plate, config.fit)
+    if lacking is None:
+        return ()
+    widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
+    return (lacking, *_main_cause(why, stroke.x, widest))
 
 
-def _of_table(
-    slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
-) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Take the error off a slope whose stress was calculated: no scatter is known."""
-    residual = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
-    exact = (residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
-    # a plate that is level or upright has no horizontal stress on a vertical path
-    exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
-    if not exact.any():
-        return slope, ()
-    return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
-
-
-def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
-    """Flag a force that pulls the plate along its way, as a turned sign makes it."""
-    share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
-    noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
-    gives_back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
-    return (remark("gives-back"),) if gives_back else ()
+SHORTEST_WINDOW = 0.1
+"""Depth that a window must cover at least, relative to the length of the plate."""
 
 
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
@@ -310,6 +286,84 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
     return (remark("most-beyond-wall", **share, **ends),)
 
 
+# --- The slope of a run, and its flags
+
+
+def _stresses(
+    stroke: Stroke, plate: AnyPlate, sign_x: float
+) -> tuple[FloatArray, FloatArray | None]:
+    """Stress z, x of the granular force and of the tare, N/cm^2, with the sign of x of the cell; (2, n) each."""
+    stress = stroke.force / plate.area_cm2
+    stress[1] *= sign_x
+    if stroke.tare is None:
+        return stress, None
+    return stress, stroke.tare / plate.area_cm2 * np.array([[1.0], [sign_x]])
+
+
+def _fit_line(
+    run: Run,
+    stroke: Stroke,
+    stress: FloatArray,
+    tare_stress: FloatArray | None,
+    usable: npt.NDArray[np.bool_],
+    plate: AnyPlate,
+    config: Config,
+) -> tuple[slopes.Slope, tuple[Remark, ...]]:
+    """Slope of stress over depth through zero, and flags of a curve or a crust."""
+    level = run.direction == "horizontal"
+    depth = stroke.depth[usable]
+    startup = None
+    if level:
+        startup = slopes.startup_bias(stroke.path, stress, usable, config.fit.horizontal_skip_cm)
+    slope = slopes.fit_slope(
+        depth,
+        stress[:, usable],
+        stroke.zero_variance / plate.area_cm2**2,
+        stroke.zero_dof,
+        stroke.depth_sd,
+        startup,
+        None if tare_stress is None else tare_stress[:, usable],
+    )
+    # curvature that stays below the noise of one sample bends nothing that could be measured
+    visible = config.transducer.precision_N / plate.area_cm2
+    flags = () if level else _linearity_flags(slope, float(depth.max()), visible)
+    if run.direction == "intrusion" and (crust := find_crust(depth, stress[0, usable])) is not None:
+        flags += (remark("crust", depth=crust.depth_cm, percent=100 * crust.excess),)
+    return slope, flags
+
+
+_EXACT = 1e-6
+"""Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
+
+
+def _of_table(
+    slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
+) -> tuple[slopes.Slope, tuple[Remark, ...]]:
+    """Take the error off a slope whose stress was calculated: no scatter is known."""
+    residual = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
+    exact = (residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    # a plate that is level or upright has no horizontal stress on a vertical path
+    exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
+    if not exact.any():
+        return slope, ()
+    return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
+
+
+LEAST_WORK, _SIGMAS = 0.005, 3.0
+"""D = alpha_x cos gamma + alpha_z sin gamma may be so far below 0: N/cm^3, and standard errors."""
+
+
+def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
+    """Flag a force that pulls the plate along its way, as a turned sign makes it."""
+    share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
+    noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
+    gives_back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
+    return (remark("gives-back"),) if gives_back else ()
+
+
+_CURVED_RATIO = 0.10
+
+
 def _linearity_flags(slope: slopes.Slope, deepest: float, visible: float) -> tuple[Remark, ...]:
     """Flag the components whose curvature is both significant and large enough to matter."""
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
@@ -331,61 +385,53 @@ def curved(
     )
 
 
-def fit_medium(
-    campaign: Campaign,
-    medium: str,
-    status: pd.DataFrame,
-    tared: pd.DataFrame,
-    tares: pd.DataFrame,
-    linear_to_cm: Mapping[str, float] | None = None,
-    only: Collection[str] | None = None,
-) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Fit every plate run of a medium, from the tables of the ingest and tare stages.
+# --- Tables of the stage
 
-    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. Returns a row per plate run of
-    the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
-    fitted or not; the rows of the strokes handed on, and flags of the runs.
-    """
-    ledger = Ledger()
-    rows_by_run = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
-    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
-    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    words = tares.filter(["run_id", *REASON]).to_dict("records")
-    no_tare = {row["run_id"]: reason_of(row) for row in words}
-    runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
-    n_plates = len({run.intruder for run in runs})
-    if only is not None:
-        runs = [run for run in runs if run.run_id in only]
-    rows = []
-    why = columns["why"].copy()
-    for run in runs:
-        fact, stroke_rows = facts[run.run_id], rows_by_run.get(run.run_id)
-        if n_plates > 1:
-            ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
-        if stroke_rows is None:
-            reason = reason_of(fact) or no_tare.get(run.run_id, ())
-            fit = RunFit(*filed_under(run)[:2], reason=reason)
-        else:
-            run_and_tare_facts = [
-                facts[name] for name in (run.run_id, run.tare_run) if name in facts
-            ]
-            samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _stroke(
-                samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
-            )
-            fit = fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id))
-            why[stroke_rows] = fit.why
-            _account(ledger, run, stroke, fit)
-            ledger.flag(run, *fit.flags)
-        row = _row(run, fit, campaign.config.fit.confidence, fact["note"])
-        row["clock_cm"] = 0.0 if stroke_rows is None else stroke.clock_cm
-        if lacks_force_x(campaign.config, run):
-            row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
-        rows.append(row)
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
-    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+
+N_REPEATS = "n_repeats"
+"""Column of the fits of a table of alpha: how many runs a row is the mean of; a log is one run."""
+
+_OF_COMPONENT = (
+    "alpha_{}_N_per_cm3",
+    "alpha_{}_se_N_per_cm3",
+    "alpha_{}_lo_N_per_cm3",
+    "alpha_{}_hi_N_per_cm3",
+    "alpha_{}_dof",
+    "alpha_{}_ols_se_N_per_cm3",
+    "alpha_{}_startup_N_per_cm3",
+    "alpha_{}_tare_N_per_cm3",
+    "alpha_{}_curvature_N_per_cm3",
+    "alpha_{}_rod_N_per_cm3",
+    "intercept_{}_N_per_cm2",
+    "free_slope_{}_N_per_cm3",
+    "free_stress_{}_percent",
+    "exponent_{}",
+    "exponent_{}_se",
+    "power_stress_{}_percent",
+    "power_misfit_{}_ratio",
+    "nonlinear_{}_p",
+    "nonlinear_{}_ratio",
+)
+FIT_COLUMNS = [
+    "run_id",
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    "direction",
+    "mirrored",
+    "tare_run",
+    "depth_from_cm",
+    "depth_to_cm",
+    "n_points",
+    "lever_per_cm",
+    "clock_cm",
+    "offset_cm",
+    "offset_se_cm",
+    "start_cm",
+    *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    "note",
+    *REASON,
+]
 
 
 def _stroke(
@@ -424,6 +470,54 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
         ledger.add(run, run.force_log, USED, good, remark("slope"))
 
 
+def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
+    """Row of a run in the table of fits."""
+    row: Row = {
+        "run_id": run.run_id,
+        "medium": run.medium,
+        "beta_deg": fit.beta_deg,
+        "gamma_deg": fit.gamma_deg,
+        "direction": run.direction,
+        "mirrored": filed_under(run)[2] < 0,
+        "tare_run": run.tare_run,
+        "depth_from_cm": fit.depth_from_cm,
+        "depth_to_cm": fit.depth_to_cm,
+        "n_points": 0,
+        "clock_cm": clock_cm,
+        "note": note,
+        **reason_columns(fit.reason),
+    }
+    slope = fit.slope
+    if slope is None:
+        return row
+    row |= {"n_points": slope.points, "lever_per_cm": slope.lever, "start_cm": slope.start[0]}
+    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
+    lo, hi = slope.interval(config.fit.confidence)
+    values = (
+        slope.alpha,
+        slope.se,
+        lo,
+        hi,
+        slope.dof,
+        slope.ols_se,
+        slope.startup,
+        slope.tare,
+        slope.curvature,
+        fit.rod,
+        slope.intercept,
+        slope.free_slope,
+        *_other_laws(fit),
+        slope.nonlinear_p,
+        slope.nonlinear_ratio,
+    )
+    for i, component in enumerate(COMPONENTS):
+        names = [name.format(component) for name in _OF_COMPONENT]
+        row |= {name: value[i] for name, value in zip(names, values, strict=True)}
+    if lacks_force_x(config, run):
+        row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
+    return row
+
+
 def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
     """Stress by a line with a free intercept, exponent and its error, and stress by a power: percent of the line's.
 
@@ -446,100 +540,3 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
     exponent_se = np.array([power.exponent_se for power in fit.laws["power"]])
     power = np.where(np.isnan(exponent), np.nan, power)
     return free, exponent, exponent_se, power, misfit
-
-
-def _row(run: Run, fit: RunFit, confidence: float, note: str) -> Row:
-    row: Row = {
-        "run_id": run.run_id,
-        "medium": run.medium,
-        "beta_deg": fit.beta_deg,
-        "gamma_deg": fit.gamma_deg,
-        "direction": run.direction,
-        "mirrored": filed_under(run)[2] < 0,
-        "tare_run": run.tare_run,
-        "depth_from_cm": fit.depth_from_cm,
-        "depth_to_cm": fit.depth_to_cm,
-        "n_points": 0,
-        "note": note,
-        **reason_columns(fit.reason),
-    }
-    slope = fit.slope
-    if slope is None:
-        return row
-    row |= {"n_points": slope.points, "lever_per_cm": slope.lever, "start_cm": slope.start[0]}
-    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
-    lo, hi = slope.interval(confidence)
-    values = (
-        slope.alpha,
-        slope.se,
-        lo,
-        hi,
-        slope.dof,
-        slope.ols_se,
-        slope.startup,
-        slope.tare,
-        slope.curvature,
-        fit.rod,
-        slope.intercept,
-        slope.free_slope,
-        *_other_laws(fit),
-        slope.nonlinear_p,
-        slope.nonlinear_ratio,
-    )
-    for i, component in enumerate(COMPONENTS):
-        names = [name.format(component) for name in _OF_COMPONENT]
-        row |= {name: value[i] for name, value in zip(names, values, strict=True)}
-    return row
-
-
-# --- Force on turning legs: tared force against theta, on a regular grid.
-
-
-STEP_DEG = 1.0
-LEG_COLUMNS = [
-    "medium",
-    "leg",
-    "run_id",
-    "theta_deg",
-    "force_z_N",
-    "force_x_N",
-    "samples",
-    "zero_se_z_N",
-    "zero_se_x_N",
-    *MARKS,
-]
-
-
-def leg_curves(
-    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame
-) -> tuple[pd.DataFrame, Ledger]:
-    """Average the tared force of every leg run of a medium over steps of theta.
-
-    `status` and `tared` are tables of the ingest and tare stages. The errors of the zero are the
-    same along a curve.
-    """
-    ledger = Ledger()
-    rows_by_run = split_runs(tared)
-    facts = {row["run_id"]: row for row in status.to_dict("records")}
-    curves = []
-    for run in campaign.runs_of(medium):
-        if run.kind != "leg" or run.run_id not in rows_by_run:
-            continue
-        stroke_rows = tared.iloc[rows_by_run[run.run_id]]
-        stroke_rows = stroke_rows[stroke_rows["why"] == RowStatus.GOOD]
-        ledger.add(run, run.force_log, USED, len(stroke_rows), remark("leg-curve"))
-        step = np.round(stroke_rows["angle_deg"].to_numpy() / STEP_DEG).astype(int)
-        grouped = stroke_rows.groupby(step)[["force_z_N", "force_x_N"]]
-        curve = grouped.mean().assign(samples=grouped.size())
-        curve["theta_deg"] = curve.index * STEP_DEG
-        run_and_tare_facts = [facts[name] for name in (run.run_id, run.tare_run) if name]
-        for c in COMPONENTS:
-            curve[f"zero_se_{c}_N"] = np.sqrt(
-                sum(fact[f"zero_var_{c}_N2"] for fact in run_and_tare_facts)
-            )
-        if measured_channel(campaign.config, "x") is None:
-            curve[["force_x_N", "zero_se_x_N"]] = math.nan
-        curve_keys = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
-        curves.append(curve.assign(**curve_keys, **mark_columns()))
-    empty_table = pd.DataFrame(columns=LEG_COLUMNS)
-    return (pd.concat(curves, ignore_index=True) if curves else empty_table)[LEG_COLUMNS], ledger

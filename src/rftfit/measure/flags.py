@@ -102,7 +102,7 @@ def dropped_rows(reason: str) -> Remark:
     return Remark(_ROW_CODES.get(reason, "damaged-rows"), words=reason)
 
 
-def say(remarks: Iterable[Remark]) -> str:
+def format_remarks(remarks: Iterable[Remark]) -> str:
     """Say some remarks; those on one run stand together behind its name."""
     parts: list[str] = []
     for run, group in groupby(remarks, key=lambda flag: flag.run_id):
@@ -116,7 +116,7 @@ def codes_of(remarks: Iterable[Remark]) -> str:
     return " ".join(dict.fromkeys(code for flag in remarks for code in flag.codes))
 
 
-def about(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
+def attach_run(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
     """Say of some remarks which run they are about."""
     return [replace(flag, run_id=run_id) for flag in remarks]
 
@@ -130,7 +130,7 @@ MARKS = ("checks", "checks_code")
 
 def reason_cells(reasons: Collection[Remark]) -> tuple[str, str]:
     """Cells of a reason, or of the marks of a medium: words and codes."""
-    return say(reasons), codes_of(reasons)
+    return format_remarks(reasons), codes_of(reasons)
 
 
 def reason_columns(reasons: Collection[Remark]) -> dict[str, str]:
@@ -221,9 +221,9 @@ class Flags:
         flags: list[Remark] = []
         for run_id in sorted(runs):
             of_run = [flag for flag in self.of_run(run_id) if flag not in without]
-            flags += about(run_id, of_run)
+            flags += attach_run(run_id, of_run)
         for run_id in cell["run_ids"].split():
-            flags += about(run_id, self._of_checks.get(run_id, []))
+            flags += attach_run(run_id, self._of_checks.get(run_id, []))
         return flags + self.of_cell_alone(cell)
 
     def of_cell_alone(self, cell: Mapping[Any, Any]) -> list[Remark]:

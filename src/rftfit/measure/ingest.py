@@ -1,10 +1,9 @@
-"""The logs of a medium as traces in the lab frame: one clock, zero removed, every row accounted for."""
+"""The logs of a medium as traces in the lab frame, and every row of every log accounted for."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,37 +11,25 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.logs.base import BLANK, Log, LogError
-from rftfit.logs.sources import OTHER_SOURCE
-from rftfit.logs.text import OF_CELLS
-from rftfit.measure import lab_frame
-from rftfit.measure.clocks import HOUR_S, ClockFit
+from rftfit.logs.base import Log, LogError
+from rftfit.measure.clocks import HOUR_S
 from rftfit.measure.flags import (
     REASON,
-    REPEATED,
-    Refused,
     Remark,
     dropped_rows,
+    format_remarks,
     quoted,
     reason_columns,
     remark,
-    say,
 )
+from rftfit.measure.lab_frame import CHANNEL_FACTS, CHANNELS, without_repeats
 from rftfit.measure.ledger import DROPPED, LOST, USED, Ledger, RowStatus
-from rftfit.measure.pairs import Pair, gaps, load_pairs, readers, same_table
-from rftfit.measure.readings import find_holds
+from rftfit.measure.read import Logs, read_logs, readers, same_table
 from rftfit.measure.samples import PHASES, samples_table
-from rftfit.measure.session_clocks import (
-    SessionClocks,
-    find_clock,
-    find_session_clocks,
-    flags_of_clock,
-)
-from rftfit.measure.strokes import IntruderPath, find_stroke
-from rftfit.measure.surface import Compliance, Surface, find_compliance, place_surface
-from rftfit.measure.zero import Zero, find_zero, height_needed, stated_zero, zero_of_log
+from rftfit.measure.session_clocks import SessionClocks, find_session_clocks
+from rftfit.measure.surface import Compliance, find_compliance
+from rftfit.measure.trace import HELD_SE, Trace, trace_run
 
 
 def ingest_medium(
@@ -74,8 +61,8 @@ def ingest_traces(
             compliance = find_compliance(campaign, runs[0])
         except InputError as error:
             compliance = error
-    for run, pair in load_pairs(campaign, runs):
-        outcome = _ingest_run(config, run, pair, ledger, compliance, clocks)
+    for run, logs in read_logs(campaign, runs):
+        outcome = _ingest_run(config, run, logs, ledger, compliance, clocks)
         if isinstance(outcome, Trace):
             traces.append(outcome)
             rows.append(_run_row(outcome, config.arm.surface_z_mm, clocks))
@@ -89,7 +76,7 @@ def ingest_traces(
 def _ingest_run(
     config: Config,
     run: Run,
-    pair: Pair,
+    logs: Logs,
     ledger: Ledger,
     compliance: Compliance | InputError | None,
     clocks: SessionClocks | None,
@@ -100,10 +87,10 @@ def _ingest_run(
     the stages that use them. `compliance` says how far the machine yields under load, or why that is
     not known.
     """
-    force, motion = pair.force, pair.motion
+    force, motion = logs.force, logs.motion
     # a line that holds force and motion is counted once, by what became of its force
     counted_once = same_table(config, run) and force.rows == motion.rows
-    reasons = [remark("excluded", why=run.reason)] if run.excluded else pair.problems
+    reasons = [remark("excluded", why=run.reason)] if run.excluded else logs.problems
     if not reasons and isinstance(compliance, InputError):
         reasons = [quoted(compliance, "rigid-contact")]
     if not reasons:
@@ -111,8 +98,8 @@ def _ingest_run(
         assert isinstance(force, Log)
         assert isinstance(motion, Log)
         try:
-            read = lab_frame.without_repeats(force, config.transducer)
-            trace = _trace(config, run, read, motion, pair.zero, compliance, clocks)
+            read = without_repeats(force, config.transducer)
+            trace = trace_run(config, run, read, motion, logs.zero, compliance, clocks)
         except ValueError as error:
             reasons = [quoted(error)]
         else:
@@ -122,248 +109,6 @@ def _ingest_run(
     if not counted_once:
         _account_refused(ledger, run, run.motion_log, motion, reasons)
     return reasons
-
-
-@dataclass(frozen=True)
-class Trace:
-    """One run in the lab frame, on the force log's clock; arrays of shape (n,).
-
-    `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
-    `force` (2, n) as z, x in N, its `zero` removed. `phase` is an index into `PHASES`, `why` a `RowStatus`,
-    `rows` the data lines of force and motion log. `flags` do not stop the run; `surface` is there where it was
-    looked for; `channels`: of `channel_facts`. `hold_s`: how long a position stays in the log while the arm moves, 0
-    where that moves no depth.
-    """
-
-    run: Run
-    time: FloatArray
-    phase: np.ndarray
-    x: FloatArray
-    z: FloatArray
-    angle: FloatArray
-    force: FloatArray
-    why: np.ndarray
-    zero: Zero
-    clock: ClockFit
-    flags: tuple[Remark, ...]
-    rows: tuple[int, int]
-    surface: Surface | None = None
-    channels: dict[str, object] = field(default_factory=dict)
-    hold_s: float = 0.0
-
-    @property
-    def note(self) -> tuple[Remark, ...]:
-        """What was put right and touches no number, but should be known."""
-        hours = self.clock.whole_hours
-        return (remark("clock-hours", hours=hours),) if hours else ()
-
-    @property
-    def step_s(self) -> float:
-        """Mean step between samples, s."""
-        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
-
-
-_AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
-_PAUSE_CM = 0.2
-
-
-def _trace(
-    config: Config,
-    run: Run,
-    force_log: Log,
-    motion_log: Log,
-    zero_log: Log | LogError | None,
-    compliance: Compliance | None,
-    clocks: SessionClocks | None,
-) -> Trace:
-    readings = lab_frame.force_in_lab_frame(force_log, config.transducer)
-    path = lab_frame.path_in_lab_frame(motion_log, run, config.arm)
-    spans = path.spans(config.arm)
-    clock = find_clock(config.clock, run, readings, path, spans, clocks)
-    time = clock.motion_time(readings.time)
-    good = ~readings.saturated
-    path, surface = place_surface(
-        config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
-    )
-    start, end = find_stroke(path, spans, run, config.arm)
-    in_stroke = (time >= start) & (time <= end)
-    if not in_stroke.any():
-        raise Refused("no-force-in-stroke")
-    x, z, angle = path.pose_at(time)
-    moving = _within(time, spans)
-    clear_cm = height_needed(config.intruders[run.intruder], angle, config.fit.air_clearance_cm)
-    in_air = z >= clear_cm
-    why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
-    at_rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    zero = _zero(config, readings, at_rest, in_stroke, zero_log, float(clear_cm.min()))
-    force = readings.force - zero.force
-    if compliance is not None:
-        travel, is_measured = compliance.travel_at(force[0])
-        z = z + travel
-        why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
-    # a log whose zero is known otherwise holds nothing but the stroke, and no rest in air
-    rests_in_air = config.zero.method == "air" and zero_log is None
-    phase = np.full(time.size, _OTHER)
-    phase[in_air & ~moving & rests_in_air] = _AIR
-    phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
-    phase[moving & (time < start)] = _APPROACH
-    phase[in_stroke] = _STROKE
-    hold_s, in_steps = _position_in_steps(path, start, end)
-    flags = [
-        *flags_of_clock(run, clocks),
-        *in_steps,
-        *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
-        *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
-    ]
-    # a log that begins in air should also end after the stroke
-    if rests_in_air and (start <= path.time[1] or end >= path.time[-2]):
-        flags.append(remark("motion-log-cut"))
-    return Trace(
-        run,
-        readings.time,
-        phase,
-        x,
-        z,
-        angle,
-        force,
-        why,
-        zero,
-        clock,
-        tuple(flags),
-        (force_log.rows, motion_log.rows),
-        surface,
-        lab_frame.channel_facts(readings.channels, in_stroke),
-        hold_s,
-    )
-
-
-_HELD_SE = 0.25
-"""Of the time that a position is held: the error of the clock where it may be held, or that of a coarse sensor."""
-_LEAST_STEP_CM = 0.03
-
-
-def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
-    """How long a position stays while the arm moves, s, and its flag; 0 and none where steps are small."""
-    inside = (path.time >= start) & (path.time <= end)
-    parts = [coordinate[inside] for coordinate in (path.x, path.z)]
-    position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
-    holds = find_holds(position)
-    if holds.rows < 2 or holds.step < _LEAST_STEP_CM:
-        return 0.0, []
-    hold_s = holds.rows * float(np.median(np.diff(path.time[inside])))
-    step_mm = 10 * holds.step
-    in_steps = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
-    return hold_s, [in_steps]
-
-
-_RAMP_S = 0.1
-
-
-def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
-    """Tell which samples lie in a stretch of motion or in its ramps."""
-    moving = np.zeros(time.size, dtype=bool)
-    starts = np.searchsorted(time, spans[:, 0] - _RAMP_S, side="right")
-    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + _RAMP_S), strict=True):
-        moving[begin:stop] = True
-    return moving
-
-
-def _row_status(
-    time: FloatArray, path: IntruderPath, saturated: np.ndarray, max_gap_s: float
-) -> np.ndarray:
-    """`RowStatus` of each force sample, by what the two logs themselves show."""
-    why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
-    for start, end in gaps(path.time, max_gap_s):
-        why[(time > start) & (time < end)] = RowStatus.MOTION_GAP
-    why[(time < path.time[0]) | (time > path.time[-1])] = RowStatus.NO_MOTION
-    why[saturated] = RowStatus.SATURATED
-    return why
-
-
-def _zero(
-    config: Config,
-    readings: lab_frame.ForceReadings,
-    at_rest: np.ndarray,
-    in_stroke: np.ndarray,
-    zero_log: Log | LogError | None,
-    clear_cm: float,
-) -> Zero:
-    """Zero of a run from its zero log, else as the config states it, else from its rest in air."""
-    drift = config.transducer.drift_N_per_min
-    if isinstance(zero_log, Log):
-        unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer).force
-        zero = zero_of_log(unloaded, drift, config.zero.log_age_min)
-    elif config.zero.method == "stated":
-        zero = stated_zero(config.zero, config.transducer)
-    else:
-        middle = float(readings.time[in_stroke].mean())
-        zero = find_zero(readings.time, readings.force, at_rest, middle, drift, clear_cm)
-    # no rest shows what moves the zero back and forth between it and the stroke
-    return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
-
-
-# --- Flags of a trace: doubts that do not stop the run.
-
-
-_CHOSEN = (REPEATED, BLANK, OTHER_SOURCE)
-"""Rows that hold no reading, or none that the config asks for: that they are left out is no doubt."""
-
-
-def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
-    """Rows that were lost from each log, and why; `whole_lines`: lines of one table hold force and motion."""
-    lost = [
-        {
-            reason: count
-            for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason not in _CHOSEN
-        }
-        for log in (force, motion)
-    ]
-    parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
-    flags = []
-    for lost_of_log, lost_beside, log, suffix in zip(
-        lost, lost[::-1], (force, motion), parts, strict=True
-    ):
-        for reason, count in lost_of_log.items():
-            # of one table a line, unlike a cell, is lost to both logs
-            of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
-            file = log.path.name + ("" if of_both else suffix)
-            flags.append(remark(dropped_rows(reason).code, count=count, file=file, why=reason))
-    return list(dict.fromkeys(flags))
-
-
-def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
-    missed = np.diff(gaps(stroke_time, max_gap_s), axis=1)
-    if missed.size == 1:
-        yield remark("gap", seconds=missed[0, 0])
-    elif missed.size:
-        yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
-
-
-_MOST_REPEATED = 1 / 3
-
-
-def _doubts(
-    config: Config,
-    run: Run,
-    readings: lab_frame.ForceReadings,
-    zero: Zero,
-    stroke: np.ndarray,
-    lost_s: float,
-) -> Iterator[Remark]:
-    """Doubts about the readings of the `stroke`, of which the force log lacks so many seconds."""
-    yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
-    if lost_s > config.clock.max_gap_s:
-        yield remark("force-log-short", seconds=lost_s)
-    if zero.drift_N > config.transducer.max_drift_N:
-        yield remark("zero-drifted", newtons=zero.drift_N)
-    # a logger that writes each reading of a slower transducer several times
-    share = (~lab_frame.new_readings(readings.channels)[stroke]).mean()
-    # the force of a horizontal run may be steady; of others it grows
-    if run.direction != "horizontal" and share >= _MOST_REPEATED:
-        yield remark("readings-repeated", share=share)
-    if count := int(np.count_nonzero(readings.saturated & stroke)):
-        yield remark("stroke-saturated", count=count)
 
 
 # --- Tables of the stage.
@@ -393,11 +138,7 @@ RUN_COLUMNS: dict[str, object] = {
             "surface_z_mm",
             "surface_se_mm",
             "surface_growth_N_per_cm",
-            *(
-                f"{channel}_{fact}"
-                for channel in lab_frame.CHANNELS
-                for fact in lab_frame.CHANNEL_FACTS
-            ),
+            *(f"{channel}_{fact}" for channel in CHANNELS for fact in CHANNEL_FACTS),
         ),
         math.nan,
     ),
@@ -413,13 +154,13 @@ def _run_row(
         "run_id": trace.run.run_id,
         "kind": trace.run.kind,
         "status": "read",
-        "note": say(trace.note),
+        "note": format_remarks(trace.note),
         "rows_force": trace.rows[0],
         "rows_motion": trace.rows[1],
         "sample_step_s": trace.step_s,
         "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s,
-        "clock_se_s": math.hypot(clock.offset_se(trace.step_s), _HELD_SE * trace.hold_s),
+        "clock_se_s": math.hypot(clock.offset_se(trace.step_s), HELD_SE * trace.hold_s),
         "zero_var_z_N2": zero.variance[0],
         "zero_var_x_N2": zero.variance[1],
         "zero_dof": zero.dof,
@@ -483,7 +224,7 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
         ledger.add(run, run.motion_log, USED, motion.size, remark("path"), *trace.note)
     good = trace.why == RowStatus.GOOD
     outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
-    handed_on = (trace.phase == _STROKE) & good
+    handed_on = (trace.phase == PHASES.index("stroke")) & good
     ledger.add_rows(run, outside[~handed_on], "zero")
 
 

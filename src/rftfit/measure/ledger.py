@@ -12,7 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.sheet import Run
 from rftfit.errors import RftfitError
-from rftfit.measure.flags import REASON, Remark, about, reason_cells, remark
+from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, remark
 
 
 class RowStatus(IntEnum):
@@ -63,7 +63,7 @@ class Ledger:
 
     def flag(self, run: Run, *flags: Remark) -> None:
         """Note doubts about a run that do not stop it."""
-        self.flags += about(run.run_id, flags)
+        self.flags += attach_run(run.run_id, flags)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
         """Count the rows of a force log by the `RowStatus` of each; `used_as` codes the use of good rows."""
@@ -95,7 +95,7 @@ def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     return counted_once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
 
 
-def check(
+def check_ledger(
     book: pd.DataFrame,
     runs: pd.DataFrame,
     same_table: Collection[str] = (),

@@ -1,4 +1,4 @@
-"""Which readings of a log count: those that stand alone, mean no data, or repeat a position of before do not."""
+"""Which rows of a log count: those that mean no data, run backwards, stand alone or repeat a position of before do not."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.spikes import MOST_SHARE, Mask, find_lone_positions, find_spikes
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.flags import HELD, LONE, NO_DATA
+from rftfit.measure.flags import BACKWARDS, DUPLICATE, HELD, LONE, NO_DATA
 
 _FEWEST_LEVELS = 8
 _AT_REST = 5.0
@@ -147,3 +148,75 @@ def _runs(position: FloatArray) -> tuple[np.ndarray, np.ndarray]:
     """First places and lengths of equal positions in a row."""
     starts = np.flatnonzero(np.concatenate([[True], position[1:] != position[:-1]]))
     return starts, np.diff(np.append(starts, position.size))
+
+
+# --- Time that grows from row to row
+
+
+def clean(log: Log) -> Log:
+    """Drop duplicated rows and rows whose time does not increase, and count them."""
+    time = log.columns["time"]
+    if time.size == 0:
+        why = ", ".join(log.dropped)
+        text = f"{log.path}: no usable row among {log.rows}{why and f': {why}'}"
+        raise LogError("no_good_row", text, log.rows)
+    if (time[1:] > time[:-1]).all():
+        return log
+    values = np.stack(list(log.columns.values()))
+    repeated = np.zeros(time.size, dtype=bool)
+    repeated[1:] = (values[:, 1:] == values[:, :-1]).all(axis=0)
+    log = log.take(~repeated, DUPLICATE)
+    time = log.columns["time"]
+    latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
+    forward = time > latest
+    if np.count_nonzero(forward) * 2 <= forward.size or _starts_again(forward):
+        text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
+        raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
+    return log.take(forward, BACKWARDS)
+
+
+def _why_time_stands(time: FloatArray) -> str:
+    """Say what a time that does not grow probably is, and the cure."""
+    steps = np.diff(time)
+    n_backward = np.count_nonzero(steps < 0)
+    if n_backward * 10 > np.count_nonzero(steps == 0):
+        wraps = (
+            "are several recordings in one file (force_where and motion_where in the run sheet, or `where` in the config, name "
+            "the rows of one), or does a counter begin anew (micros() of Arduino)?"
+        )
+        return f"it runs backwards {n_backward} times: {wraps}"
+    distinct = np.unique(time).size
+    if distinct < 2:
+        symptom = f"all rows have the time {time[0]:.10g}, as of a clock written with few digits"
+    else:
+        symptom = f"{time.size} rows share {distinct} times: the stamps are coarser than the rows"
+    return (
+        f"{symptom}; write them with more digits, or leave out the time and state the rate of the rows: "
+        "rate_Hz, under text or options"
+    )
+
+
+_LONGEST_BACK = 0.1
+
+
+def _starts_again(forward: npt.NDArray[np.bool_]) -> bool:
+    """Whether time goes back and runs on from there over a tenth of the rows: another recording stands below."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], forward, [1]])))
+    lengths = np.diff(edges)[::2]
+    return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))
+
+
+_USUAL_STEPS = 1.5
+"""A step longer than so many usual ones has lost a reading."""
+
+
+def gaps(time: FloatArray, longest_s: float) -> FloatArray:
+    """Start and end of every step of an increasing time that is too long: (k, 2), s.
+
+    That is longer than `longest_s` and than the steps of this log: a log of ten readings a second
+    has no gap because 0.1 s is not exactly 0.1 s.
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    late = np.flatnonzero(steps > max(longest_s, _USUAL_STEPS * usual))
+    return np.stack([time[late], time[late + 1]], axis=1)

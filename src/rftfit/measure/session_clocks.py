@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Clock
+from rftfit.campaign.config import ClockSettings
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
@@ -19,7 +19,7 @@ from rftfit.measure import lab_frame
 from rftfit.measure.alignment import BUILD_UP_S, Alignment, estimate_clocks
 from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.flags import REASON, Refused, Remark, quoted, reason_columns, remark
-from rftfit.measure.pairs import load_pairs
+from rftfit.measure.read import read_logs
 from rftfit.measure.strokes import IntruderPath
 
 Push = dict[Any, Any]
@@ -38,14 +38,14 @@ def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
     """Align the clocks of each push straight down of a medium by its force, or say why they cannot be."""
     runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
-    for run, pair in load_pairs(campaign, runs):
-        if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
-            yield run, pair.problems[0]
+    for run, logs in read_logs(campaign, runs):
+        if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
+            yield run, logs.problems[0]
             continue
         try:
-            force_log = lab_frame.without_repeats(pair.force, campaign.config.transducer)
+            force_log = lab_frame.without_repeats(logs.force, campaign.config.transducer)
             readings = lab_frame.force_in_lab_frame(force_log, campaign.config.transducer)
-            path = lab_frame.path_in_lab_frame(pair.motion, run, campaign.config.arm)
+            path = lab_frame.path_in_lab_frame(logs.motion, run, campaign.config.arm)
             yield run, align_push(campaign.config.clock, run, readings, path)
         except ValueError as error:
             yield run, quoted(error)
@@ -57,7 +57,7 @@ def goes_straight_down(run: Run) -> bool:
 
 
 def align_push(
-    settings: Clock, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
+    settings: ClockSettings, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
 ) -> Alignment:
     """Align force and motion log of one push straight down by its force."""
     if not goes_straight_down(run):
@@ -143,7 +143,7 @@ class SessionClocks:
     pushes: Mapping[str, Push] = field(default_factory=dict)
 
     @classmethod
-    def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: Clock) -> SessionClocks:
+    def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: ClockSettings) -> SessionClocks:
         """Find the clock of each session from the pushes of all media (`align_medium`)."""
         rows = [row for table in tables for row in table.to_dict("records")]
         rows.sort(key=lambda row: str(row["run_id"]))
@@ -189,7 +189,7 @@ def find_session_clocks(campaign: Campaign) -> SessionClocks | None:
 
 
 def find_clock(
-    settings: Clock,
+    settings: ClockSettings,
     run: Run,
     readings: lab_frame.ForceReadings,
     path: IntruderPath,
@@ -238,7 +238,7 @@ _SIGMAS = 4.0
 """A push farther from the common line than so many of its standard errors contradicts it."""
 
 
-def find_session_clock(pushes: list[Push], settings: Clock) -> SessionClock:
+def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionClock:
     """Fit one offset and drift to pushes of one session, rows of `align_medium`, of which some may have no offset.
 
     Weighted least squares with `settings.max_drift` as the standard deviation of the drift before anything is known.

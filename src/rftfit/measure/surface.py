@@ -13,9 +13,9 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log
-from rftfit.measure.flags import Refused, say
+from rftfit.measure.flags import Refused, format_remarks
 from rftfit.measure.lab_frame import force_in_lab_frame, path_in_lab_frame, without_repeats
-from rftfit.measure.pairs import load_pairs
+from rftfit.measure.read import read_logs
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
@@ -311,13 +311,13 @@ def find_compliance(campaign: Campaign, template_run: Run) -> Compliance:
         surface_z_mm=None,
         gamma_deg=90.0,
     )
-    (_, pair), *_ = load_pairs(campaign, [run])
-    if not isinstance(pair.force, Log) or not isinstance(pair.motion, Log):
-        raise InputError(f"rigid_contact: {say(pair.problems)}")
+    (_, logs), *_ = read_logs(campaign, [run])
+    if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
+        raise InputError(f"rigid_contact: {format_remarks(logs.problems)}")
     try:
-        force_log = without_repeats(pair.force, config.transducer)
+        force_log = without_repeats(logs.force, config.transducer)
         readings = force_in_lab_frame(force_log, config.transducer)
-        path = path_in_lab_frame(pair.motion, run, config.arm)
+        path = path_in_lab_frame(logs.motion, run, config.arm)
         clock = find_clock(config.clock, run, readings, path, path.spans(config.arm), None)
         _, depth, lift = _in_motion_log(path, clock.motion_time(readings.time), readings.force[0])
         return compliance_of(depth, lift, config.transducer.precision_N)

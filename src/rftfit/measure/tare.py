@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,75 @@ TARE_COLUMNS = [
     "tare_rms_N",
     *REASON,
 ]
+
+
+def tare_medium(
+    campaign: Campaign, medium: str, traces: pd.DataFrame, status: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
+    """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
+
+    Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
+    run, its valid range or why there is none, and tares that are none; the rows of the tare
+    runs and of runs without a tare, and flags of the runs.
+    """
+    ledger = Ledger()
+    runs = {run.run_id: run for run in campaign.runs_of(medium)}
+    strokes_of_runs = strokes(traces)
+    tare_runs = [name for name in strokes_of_runs if runs[name].kind in TARE_KINDS]
+    tares = {name: _tare_of(runs[name], strokes_of_runs.pop(name), ledger) for name in tare_runs}
+    why_refused = {
+        row["run_id"]: reason_of(row)
+        for row in status.filter(["run_id", *REASON]).to_dict("records")
+    }
+    may_lack_tare = campaign.numbers or campaign.config.fit.missing_tare != "refuse"
+    tared_strokes: dict[str, StrokeColumns] = {}
+    rows = [
+        _row(runs[name], "", None, None, [tare])
+        for name, tare in tares.items()
+        if isinstance(tare, Remark)
+    ]
+    for name, stroke in strokes_of_runs.items():
+        run = runs[name]
+        tare = tares.get(run.tare_run)
+        if isinstance(tare, Tare):
+            tared = _tared(run, stroke, tare, ledger)
+        elif may_lack_tare and not run.tare_run:
+            nothing = np.zeros(stroke["why"].size)
+            tared = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
+        else:
+            why = _why_no_tare(run, tare, why_refused.get(run.tare_run, ()))
+            reason = remark("tare-missing", why=why)
+            good = int(np.count_nonzero(stroke["why"] == RowStatus.GOOD))
+            ledger.add(run, run.force_log, DROPPED, good, reason)
+            rows.append(_row(run, run.tare_run, None, None, [reason]))
+            continue
+        tared_strokes[name] = tared
+        if campaign.holds_tare(run):
+            ledger.flag(run, remark("no-tare"))
+        if lacks_force_x(campaign.config, run):
+            ledger.flag(run, remark("no-force-x"))
+        reasons = _why_no_curve(tared["why"]) if run.kind == "leg" else ()
+        rows.append(_row(run, run.tare_run, tare, tared, reasons))
+    return (
+        join_runs(tared_strokes, _TARED_COLUMNS),
+        pd.DataFrame(rows, columns=TARE_COLUMNS),
+        ledger,
+    )
+
+
+def _row(
+    run: Run,
+    tare_run: str,
+    tare: Tare | Remark | None,
+    tared: StrokeColumns | None,
+    reasons: Sequence[Remark],
+) -> tuple[object, ...]:
+    """Row of a run in the table of tares; `tared`: None where there is no granular force."""
+    valid_range = (np.nan, np.nan)
+    if isinstance(tare, Tare):
+        valid_range = (tare.position[0], tare.position[-1])
+    sizes = (np.nan, np.nan) if tared is None else _sizes(tared)
+    return (run.run_id, tare_run, abscissa_of(run), *valid_range, *sizes, *reason_cells(reasons))
 
 
 @dataclass(frozen=True)
@@ -81,65 +151,6 @@ def abscissa_of(run: Run) -> str:
     if run.direction == "rotation":
         return "angle_deg"
     return "path_cm" if run.direction == "horizontal" else "depth_cm"
-
-
-def tare_medium(
-    campaign: Campaign, medium: str, traces: pd.DataFrame, status: pd.DataFrame
-) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
-
-    Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
-    run, its valid range or why there is none, and tares that are none; the rows of the tare
-    runs and of runs without a tare, and flags of the runs.
-    """
-    ledger = Ledger()
-    strokes_of_runs = strokes(traces)
-    reasons = status.filter(["run_id", *REASON]).to_dict("records")
-    refused = {row["run_id"]: reason_of(row) for row in reasons}
-    runs = {run.run_id: run for run in campaign.runs_of(medium)}
-    tare_strokes = {
-        name: strokes_of_runs.pop(name)
-        for name in [*strokes_of_runs]
-        if runs[name].kind in TARE_KINDS
-    }
-    tares = {name: _tare_of(runs[name], stroke, ledger) for name, stroke in tare_strokes.items()}
-    tared_strokes: dict[str, StrokeColumns] = {}
-    rows = [
-        (name, "", abscissa_of(runs[name]), *[np.nan] * 4, *reason_cells([tare]))
-        for name, tare in tares.items()
-        if isinstance(tare, Remark)
-    ]
-    for name, stroke in strokes_of_runs.items():
-        run = runs[name]
-        tare, reason = tares.get(run.tare_run), tuple[Remark, ...]()
-        valid = (np.nan, np.nan)
-        if isinstance(tare, Tare):
-            valid = (tare.position[0], tare.position[-1])
-            tared_strokes[name] = _tared(run, stroke, tare, ledger)
-        elif not run.tare_run and (
-            campaign.numbers or campaign.config.fit.missing_tare != "refuse"
-        ):
-            nothing = np.zeros(stroke["why"].size)
-            tared_strokes[name] = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
-        else:
-            why = _why_no_tare(run, tare, refused.get(run.tare_run, ()))
-            reason = (remark("tare-missing", why=why),)
-            good = int(np.count_nonzero(stroke["why"] == RowStatus.GOOD))
-            ledger.add(run, run.force_log, DROPPED, good, *reason)
-        if run.kind == "leg" and name in tared_strokes:
-            reason = _why_no_curve(tared_strokes[name]["why"])
-        if name in tared_strokes and campaign.holds_tare(run):
-            ledger.flag(run, remark("no-tare"))
-        if name in tared_strokes and lacks_force_x(campaign.config, run):
-            ledger.flag(run, remark("no-force-x"))
-        sizes = _sizes(tared_strokes[name]) if name in tared_strokes else (np.nan, np.nan)
-        words = reason_cells(reason)
-        rows.append((name, run.tare_run, abscissa_of(run), *valid, *sizes, *words))
-    return (
-        join_runs(tared_strokes, _TARED_COLUMNS),
-        pd.DataFrame(rows, columns=TARE_COLUMNS),
-        ledger,
-    )
 
 
 def _sizes(stroke: StrokeColumns) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, get_args
 
 import pandas as pd
 
-from rftfit.campaign.config import CheckName, Config, Medium
+from rftfit.campaign.config import CheckName, Config, MediumSettings
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import Flags, Remark, remark
 from rftfit.measure.sentences import CHECK_WORDS
@@ -114,7 +114,7 @@ COLUMNS = ["medium", "check", "verdict", "effect", "code", "found", "allowed", "
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MediumMeasurements:
     """What checks read of one medium.
 
     `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``causes``, ``axes``, ``alpha``,
@@ -122,7 +122,7 @@ class Measured:
     """
 
     config: Config
-    medium: Medium
+    medium: MediumSettings
     sheet: Mapping[str, Run]
     tables: Mapping[str, pd.DataFrame]
     copies: Mapping[str, Collection[str]]
@@ -206,7 +206,7 @@ MOST_NAMED = 6
 """So many rows or runs are named in a sentence."""
 
 
-def rows_of(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
+def describe_rows(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     """Rows of the run sheet of some runs, in few words: ``rows 2 to 34 and 40``; rods between them do not count."""
     run_ids = set(runs)
     spans: list[list[int]] = []
@@ -231,7 +231,7 @@ def faults_of(checks: pd.DataFrame) -> str:
     )
 
 
-def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, list[Remark]]:
+def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[str, list[Remark]]:
     """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
     warnings = {}
     for medium, rows in checks.groupby("medium", sort=False):
@@ -249,6 +249,6 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, Medium]) -> dict[str, lis
     return warnings
 
 
-def usable(alpha: pd.DataFrame) -> bool:
+def is_usable(alpha: pd.DataFrame) -> bool:
     """Whether a medium may enter what is made from several media."""
     return not any(UNUSABLE in str(codes).split() for codes in alpha.get("checks_code", ()))

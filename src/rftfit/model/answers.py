@@ -74,7 +74,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
     return Answer(text, facts, scaled.columns(), description, level, where)
 
 
-def read_pushes(
+def collect_pushes(
     pushes: Path | None, profile_file: Path | None = None
 ) -> tuple[str, pd.DataFrame, list[str]]:
     """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""

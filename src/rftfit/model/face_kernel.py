@@ -140,7 +140,7 @@ def face_forces(
     """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 13).
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
-    for none. `faces`: as of `describe`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
+    for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
     point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 13

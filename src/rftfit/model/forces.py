@@ -9,7 +9,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.model import reference_kernel
 from rftfit.model.outlines import Outline
-from rftfit.model.profiles import Profile, combine
+from rftfit.model.profiles import Profile, weighted_sum
 
 _MOST_AT_ONCE = 2_000_000
 
@@ -59,9 +59,11 @@ def force_draws(profile: Profile, outline: Outline, poses: FloatArray) -> Forces
         nothing = np.zeros((*values_z.shape[:-1], 0))
         return Forces(nothing, nothing, nothing)
     weights_z, weights_x = (np.concatenate(weights, axis=1) for weights in zip(*parts, strict=True))
-    moment = combine(values_x, weights_x[2]) - combine(values_z, weights_z[1])
+    moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
     why = "" if np.isfinite(moment).all() else _why(profile)
-    return Forces(combine(values_z, weights_z[0]), combine(values_x, weights_x[0]), moment, why)
+    return Forces(
+        weighted_sum(values_z, weights_z[0]), weighted_sum(values_x, weights_x[0]), moment, why
+    )
 
 
 def _weights(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rftfit.campaign.problems import choose
-from rftfit.campaign.rows import Column
+from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.motion import SCHEMA, read_times
@@ -29,9 +29,9 @@ PATH = replace(
     SCHEMA,
     columns=(
         SCHEMA.columns[0],
-        *(Column(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
+        *(TableColumn(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
         *(
-            Column(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation")
+            TableColumn(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation")
             for axis in "xyz"
         ),
     ),

@@ -18,8 +18,8 @@ from rftfit.model.mesh import Mesh, Motion3D, area_vectors
 from rftfit.model.peaks import (
     DrawStatistics,
     Ends,
-    Extreme,
     Peak,
+    PeakTarget,
     half_width_of_bed,
     joined,
     of_next_bed,
@@ -37,7 +37,7 @@ CLOSURE = 0.044
 NO_ELASTICITY = (0.0, 0.0, 0.0)
 
 
-def describe(mesh: Mesh) -> FloatArray:
+def face_rows(mesh: Mesh) -> FloatArray:
     """What the compiled kernel needs of faces: corners, centroid, unit normal, area, 1 for a sheet: (m, 17)."""
     triangles = mesh.triangles
     normals = area_vectors(triangles)
@@ -58,7 +58,7 @@ def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
     return nothing, 0.0, xi * rft3d.COEFFICIENTS
 
 
-def mesh_forces(
+def compiled_mesh_forces(
     profile: Profile,
     mesh: Mesh,
     motion: Motion3D,
@@ -69,7 +69,7 @@ def mesh_forces(
 
     Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
     """
-    return _forces(law_of(profile, law), describe(mesh), motion, friction)
+    return _forces(law_of(profile, law), face_rows(mesh), motion, friction)
 
 
 def _forces(
@@ -88,8 +88,8 @@ def _forces(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """`mesh_forces` for each of a stack of draws: (draws, p, 13)."""
-    stack, faces = as_table(draws), describe(mesh)
+    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 13)."""
+    stack, faces = as_table(draws), face_rows(mesh)
     shape = (-1, *stack.alpha_z.shape[-2:])
     alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
     profiles = (
@@ -114,7 +114,7 @@ def predict_mesh(
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
-    best_forces = mesh_forces(profile, mesh, motion, law, friction)
+    best_forces = compiled_mesh_forces(profile, mesh, motion, law, friction)
     of_body = None
     if body_error is not None:
         states = frame_states(mesh.vertices_cm, motion.frames)
@@ -142,12 +142,14 @@ def predict_mesh(
         ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
         medium = profile.spread.at_confidence(confidence)
-        unit = mesh_forces(FourierProfile(medium.reference.m0), mesh, motion, law, friction)[:, :6]
+        unit = compiled_mesh_forces(
+            FourierProfile(medium.reference.m0), mesh, motion, law, friction
+        )[:, :6]
         draws_of_media = mesh_draws(
             FourierProfile(medium.reference.scaled), mesh, motion, law, friction
         )
         tables = [
-            mesh_forces(table, mesh, motion, law, friction)[:, :6]
+            compiled_mesh_forces(table, mesh, motion, law, friction)[:, :6]
             for table in medium.reference.tables
         ]
         of_media, measured = medium.of_media(draws_of_media[..., :6], tables)
@@ -193,9 +195,9 @@ def _named(forces: FloatArray) -> dict[str, FloatArray]:
     return {name: forces[..., k] for k, name in enumerate(IN_SPACE)}
 
 
-def extremes_in_space(best: Mapping[str, FloatArray]) -> list[Extreme]:
+def extremes_in_space(best: Mapping[str, FloatArray]) -> list[PeakTarget]:
     """The largest value of each force and moment, of the sign that it has."""
-    return [Extreme(name.partition("_N")[0], name, _sign(best[name])) for name in IN_SPACE]
+    return [PeakTarget(name.partition("_N")[0], name, _sign(best[name])) for name in IN_SPACE]
 
 
 def _sign(values: FloatArray) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.campaign.problems import CampaignError, Place, Problem
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 
 
@@ -103,10 +103,10 @@ def rotation(
 
 
 _COLUMNS = (
-    Column("t_s", meaning="time"),
-    Column("x_cm", meaning="x of the reference point"),
-    Column("z_cm", meaning="z of the reference point, 0 at the surface"),
-    Column("angle_deg", meaning="angle from z toward x"),
+    TableColumn("t_s", meaning="time"),
+    TableColumn("x_cm", meaning="x of the reference point"),
+    TableColumn("z_cm", meaning="z of the reference point, 0 at the surface"),
+    TableColumn("angle_deg", meaning="angle from z toward x"),
 )
 SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
 _MOST_SHOWN = 20

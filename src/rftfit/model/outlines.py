@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from rftfit.campaign.config import Leg
 from rftfit.campaign.problems import CampaignError, Place, Problem
-from rftfit.campaign.rows import Column, Schema, read_rows
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 
 # --- Thin outlines in the plane: arcs of any curvature, the model legs, any line of points.
@@ -255,7 +255,10 @@ def _turns_clockwise(points: FloatArray) -> bool:
 # --- A user's own outline from a csv of points, checked before it is used.
 
 
-_COLUMNS = Column("x_cm", meaning="x of a point"), Column("z_cm", meaning="z of a point, upward")
+_COLUMNS = (
+    TableColumn("x_cm", meaning="x of a point"),
+    TableColumn("z_cm", meaning="z of a point, upward"),
+)
 SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
 MAX_POINTS = 5000
 _MOST_SHOWN = 20
@@ -296,7 +299,7 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
             problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
     if problems:
         return problems
-    for first_piece, second_piece in crossings(points):
+    for first_piece, second_piece in crossing_pieces(points):
         text = (
             f"the outline crosses or touches itself: the line from row {rows[first_piece]} to "
             f"{rows[first_piece + 1]} meets the one from row {rows[second_piece]} to {rows[second_piece + 1]}"
@@ -305,7 +308,7 @@ def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
     return problems
 
 
-def crossings(points: FloatArray) -> list[tuple[int, int]]:
+def crossing_pieces(points: FloatArray) -> list[tuple[int, int]]:
     """Pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1."""
     start, end = points[:-1], points[1:]
     closed = bool((points[0] == points[-1]).all())

@@ -22,7 +22,7 @@ Ends = dict[str, tuple[FloatArray, FloatArray]]
 """Lower and upper end of an interval of each quantity, by pose."""
 
 
-class Extreme(NamedTuple):
+class PeakTarget(NamedTuple):
     """A peak that is looked for: the largest value of a quantity, or with sign -1 the least."""
 
     name: str
@@ -57,7 +57,7 @@ class DrawStatistics:
     """
 
     def __init__(
-        self, quantities: Sequence[str], extremes: Iterable[Extreme], confidence: float
+        self, quantities: Sequence[str], extremes: Iterable[PeakTarget], confidence: float
     ) -> None:
         self.confidence = confidence
         self._extremes = [extreme for extreme in extremes if extreme.quantity in quantities]
@@ -83,7 +83,7 @@ class DrawStatistics:
         }
         return {name: (lo, hi) for name, (lo, hi) in intervals.items()}
 
-    def peak_ends(self, extreme: Extreme, value: float) -> tuple[float, float] | None:
+    def peak_ends(self, extreme: PeakTarget, value: float) -> tuple[float, float] | None:
         """Interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
         tops = self._tops.get(extreme.name)
         if tops is None or not np.isfinite(tops).all():
@@ -100,7 +100,7 @@ _ROUNDING = 1e-9
 
 def pick_peaks(
     best: Mapping[str, FloatArray],
-    extremes: Iterable[Extreme],
+    extremes: Iterable[PeakTarget],
     places: FloatArray,
     bounds: Mapping[str, tuple[FloatArray, FloatArray]],
     alpha: DrawStatistics | None,
@@ -170,7 +170,7 @@ def half_width_of_bed(spread: float, confidence: float) -> float:
 
 
 def unknown_peaks(
-    best: Mapping[str, FloatArray], extremes: Iterable[Extreme], peaks: Iterable[Peak]
+    best: Mapping[str, FloatArray], extremes: Iterable[PeakTarget], peaks: Iterable[Peak]
 ) -> list[str]:
     """Names of peaks that may lie in a pose without a number, and are therefore not stated."""
     present_names = {peak.name for peak in peaks}

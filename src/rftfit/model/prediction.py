@@ -22,8 +22,8 @@ from rftfit.model.outlines import Outline
 from rftfit.model.peaks import (
     DrawStatistics,
     Ends,
-    Extreme,
     Peak,
+    PeakTarget,
     half_width_of_bed,
     joined,
     of_next_bed,
@@ -36,12 +36,12 @@ from rftfit.model.scaling import ScaledMedium
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
 PEAKS = (
-    Extreme("lift", "force_z_N", 1),
-    Extreme("suction", "force_z_N", -1),
-    Extreme("thrust", "force_x_N", 1),
-    Extreme("drag", "force_x_N", -1),
-    Extreme("moment", "moment_N_cm", 1),
-    Extreme("moment_negative", "moment_N_cm", -1),
+    PeakTarget("lift", "force_z_N", 1),
+    PeakTarget("suction", "force_z_N", -1),
+    PeakTarget("thrust", "force_x_N", 1),
+    PeakTarget("drag", "force_x_N", -1),
+    PeakTarget("moment", "moment_N_cm", 1),
+    PeakTarget("moment_negative", "moment_N_cm", -1),
 )
 """Peaks of the prediction of an outline."""
 

@@ -135,7 +135,7 @@ class Directions(Model):
     """N/cm^3, toward +x positive; null: not known"""
 
 
-class Errors(Model):
+class ProfileErrors(Model):
     """Errors of alpha: draws of it within its errors, whose quantiles are intervals of all that follows."""
 
     draws_z_N_per_cm3: Rows
@@ -170,7 +170,7 @@ class Made(Model):
     """standard error of alpha_x, N/cm^3; null: not known"""
 
 
-class Origin(Model):
+class ProfileOrigin(Model):
     """What the profile was made from."""
 
     program: Text = ""
@@ -210,13 +210,13 @@ class ProfileFile(Model):
     """where the profile holds"""
     directions: Directions
     """alpha over all directions"""
-    errors: Errors | None = None
+    errors: ProfileErrors | None = None
     """errors of alpha; null: not known"""
     force_errors: ForceErrors = ForceErrors()
     """what a measured force has beside the errors of alpha"""
     pushes: Made | None = None
     """what was measured; null: just the directions that have a number"""
-    origin: Origin
+    origin: ProfileOrigin
     """what it was made from"""
     digest: Text = ""
     """of all but the medium's texts, as this program makes it; empty: not checked"""

@@ -15,7 +15,14 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
-from rftfit.model.symmetry import WIDEST_DEG, Rectangle, crossings, each_once, rectangle, torus
+from rftfit.model.symmetry import (
+    WIDEST_DEG,
+    Rectangle,
+    each_once,
+    grid_of_directions,
+    rectangle,
+    torus,
+)
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
 if TYPE_CHECKING:
@@ -80,7 +87,7 @@ def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
     return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)
 
 
-def combine(values: FloatArray, weights: FloatArray) -> FloatArray:
+def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted sum of parameters; a missing one makes only those sums NaN that really contain it.
 
     `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...).
@@ -203,7 +210,7 @@ class Profile(ABC):
         """
         beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
         (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
-        return combine(values_z, basis_z), combine(values_x, basis_x)
+        return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
 
 
 class TableProfile(Profile):
@@ -361,7 +368,7 @@ class TableProfile(Profile):
 
         Raises ValueError where they are not.
         """
-        grid = crossings(torus(beta, gamma))
+        grid = grid_of_directions(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
         if grid is None or offset > 1e-9 or (grid.node < 0).any():
             raise ValueError("the directions are no whole grid")

@@ -15,9 +15,9 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
-from rftfit.measure.flags import Remark, quoted, remark, say
+from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
-from rftfit.measure.verdicts import usable
+from rftfit.measure.verdicts import is_usable
 from rftfit.model import fourier
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
 from rftfit.model.profiles import FourierProfile, OneTest, TableProfile, scaled_generic
@@ -485,12 +485,12 @@ class MediumFit:
     @property
     def reason(self) -> str:
         """Why it has no numbers, in words; empty where it has."""
-        return say(self.why)
+        return format_remarks(self.why)
 
     @property
     def counts(self) -> bool:
         """Whether it enters what is made from several media: it has numbers that can be believed."""
-        return not self.reason and usable(self.table)
+        return not self.reason and is_usable(self.table)
 
     @property
     def zeta(self) -> float:
@@ -546,7 +546,7 @@ class MediumFit:
 def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]:
     """Fit the alpha table of every laboratory medium by every method, `AS_PRINTED` where published."""
     return [
-        fit_medium(table, config, method)
+        fit_terms(table, config, method)
         for method in ALL_METHODS
         for table in tables
         if method != AS_PRINTED or config.media[_name(table)].published_as in MEDIA
@@ -557,7 +557,7 @@ def _name(table: pd.DataFrame) -> str:
     return str(table["medium"].iloc[0])
 
 
-def fit_medium(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
+def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     """Fit one alpha table by one method, with the terms that are kept."""
     alpha, angles, doubtful = alpha_columns(table), directions(table), flagged(table)
     bare = np.where(doubtful, np.nan, alpha)

@@ -1213,7 +1213,7 @@ class _Likelihood:
         )
         return x / z, float(np.sqrt(max(variance, 0.0)))
 
-    def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> Push:
+    def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> PushResidual:
         """The number that differs most from what the others make it, in units of its error."""
         precision = self._whiten.T / (1 + size**2 * self._values) @ self._whiten
         spread = 1 / np.diag(precision)
@@ -1221,7 +1221,7 @@ class _Likelihood:
         worst = int(np.argmax(np.abs(off) / np.sqrt(spread)))
         component, push = divmod(int(np.flatnonzero(used)[worst]), pushes.beta.size)
         beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
-        return Push(
+        return PushResidual(
             float(beta_deg),
             float(gamma_deg),
             "zx"[component],
@@ -1231,7 +1231,7 @@ class _Likelihood:
         )
 
 
-class Push(NamedTuple):
+class PushResidual(NamedTuple):
     """One number of a push beside what the other pushes and the known shape make it, N/cm^3."""
 
     beta_deg: float
@@ -1331,7 +1331,7 @@ class Map:
     dof: int
     pushes: int
     known_media: str
-    farthest: Push | None = None
+    farthest: PushResidual | None = None
     horizontal: float = float("nan")
     horizontal_off: float = float("nan")
     confidence: float = 0.95

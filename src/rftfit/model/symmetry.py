@@ -149,12 +149,12 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
     lines in either angle, or with more holes than values, is no grid.
     """
     size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
-    return crossings(
+    return grid_of_directions(
         torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
     )
 
 
-def crossings(directions: Torus) -> Rectangle | None:
+def grid_of_directions(directions: Torus) -> Rectangle | None:
     """Grid on which directions lie as they are, with no line moved; None where they are scattered."""
     rows, row = np.unique(directions.beta.round(9), return_inverse=True)
     columns, column = np.unique(directions.gamma.round(9), return_inverse=True)

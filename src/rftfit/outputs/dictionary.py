@@ -28,7 +28,7 @@ _ANY = re.compile(r"<[^<>]+>")
 
 
 @dataclass(frozen=True)
-class Column:
+class OutputColumn:
     """One column, or a few that differ by a word of their name only.
 
     `name`: ``{a,b}`` stands for either word, ``<x>`` for any.
@@ -68,11 +68,11 @@ class Output:
     about: str
     when: str = ""
     row: str = ""
-    columns: tuple[Column, ...] = ()
+    columns: tuple[OutputColumn, ...] = ()
     section: str = ""
 
     @cached_property
-    def exact(self) -> dict[str, Column]:
+    def exact(self) -> dict[str, OutputColumn]:
         """Columns by each of their names; those with ``<x>`` by that pattern."""
         return {name: column for column in self.columns for name in column.names}
 
@@ -102,7 +102,7 @@ def _regex(pattern: str) -> re.Pattern[str]:
 @cache
 def outputs() -> tuple[Output, ...]:
     """Read the dictionary: of each section its tables, then its other files."""
-    common = {entry["name"]: Column(**entry) for entry in _read("common")["column"]}
+    common = {entry["name"]: OutputColumn(**entry) for entry in _read("common")["column"]}
     all_outputs: list[Output] = []
     models: dict[str, str] = {}
     for section in SECTIONS:
@@ -121,13 +121,13 @@ def outputs() -> tuple[Output, ...]:
     )
 
 
-def _table(section: str, entry: dict[str, Any], common: dict[str, Column]) -> Output:
+def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn]) -> Output:
     stated_columns = entry.pop("columns", [])
     try:
         if stated_columns == "run sheet":
             return Output(**entry, columns=_sheet_columns(), section=section)
         columns = (
-            common[column] if isinstance(column, str) else Column(**column)
+            common[column] if isinstance(column, str) else OutputColumn(**column)
             for column in stated_columns
         )
         return Output(**entry, columns=tuple(columns), section=section)
@@ -135,12 +135,12 @@ def _table(section: str, entry: dict[str, Any], common: dict[str, Column]) -> Ou
         raise InputError(f"outputs/{section}.toml: {entry.get('file')}: {error}") from error
 
 
-def _sheet_columns() -> tuple[Column, ...]:
+def _sheet_columns() -> tuple[OutputColumn, ...]:
     """Columns of the run sheet, from the definition that also reads it."""
     kind_of_form = {"number": "number"}
     # a note changes no result, so the record leaves it out
     return tuple(
-        Column(
+        OutputColumn(
             column.name,
             kind_of_form.get(column.form, "text"),
             "as in the run sheet",
@@ -158,13 +158,13 @@ def _read(section: str) -> dict[str, Any]:
 
 
 @cache
-def describe(path: str) -> Output | None:
+def describe_file(path: str) -> Output | None:
     """Find what is known of a file; where several entries fit, the one that leaves least open."""
     fitting = [output for output in outputs() if output.matches(path)]
     return max(fitting, key=lambda output: len(_ANY.sub("", output.file)), default=None)
 
 
-def column_of(output: Output, name: str) -> Column | None:
+def column_of(output: Output, name: str) -> OutputColumn | None:
     """Find what is known of a column; where several entries fit, the one that leaves least open."""
     if (exact := output.exact.get(name)) is not None:
         return exact

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from rftfit.figures.labels import percent, span
-from rftfit.figures.style import number
+from rftfit.figures.labels import format_interval, percent
+from rftfit.figures.style import format_number
 
 
 def share(x: float | None) -> str:
@@ -38,7 +38,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Column:
+class PageColumn:
     """One column.
 
     `heading`: With its unit.
@@ -52,7 +52,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """One table of the page; the first column names the row, which becomes a card on a narrow screen.
 
     `label`: For those who hear the page.
@@ -60,7 +60,7 @@ class Table:
     """
 
     label: str
-    columns: Sequence[Column]
+    columns: Sequence[PageColumn]
     rows: Sequence[Row]
     tall: bool = False
 
@@ -72,7 +72,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 def texts(
     heading: str, name: str | Callable[[Row], str], note: str = "", css_classes: str = ""
-) -> Column:
+) -> PageColumn:
     """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
 
     def cell(row: Row) -> Cell:
@@ -80,7 +80,7 @@ def texts(
         # what is marked up stays so
         return Cell(text if isinstance(text, str) else str(text), _note(row, note))
 
-    return Column(heading, cell, css_classes)
+    return PageColumn(heading, cell, css_classes)
 
 
 Show = Callable[[float | None], str]
@@ -94,7 +94,7 @@ def numbers(
     note: str = "",
     show: Show | None = None,
     ends_of_model: str = "",
-) -> Column:
+) -> PageColumn:
     """Column of numbers: a column of the results, with its interval.
 
     `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
@@ -103,18 +103,18 @@ def numbers(
     """
 
     def cell(row: Row) -> Cell:
-        text = show(row.get(name)) if show else number(row.get(name), digits)
+        text = show(row.get(name)) if show else format_number(row.get(name), digits)
         lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
         of_model = span_of_model(row, ends_of_model, digits) if ends_of_model else ""
-        return Cell(text, (span(lo, hi, digits), of_model, *_note(row, note)))
+        return Cell(text, (format_interval(lo, hi, digits), of_model, *_note(row, note)))
 
-    return Column(heading, cell, "num")
+    return PageColumn(heading, cell, "num")
 
 
 def span_of_model(row: Row, ends: str, digits: int) -> str:
     """Small print of an interval with the model's own error; `ends` as of `numbers`."""
     lo, hi = (row.get(ends.format(end)) for end in ("lo", "hi"))
-    interval_text = span(lo, hi, digits)
+    interval_text = format_interval(lo, hi, digits)
     return f"model {interval_text}" if interval_text else ""
 
 

@@ -10,8 +10,8 @@ import pandas as pd
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
-from rftfit.figures.style import number
-from rftfit.figures.traces import alpha_of
+from rftfit.figures.style import format_number
+from rftfit.figures.traces import alpha_with_interval
 from rftfit.measure.alpha import cell_at
 from rftfit.measure.verdicts import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
@@ -28,14 +28,14 @@ ON_FIRST_SCREEN = 3
 FLAT, REVERSED = "flat_leg", "reversed_c_leg"
 
 
-class Finding(NamedTuple):
+class PageFinding(NamedTuple):
     """One sentence, and the id of the section of the page that shows where it comes from."""
 
     text: str
     section: str
 
 
-def findings(results: Results) -> list[Finding]:
+def findings(results: Results) -> list[PageFinding]:
     """How well was measured, what is predicted and why it is off; then the rest."""
     finders = (
         _measured,
@@ -52,7 +52,7 @@ def findings(results: Results) -> list[Finding]:
     return [finding for finder in finders for finding in finder(results)]
 
 
-def _measured(results: Results) -> Iterable[Finding]:
+def _measured(results: Results) -> Iterable[PageFinding]:
     """Whether the data are sound, and how hard the media are to a level plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
     media_by_verdict: dict[tuple[str, str], list[str]] = {}
@@ -65,22 +65,22 @@ def _measured(results: Results) -> Iterable[Finding]:
     parts.append(_count_checks(results))
     for (word, reason), names in media_by_verdict.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        parts.append(f"{listed(names)} {verb} {word}{labels.in_brackets(reason)}")
+        parts.append(f"{list_in_words(names)} {verb} {word}{labels.in_brackets(reason)}")
     alpha_cells = []
-    for name in labels.usable(results, results.media):
+    for name in labels.usable_media(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
         if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = [
-        f"{labels.with_span(*alpha_of(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
+        f"{labels.with_span(*alpha_with_interval(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
         for _, name, cell in (
             alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
         )
     ]
     ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
     size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
-    yield Finding(f"{'; '.join(parts)}.{size}", "believed")
+    yield PageFinding(f"{'; '.join(parts)}.{size}", "believed")
 
 
 def _count_checks(results: Results) -> str:
@@ -99,7 +99,7 @@ def _count_checks(results: Results) -> str:
     return f"{text}, {len(lacking)} not possible here: {', '.join(lacking)}" if lacking else text
 
 
-def _legs(results: Results) -> Iterable[Finding]:
+def _legs(results: Results) -> Iterable[PageFinding]:
     """How far measured alpha, or where too few directions were measured the map, can be trusted on legs."""
     profile, lift = _lifts_of_legs(results)
     legs: dict[bool, list[str]] = {True: [], False: []}
@@ -109,44 +109,44 @@ def _legs(results: Results) -> Iterable[Finding]:
         legs[abs(worst_error) <= WITHIN_PERCENT].append(name)
     if len(lift):
         parts = [
-            f"{'' if within else 'not '}within {WITHIN_PERCENT:g} % on the {listed(names)}"
+            f"{'' if within else 'not '}within {WITHIN_PERCENT:g} % on the {list_in_words(names)}"
             for within, names in legs.items()
             if names
         ]
         sizes = lift["peak_error_percent"].abs()
-        middle, largest = (number(size, 0) for size in (sizes.median(), sizes.max()))
+        middle, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
         errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
         source = "the measured alpha" if profile == "table" else "the map"
-        yield Finding(
+        yield PageFinding(
             f"Predicted with {source}, the peak lift is {', '.join(parts)}."
             f"{errors if len(lift) > 1 else ''}",
             "legs",
         )
 
 
-def _explanation(results: Results) -> Iterable[Finding]:
+def _explanation(results: Results) -> Iterable[PageFinding]:
     """Whether the stated errors explain the worst peak lift."""
     profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
-    if not (ends := labels.span(low, high, 0)):
+    if not (ends := labels.format_interval(low, high, 0)):
         return
     errors = "the stated errors" if profile == "table" else "the errors of the map"
     can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
     sentence = f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
     low, high = worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"]
-    if ends := labels.span(low, high, 0):
+    if ends := labels.format_interval(low, high, 0):
         does = "includes it" if low <= 0 <= high else "leaves it out too"
         sentence += f"; that with the model's own error, {ends} %, {does}"
-    yield Finding(f"Why: {sentence}.", "legs")
+    yield PageFinding(f"Why: {sentence}.", "legs")
 
 
-def _pushes(results: Results) -> Iterable[Finding]:
+def _pushes(results: Results) -> Iterable[PageFinding]:
     """What few pushes say of a medium of which no leg was measured."""
     predicted = results.table("predicted.csv")
     single = False
-    for name in labels.usable(results, results.media)[:_MOST_MEDIA]:
+    for name in labels.usable_media(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         rows_of_medium = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
         lifts = []
@@ -158,27 +158,27 @@ def _pushes(results: Results) -> Iterable[Finding]:
                 top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
                 ends = labels.in_brackets(_two_intervals(top, "force_z_{}_N", 1))
                 lifts.append(
-                    f"{number(top['force_z_N'], 1)} N{ends} on the {labels.name_of(str(leg))}"
+                    f"{format_number(top['force_z_N'], 1)} N{ends} on the {labels.name_of(str(leg))}"
                 )
         if lifts:
             direction_count = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
             single |= direction_count == 1
             pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
-            yield Finding(
-                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {listed(lifts)}.",
+            yield PageFinding(
+                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {list_in_words(lifts)}.",
                 "viewer",
             )
     if single:
-        yield Finding(
+        yield PageFinding(
             "Why these intervals are wide: one push tells how strong a medium is, not whether it has the shape of known "
             "media; rftfit plan names the next best push.",
             "calculator",
         )
 
 
-def _sands(results: Results) -> Iterable[Finding]:
+def _sands(results: Results) -> Iterable[PageFinding]:
     """How far one push straight down goes in natural sands."""
-    media = labels.usable(results, results.sands)
+    media = labels.usable_media(results, results.sands)
     starts = {
         "map": f"Predicted by the map from {labels.pushes_of_sands(results)}",
         "generic": "Predicted by the paper's routine, generic alpha scaled to the push straight down",
@@ -192,7 +192,9 @@ def _sands(results: Results) -> Iterable[Finding]:
             error_text = labels.percent(worst["peak_error_percent"])
             lifts.append(f"{error_text}{ends} on the {labels.name_of(str(leg))}")
         if lifts:
-            yield Finding(f"{start}, the peak lift is off by at most {listed(lifts)}.", "sands")
+            yield PageFinding(
+                f"{start}, the peak lift is off by at most {list_in_words(lifts)}.", "sands"
+            )
 
 
 def _two_intervals(row: Mapping[str, Any], ends: str, digits: int) -> str:
@@ -201,12 +203,12 @@ def _two_intervals(row: Mapping[str, Any], ends: str, digits: int) -> str:
     interval_texts = []
     for kind, words in interval_names.items():
         low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
-        if span := labels.span(low, high, digits):
+        if span := labels.format_interval(low, high, digits):
             interval_texts.append(f"{span} {words}")
     return ", ".join(interval_texts)
 
 
-def _simulated(results: Results) -> Iterable[Finding]:
+def _simulated(results: Results) -> Iterable[PageFinding]:
     """How fast a robot runs of which no speed was measured."""
     if not results.campaign.robot_medium:
         return
@@ -217,15 +219,15 @@ def _simulated(results: Results) -> Iterable[Finding]:
         profile = next(name for name in labels.PROFILES if name in set(slow["profile"]))
         rows = records(slow[slow["profile"] == profile])
         row = max(rows, key=lambda row: float(row["speed_cm_per_s"]))
-        yield Finding(
-            f"Simulated with the {labels.name_of(profile)}, the robot runs at up to {number(row['speed_cm_per_s'], 0)} cm/s (at "
-            f"{row['frequency_Hz']:.3g} Hz, R'/r = {number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
+        yield PageFinding(
+            f"Simulated with the {labels.name_of(profile)}, the robot runs at up to {format_number(row['speed_cm_per_s'], 0)} cm/s (at "
+            f"{row['frequency_Hz']:.3g} Hz, R'/r = {format_number(row['curvature_times_R'], 2)}) where its legs are slow enough for "
             "resistive forces; no speed was measured.",
             "robot",
         )
 
 
-def _theta(results: Results) -> Iterable[Finding]:
+def _theta(results: Results) -> Iterable[PageFinding]:
     """Whether angle theta of all legs is off."""
     errors = results.table("leg_errors.csv")
     for row in records(errors.dropna(subset=["theta_error_deg"]).head(1)):
@@ -234,15 +236,15 @@ def _theta(results: Results) -> Iterable[Finding]:
             return
         size_word = "larger" if lo > 0 else "smaller"
         ends = sorted((abs(lo), abs(hi)))
-        yield Finding(
+        yield PageFinding(
             f"Forces on the legs begin at a {size_word} theta than the legs reach the surface: theta of the logs is off by "
-            f"{number(row['theta_error_deg'], 1)} degrees ({number(ends[0], 1)} to {number(ends[1], 1)}), and the errors of "
+            f"{format_number(row['theta_error_deg'], 1)} degrees ({format_number(ends[0], 1)} to {format_number(ends[1], 1)}), and the errors of "
             "the model on legs contain that.",
             "legs",
         )
 
 
-def _robot(results: Results) -> Iterable[Finding]:
+def _robot(results: Results) -> Iterable[PageFinding]:
     """How near the simulated robot comes."""
     if not results.campaign.robot_medium:
         return
@@ -251,34 +253,34 @@ def _robot(results: Results) -> Iterable[Finding]:
         measured_rows = errors[(errors["profile"] == profile) & errors["measured_cm_per_s"].notna()]
         if measured_rows["error_percent"].notna().any():
             count, total = share_within(measured_rows, 20)
-            yield Finding(
+            yield PageFinding(
                 f"Simulated {source}, the robot's speed is within 20 % of the measured one in {count} of {total} conditions.",
                 "robot",
             )
             return
 
 
-def _fitted(results: Results) -> Iterable[Finding]:
+def _fitted(results: Results) -> Iterable[PageFinding]:
     """What nine terms miss of the measured table."""
     rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
     missed = []
-    for row in records(rows[rows["medium"].isin(labels.usable(results, results.laboratory))]):
+    for row in records(rows[rows["medium"].isin(labels.usable_media(results, results.laboratory))]):
         alpha = results[row["medium"]].alpha["alpha_z_N_per_cm3"].dropna()
         if len(alpha) > len(TERMS):  # fewer directions are met whatever the medium is
             missed.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
     if missed:
-        ends = dict.fromkeys(number(end, 0) for end in (min(missed), max(missed)))
-        yield Finding(
+        ends = dict.fromkeys(format_number(end, 0) for end in (min(missed), max(missed)))
+        yield PageFinding(
             f"Nine terms miss the measured alpha_z by {' to '.join(ends)} % of its largest value (root mean square).",
             "coefficients",
         )
 
 
-def _turned(results: Results) -> Iterable[Finding]:
+def _turned(results: Results) -> Iterable[PageFinding]:
     """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
     table = results.table("predicted.csv")
-    table = table[table["medium"].isin(labels.usable(results, results.laboratory))]
+    table = table[table["medium"].isin(labels.usable_media(results, results.laboratory))]
     peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
     lift: dict[Any, float] = dict(peaks.dropna().to_dict())
     reversed_is_higher = {
@@ -295,7 +297,7 @@ def _turned(results: Results) -> Iterable[Finding]:
         m for m in media if reversed_is_higher[m, "fourier"] and not reversed_is_higher[m, "table"]
     ]
     if turned:
-        yield Finding(
+        yield PageFinding(
             f"In {len(turned)} of {len(media)} media the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
             "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
             "coefficients",
@@ -304,7 +306,7 @@ def _turned(results: Results) -> Iterable[Finding]:
 
 def _lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
     """`_lifts` of laboratory media by the measured table, or where it predicts none by the map; which of them."""
-    media = labels.usable(results, results.laboratory)
+    media = labels.usable_media(results, results.laboratory)
     lifts = {profile: _lifts(results, media, profile) for profile in ("table", "map")}
     profile = "map" if lifts["table"].empty else "table"
     return profile, lifts[profile]
@@ -321,7 +323,7 @@ def _worst(errors: pd.DataFrame) -> Row:
     return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 
 
-def listed(parts: Iterable[str]) -> str:
+def list_in_words(parts: Iterable[str]) -> str:
     """A list in words."""
     *leading_parts, last_part = parts
     return f"{', '.join(leading_parts)} and {last_part}" if leading_parts else last_part

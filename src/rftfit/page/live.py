@@ -13,10 +13,10 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.figures.labels import PROFILES, name_of, usable
+from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
-from rftfit.measure.flags import Flags, Remark, reason_of, say
+from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
@@ -49,7 +49,7 @@ SAME_LINE_DEG = 0.01
 # What the page asks of profiles and of the scaling routine.
 
 
-def profiles(results: Results, medium: str) -> dict[str, Profile]:
+def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
     """Profiles of a medium whose numbers are known; of a natural sand the map and the generic one."""
     profile_by_name: dict[str, Profile] = {}
     if len(map_table := results.map_table(medium)):
@@ -92,12 +92,12 @@ def scaled_from_print(results: Results) -> list[str]:
     return [str(medium) for medium in table.loc[table["method"] == method, "medium"]]
 
 
-def references(results: Results) -> list[scaling.Reference]:
+def scaling_references(results: Results) -> list[scaling.Reference]:
     """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_finite = np.isfinite(table["chi"].to_numpy(float))
-    is_usable = is_finite & table["medium"].isin(usable(results, table["medium"]))
+    is_usable = is_finite & table["medium"].isin(usable_media(results, table["medium"]))
     rows = table[(table["method"] == method) & is_usable]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     values = {medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)}
@@ -136,7 +136,8 @@ def live_data(results: Results) -> dict[str, Any]:
         "confidence": config.fit.confidence,
         "profiles": {
             medium: {
-                name: _parameters(profile) for name, profile in profiles(results, medium).items()
+                name: _parameters(profile)
+                for name, profile in live_profiles(results, medium).items()
             }
             for medium in results.media
         },
@@ -167,7 +168,8 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "push": _unit_push(results),
         "references": [
-            _reference(reference, config.fit.confidence) for reference in references(results)
+            _reference(reference, config.fit.confidence)
+            for reference in scaling_references(results)
         ],
     }
 
@@ -314,7 +316,7 @@ def _cells(
             beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
         for row in table.to_dict("records"):
             flags_of_cell = flags.of_cell(row, without=shared) if flags else []
-            if note := say([*reason_of(row), *flags_of_cell]):
+            if note := format_remarks([*reason_of(row), *flags_of_cell]):
                 # a plate at -90 degrees is the one at 90
                 lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
                 column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()

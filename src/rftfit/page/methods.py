@@ -9,7 +9,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
-from rftfit.figures.style import number
+from rftfit.figures.style import format_number
 from rftfit.measure.depths import curved_law, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, FEW_REPEATS, OF_CELL, STATED
 from rftfit.measure.slopes import FEWEST
@@ -17,7 +17,7 @@ from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
 from rftfit.model.scaling import GENERIC, published
-from rftfit.page.findings import listed
+from rftfit.page.findings import list_in_words
 from rftfit.page.live import scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results
@@ -31,7 +31,7 @@ def settings_digest(config: Config) -> str:
     return digest_of(config.model_dump(mode="json"))
 
 
-def references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
+def cited_references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
     """List the references that some paragraphs cite, with their numbers."""
     text = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
@@ -216,7 +216,7 @@ def _spread(results: Results) -> str:
             "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else others_phrase
         )
         return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
-    size = number(cells_with_error["run_to_run_z_N_per_cm3"].median(), 4)
+    size = format_number(cells_with_error["run_to_run_z_N_per_cm3"].median(), 4)
     treatment = "pooled from repeats, where there are enough"
     if FEW_REPEATS in kinds:
         treatment = "an assumed 5 %, moderated by few repeats"
@@ -277,7 +277,7 @@ def _model(results: Results) -> str:
         return scaled or (
             "No medium was measured in the directions that it needs, so no Fourier series was fitted."
         )
-    mean = labels.usable(
+    mean = labels.usable_media(
         results, dict.fromkeys(coefficients.loc[coefficients["medium"] != GENERIC, "medium"])
     )
     generic = (
@@ -311,13 +311,13 @@ def _scaling(results: Results) -> str:
         chi = published(results.config.fourier.method).chi
         return (
             "Natural sands were scaled from one vertical penetration test by zeta = "
-            f"alpha_z(0, 90 deg) / chi, with the mean chi ({number(chi.mean(), 2)}) and the generic "
+            f"alpha_z(0, 90 deg) / chi, with the mean chi ({format_number(chi.mean(), 2)}) and the generic "
             f"coefficients of the {chi.size} media of ref. 1 by the method "
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
     penetration = labels.of_method(results, "penetration.csv")
     penetration = penetration[
-        penetration["medium"].isin(labels.usable(results, penetration["medium"]))
+        penetration["medium"].isin(labels.usable_media(results, penetration["medium"]))
     ]
     chi = penetration["chi"].dropna().to_numpy(float)
     if chi.size < 2:
@@ -327,8 +327,8 @@ def _scaling(results: Results) -> str:
         "with an interval from the scatter between the media."
     )
     return (
-        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {number(chi.mean(), 2)} "
-        f"+- {number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media)."
+        f"The ratio chi of measured to fitted alpha_z(0, 90 deg) was {format_number(chi.mean(), 2)} "
+        f"+- {format_number(chi.std(ddof=1), 2)} (mean and standard deviation of {chi.size} media)."
         f"{further if len(sands) else ''}"
     )
 
@@ -364,9 +364,7 @@ def _trial(results: Results) -> str:
             f"{leg.hip_height_cm:g} cm above the surface"
         )
         sizes.setdefault(size, []).append(labels.name_of(name))
-    legs_text = (
-        f"model legs ({'; '.join(f'{listed(names)}: {size}' for size, names in sizes.items())})"
-    )
+    legs_text = f"model legs ({'; '.join(f'{list_in_words(names)}: {size}' for size, names in sizes.items())})"
     sentences = []
     if len(measured):
         subtracted = "The force in air at the same angle was subtracted"
@@ -386,7 +384,7 @@ def _trial(results: Results) -> str:
     if sources:
         sentences.append(
             f"Forces on {legs_text} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
-            f"are below the surface, with {listed(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
+            f"are below the surface, with {list_in_words(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
         )
         if predicted["force_z_lo_N"].notna().any():
             sentences.append(
@@ -395,7 +393,7 @@ def _trial(results: Results) -> str:
         if predicted["force_z_model_lo_N"].notna().any():
             sentences.append(
                 "Those with the model's own error hold also how far forces lie from such a sum on legs whose alpha is "
-                f"known: {number(results.model_error, 2)} of the load without cancellation."
+                f"known: {format_number(results.model_error, 2)} of the load without cancellation."
             )
         sentences += [_peaks(results, name) for name in ("table", "map")]
         sentences.append(_limits(results, legs))
@@ -434,7 +432,7 @@ def _robot(results: Results) -> str:
     runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
     text = (
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
-        f"combinations of leg curvature and stride frequency, with {listed(_SOURCES[name] for name in speed['profile'].unique())}."
+        f"combinations of leg curvature and stride frequency, with {list_in_words(_SOURCES[name] for name in speed['profile'].unique())}."
     )
     conditions = measured[measured["speed_cm_per_s"].notna()]
     if len(conditions):
@@ -476,6 +474,6 @@ def _peaks(results: Results, profile: str) -> str:
     if peak.empty:
         return ""
     return (
-        f"With {_SOURCES[profile]} the largest error of peak lift is {number(peak.max(), 0)} % among {len(peak)} "
-        f"{'pair' if len(peak) == 1 else 'pairs'} of leg and medium (median {number(peak.median(), 0)} %)."
+        f"With {_SOURCES[profile]} the largest error of peak lift is {format_number(peak.max(), 0)} % among {len(peak)} "
+        f"{'pair' if len(peak) == 1 else 'pairs'} of leg and medium (median {format_number(peak.median(), 0)} %)."
     )

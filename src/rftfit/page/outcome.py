@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
-from rftfit.figures.labels import in_brackets, name_of, percent, span
-from rftfit.measure.flags import Remark, about, remark, say
+from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
+from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdicts import (
@@ -109,7 +109,7 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     flags, alpha = medium_results.flags, medium_results.alpha
     shared = flags.shared(medium_results.fits)
     of_runs = [
-        about(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
+        attach_run(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
         for run_id in medium_results.runs["run_id"]
     ]
     of_cells = [[flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)]
@@ -119,7 +119,7 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
         return f"{empty} of {len(alpha)} cells have no alpha", len(doubts) + empty
     if not doubts:
         return "", 0
-    return say(max(doubts, key=_severity)), len(doubts)
+    return format_remarks(max(doubts, key=_severity)), len(doubts)
 
 
 def doubt_of_map(results: Results, medium: str) -> str:
@@ -173,7 +173,7 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
         if worst:
             force_name = "lift" if worst["component"] == "z" else "thrust"
             # with the model's own error: the verdict rests on it
-            ends = span(
+            ends = format_interval(
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")

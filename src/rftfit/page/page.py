@@ -18,15 +18,15 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
-from rftfit.figures.style import PRINTED, level, number, size_of_preview
+from rftfit.figures.style import PRINTED, format_number, level, size_of_preview
 from rftfit.measure.flags import describe_shared
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import published
 from rftfit.page import tables
-from rftfit.page.findings import ON_FIRST_SCREEN, findings, listed
+from rftfit.page.findings import ON_FIRST_SCREEN, findings, list_in_words
 from rftfit.page.live import as_json, live_data, scaled_from_print
-from rftfit.page.methods import paragraphs, references, settings_digest
+from rftfit.page.methods import cited_references, paragraphs, settings_digest
 from rftfit.page.outcome import (
     Outcome,
     doubt_of_map,
@@ -107,9 +107,9 @@ def context(results: Results) -> dict[str, Any]:
     """Collect what the template prints."""
     config = results.config
     outcome = outcome_of_runs(results)
-    scaling, other_scaling = tables.scaling(results)
-    counts, not_the_same, reproduction = tables.reproduction(results)
-    page_pictures, errors = pictures(results), tables.leg_errors(results)
+    scaling, other_scaling = tables.tabulate_scaling(results)
+    counts, not_the_same, reproduction = tables.tabulate_reproduction(results)
+    page_pictures, errors = drawn_figures(results), tables.tabulate_leg_errors(results)
     shown_sections = {
         "measurement": any(
             picture.section in ("Measurement", "quality") for picture in page_pictures
@@ -134,10 +134,10 @@ def context(results: Results) -> dict[str, Any]:
         "level": level(results),
         "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
         "method": config.fourier.method,
-        "summary": tables.summary(results, outcome),
+        "summary": tables.tabulate_summary(results, outcome),
         "believed": summary_of_checks(results),
         "in_air": outcome.used[""],
-        "kinds": listed(_kinds(results)),
+        "kinds": list_in_words(_kinds(results)),
         "notes": [
             (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
             for medium in config.media.values()
@@ -160,31 +160,34 @@ def context(results: Results) -> dict[str, Any]:
             if (words := describe_shared(medium.flags.shared(medium.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
-        "alphas": tables.alphas(results),
-        "at_depths": tables.at_depths(results),
-        "spreads": tables.spreads(results),
+        "alphas": tables.tabulate_alphas(results),
+        "at_depths": tables.tabulate_at_depths(results),
+        "spreads": tables.tabulate_spreads(results),
         "coefficients": {
-            name: tables.coefficients(results, name) for name in tables.methods(results)
+            name: tables.tabulate_coefficients(results, name)
+            for name in tables.tabulate_methods(results)
         },
         "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
         "scaling": scaling,
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
-        "from_print": [tables.title_of(results, medium) for medium in scaled_from_print(results)],
+        "from_print": [
+            tables.medium_title(results, medium) for medium in scaled_from_print(results)
+        ],
         "leg_errors": errors,
         "model_error": _model_error(results),
-        "sands": tables.sands(results),
-        "corrections": tables.corrections(results),
+        "sands": tables.tabulate_sands(results),
+        "corrections": tables.tabulate_corrections(results),
         "robot": robot_tables(results),
         "robot_is": robot_facts(results),
         "verdicts": counts,
         "not_the_same": not_the_same,
         "reproduction": reproduction,
-        "dropped": tables.dropped(results, outcome),
+        "dropped": tables.tabulate_dropped(results, outcome),
         "runs_used": outcome.runs_used,
-        "rows_of_logs": tables.rows_of_logs(results),
+        "rows_of_logs": tables.tabulate_logs(results),
         "methods": (methods := paragraphs(results, outcome)),
-        "references": references(methods),
+        "references": cited_references(methods),
         "versions": versions(),
         "settings": settings_digest(config),
     }
@@ -196,9 +199,9 @@ def _model_error(results: Results) -> dict[str, str]:
         return {}
     of_legs = results.error_of_legs
     return {
-        "used": number(results.model_error, 2),
-        "of_legs": number(of_legs, 2) if isfinite(of_legs) else "",
-        "usual": number(EPS, 2),
+        "used": format_number(results.model_error, 2),
+        "of_legs": format_number(of_legs, 2) if isfinite(of_legs) else "",
+        "usual": format_number(EPS, 2),
     }
 
 
@@ -227,7 +230,7 @@ class Picture:
     files: Sequence[tuple[str, str]]
 
 
-def pictures(results: Results) -> list[Picture]:
+def drawn_figures(results: Results) -> list[Picture]:
     """Every figure that was drawn, in the order in which figures are shown."""
     return [
         _picture(results, declared, medium)

@@ -10,9 +10,18 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.figures.labels import name_of, percent, span
-from rftfit.figures.style import number
-from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, span_of_model, texts
+from rftfit.figures.labels import format_interval, name_of, percent
+from rftfit.figures.style import format_number
+from rftfit.page.cells import (
+    Cell,
+    PageColumn,
+    PageTable,
+    Row,
+    numbers,
+    records,
+    span_of_model,
+    texts,
+)
 from rftfit.page.live import as_lists
 from rftfit.results import Results
 from rftfit.robot.speeds import count_within_alpha_error, count_within_model_error, share_within
@@ -22,7 +31,7 @@ CURVATURE = "R\N{PRIME}/r"
 _PROFILE = texts("Profile", lambda row: name_of(row["profile"]))
 
 
-def robot_tables(results: Results) -> dict[str, Table] | None:
+def robot_tables(results: Results) -> dict[str, PageTable] | None:
     """Make the tables of the section by their names; None where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return None
@@ -43,11 +52,11 @@ def robot_facts(results: Results) -> dict[str, Any]:
     }
 
 
-def _shares(errors: pd.DataFrame) -> Table:
+def _shares(errors: pd.DataFrame) -> PageTable:
     """How many conditions come near, of all and of those that the robot was not calibrated on."""
     parts = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
-    def within(heading: str, percents: float) -> Column:
+    def within(heading: str, percents: float) -> PageColumn:
         def cell(row: Row) -> Cell:
             rows_of_profile = parts[row["profile"]]
             uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
@@ -55,7 +64,7 @@ def _shares(errors: pd.DataFrame) -> Table:
             share_of_all, share_of_new = (f"{count} of {total}" for count, total in counts)
             return Cell(share_of_all, (f"predicted: {share_of_new}",))
 
-        return Column(heading, cell, "num")
+        return PageColumn(heading, cell, "num")
 
     def cell_of_count(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
         def cell(row: Row) -> Cell:
@@ -66,19 +75,19 @@ def _shares(errors: pd.DataFrame) -> Table:
 
     columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
     columns += [
-        Column(
+        PageColumn(
             "within the errors of \N{GREEK SMALL LETTER ALPHA} alone",
             cell_of_count(count_within_alpha_error),
             "num",
         )
     ]
     columns += [
-        Column("with the model's own error", cell_of_count(count_within_model_error), "num")
+        PageColumn("with the model's own error", cell_of_count(count_within_model_error), "num")
     ]
-    return Table("Share of the conditions", columns, [{"profile": name} for name in parts])
+    return PageTable("Share of the conditions", columns, [{"profile": name} for name in parts])
 
 
-def _best(optimum: pd.DataFrame) -> Table:
+def _best(optimum: pd.DataFrame) -> PageTable:
     highest = optimum.groupby("profile", sort=False)["frequency_Hz"].idxmax()
     best = "best_curvature_times_R", 2, "best_curvature_from_alpha_{}"
     columns = [
@@ -88,20 +97,20 @@ def _best(optimum: pd.DataFrame) -> Table:
         numbers("Its speed, cm/s", "speed_cm_per_s", 1),
         texts("Calibrated", "calibrated"),
     ]
-    return Table("Best curvature", columns, records(optimum.loc[highest.to_list()]))
+    return PageTable("Best curvature", columns, records(optimum.loc[highest.to_list()]))
 
 
-def _conditions(errors: pd.DataFrame) -> Table:
+def _conditions(errors: pd.DataFrame) -> PageTable:
     """Measured speed of every condition beside those simulated on each profile."""
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
     def measured(row: Row) -> Cell:
         sd = row["measured_sd_cm_per_s"]
-        note = f"s.d. {number(sd, 1)}" if np.isfinite(sd) else ""
-        return Cell(number(row["measured_cm_per_s"], 1), (note,))
+        note = f"s.d. {format_number(sd, 1)}" if np.isfinite(sd) else ""
+        return Cell(format_number(row["measured_cm_per_s"], 1), (note,))
 
-    def speed(profile: str) -> Column:
+    def speed(profile: str) -> PageColumn:
         def cell(row: Row) -> Cell:
             simulated_row = simulated.get((row["condition"], profile), {})
             lo, hi = (
@@ -110,21 +119,21 @@ def _conditions(errors: pd.DataFrame) -> Table:
             notes = filter(
                 None, (percent(simulated_row.get("error_percent")), simulated_row.get("reason", ""))
             )
-            speed_text = number(simulated_row.get("simulated_cm_per_s"), 1)
+            speed_text = format_number(simulated_row.get("simulated_cm_per_s"), 1)
             wider = span_of_model(simulated_row, "simulated_model_{}_cm_per_s", 1)
-            return Cell(speed_text, (span(lo, hi, 1), wider, "; ".join(notes)))
+            return Cell(speed_text, (format_interval(lo, hi, 1), wider, "; ".join(notes)))
 
-        return Column(f"{name_of(profile)}, cm/s", cell, "num")
+        return PageColumn(f"{name_of(profile)}, cm/s", cell, "num")
 
     columns = [
         numbers(CURVATURE, "curvature_times_R", 2),
         numbers("Hz", "frequency_Hz", 2),
-        Column("Measured, cm/s", measured, "num"),
+        PageColumn("Measured, cm/s", measured, "num"),
         *(speed(str(profile)) for profile in errors["profile"].unique()),
         texts("Calibrated", "calibrated"),
     ]
     rows = records(ordered.drop_duplicates("condition"))
-    return Table("Measured and simulated speeds", columns, rows, tall=True)
+    return PageTable("Measured and simulated speeds", columns, rows, tall=True)
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:

@@ -11,16 +11,16 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.labels import PROFILES, in_brackets, name_of, percent, span
+from rftfit.figures.labels import PROFILES, format_interval, in_brackets, name_of, percent
 from rftfit.figures.maps import lies_on_grid, pivot
-from rftfit.figures.style import degrees, number
+from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import DOUBTFUL, NOT_CHECKED
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
-from rftfit.page.cells import Cell, Column, Row, Table, numbers, records, share, texts
+from rftfit.page.cells import Cell, PageColumn, PageTable, Row, numbers, records, share, texts
 from rftfit.page.outcome import (
     NOTHING,
     SOUND,
@@ -41,13 +41,13 @@ PER_CM3 = "N/cm\N{SUPERSCRIPT THREE}"
 DEGREE = "\N{DEGREE SIGN}"
 
 
-def title_of(results: Results, medium: str) -> str:
+def medium_title(results: Results, medium: str) -> str:
     """Title of a medium as the user wrote it."""
     special_titles = {"": "in air", GENERIC: "generic, no unit"}
     return (special_titles | results.titles).get(medium, medium)
 
 
-def summary(results: Results, outcome: Outcome) -> Table:
+def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
     """One row a medium: how far its data and the model on its legs can be trusted."""
     dropped = Counter(run["medium"] for run in outcome.dropped)
 
@@ -73,12 +73,12 @@ def summary(results: Results, outcome: Outcome) -> Table:
         link = "" if code == NOT_TESTED else section
         return Cell(VERDICT_WORDS[code], (note,), f"verdict {css_class}", link)
 
-    columns = [Column("Medium", title), Column("Data", data_verdict)]
-    columns += [Column("Model on legs", on_legs)] if results.config.legs else []
-    return Table("Summary table", columns, [{"medium": medium} for medium in results.media])
+    columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
+    columns += [PageColumn("Model on legs", on_legs)] if results.config.legs else []
+    return PageTable("Summary table", columns, [{"medium": medium} for medium in results.media])
 
 
-def alphas(results: Results) -> list[tuple[str, Table]]:
+def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
     """Alpha of every medium with its interval, for paper: rows of beta, columns of gamma, or a list of directions."""
     titled_tables = []
     for medium in results:
@@ -87,7 +87,7 @@ def alphas(results: Results) -> list[tuple[str, Table]]:
             columns = [numbers(f"{BETA}, {DEGREE}", "beta_deg", 1)]
             columns += [numbers(f"{GAMMA}, {DEGREE}", "gamma_deg", 1)]
             columns += [numbers(ALPHA_OF[c], column(c), ends=column(c, "_{}")) for c in "zx"]
-            table = Table(f"Alpha, {medium.title}", columns, records(cells_with_alpha))
+            table = PageTable(f"Alpha, {medium.title}", columns, records(cells_with_alpha))
             titled_tables.append((f"{medium.title}, {PER_CM3}", table))
             continue
         for c in "zx" if len(cells_with_alpha) else "":
@@ -102,11 +102,11 @@ def alphas(results: Results) -> list[tuple[str, Table]]:
             columns = [numbers(f"{BETA} \\ {GAMMA}", "beta", 0)]
             columns += [numbers(degrees(g), str(k), ends=f"_{{}}{k}") for k, g in enumerate(gamma)]
             label = Markup("{}, {}, {}").format(ALPHA_OF[c], medium.title, PER_CM3)
-            titled_tables.append((label, Table(f"alpha_{c}, {medium.title}", columns, rows)))
+            titled_tables.append((label, PageTable(f"alpha_{c}, {medium.title}", columns, rows)))
     return titled_tables
 
 
-def at_depths(results: Results) -> Table:
+def tabulate_at_depths(results: Results) -> PageTable:
     """One row a medium whose stress is curved: alpha of a level plate straight down at depths in its window."""
     depths, rows = results.config.fit.depths_cm, []
     for medium in results:
@@ -124,10 +124,10 @@ def at_depths(results: Results) -> Table:
     columns += [
         numbers(head + f"{depth:g} cm", f"{depth:g}", ends=f"_{{}}{depth:g}") for depth in depths
     ]
-    return Table("Alpha at stated depths", columns, rows)
+    return PageTable("Alpha at stated depths", columns, rows)
 
 
-def coefficients(results: Results, method: str) -> Table:
+def tabulate_coefficients(results: Results, method: str) -> PageTable:
     """Coefficients of all media by one method, dropped ones in brackets, and what nine terms miss."""
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
@@ -136,25 +136,25 @@ def coefficients(results: Results, method: str) -> Table:
     for row in rows:
         reasons.setdefault(row["medium"], set()).add(row["reason"])
 
-    def column_of(medium: str) -> Column:
+    def column_of(medium: str) -> PageColumn:
         def cell(row: Row) -> Cell:
             if "of" in row:
                 fit_row = fit_rows.get((medium, row["of"]), {})
-                return Cell(number(fit_row.get("misfit_rms_N_per_cm3"), 4))
+                return Cell(format_number(fit_row.get("misfit_rms_N_per_cm3"), 4))
             fit_row = fit_rows.get((medium, row["term"]), {})
-            text = number(fit_row.get("value_N_per_cm3"), 4)
+            text = format_number(fit_row.get("value_N_per_cm3"), 4)
             # a reason of the whole medium stands once
             reason = (
                 fit_row.get("reason", "")
                 if len(reasons[medium]) > 1 or row["term"] == TERMS[0]
                 else ""
             )
-            notes = (span(fit_row.get("lo"), fit_row.get("hi"), 4), reason)
+            notes = (format_interval(fit_row.get("lo"), fit_row.get("hi"), 4), reason)
             if fit_row.get("kept", True):
                 return Cell(text, notes)
             return Cell(f"[{text}]", notes, "faint")
 
-        return Column(title_of(results, medium), cell, "num")
+        return PageColumn(medium_title(results, medium), cell, "num")
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
     columns = [texts("Term", "term"), *(column_of(medium) for medium in media)]
@@ -164,10 +164,10 @@ def coefficients(results: Results, method: str) -> Table:
             {"term": Markup(f"misfit of \N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>, rms"), "of": of}
             for c, of in (("z", "A00"), ("x", "C11"))
         ]
-    return Table(f"Coefficients by {method}", columns, rows)
+    return PageTable(f"Coefficients by {method}", columns, rows)
 
 
-def spreads(results: Results) -> list[tuple[str, str]]:
+def tabulate_spreads(results: Results) -> list[tuple[str, str]]:
     """Where the spread from run to run of each medium is known from."""
     titled_spreads = []
     for medium in results:
@@ -180,14 +180,14 @@ def spreads(results: Results) -> list[tuple[str, str]]:
     return titled_spreads
 
 
-def methods(results: Results) -> list[str]:
+def tabulate_methods(results: Results) -> list[str]:
     """Methods that gave coefficients, the configured one first."""
     table = results.table("coefficients.csv")
     fitted_methods = dict.fromkeys(map(str, table.loc[table["value_N_per_cm3"].notna(), "method"]))
     return sorted(fitted_methods, key=lambda method: method != results.config.fourier.method)
 
 
-def scaling(results: Results) -> tuple[Table, Table]:
+def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     """Penetration, zeta and chi of every medium by the configured method, and by the others."""
 
     def fit(row: Row) -> Cell:
@@ -201,7 +201,7 @@ def scaling(results: Results) -> tuple[Table, Table]:
         _medium(results),
         texts("Method", "method", note="reason"),
         numbers(ALPHA_Z + f" measured, {PER_CM3}", *measured),
-        Column(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
+        PageColumn(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
         numbers(CHI, "chi", ends="chi_{}"),
         numbers(ZETA, "zeta", ends="zeta_{}"),
         texts(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
@@ -210,11 +210,11 @@ def scaling(results: Results) -> tuple[Table, Table]:
     parts: dict[bool, list[Row]] = {True: [], False: []}
     for row in _without_repeated_reasons(results, "penetration.csv"):
         parts[row["method"] in (method, *routines(method))].append(row)
-    other_scaling = Table("Scaling by the other methods", columns, parts[False])
-    return Table("Scaling table", columns, parts[True]), other_scaling
+    other_scaling = PageTable("Scaling by the other methods", columns, parts[False])
+    return PageTable("Scaling table", columns, parts[True]), other_scaling
 
 
-def leg_errors(results: Results) -> Table:
+def tabulate_leg_errors(results: Results) -> PageTable:
     """Peak and shape errors of every leg, medium and profile."""
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
@@ -241,10 +241,10 @@ def leg_errors(results: Results) -> Table:
         numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
         numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
     ]
-    return Table("Leg errors", columns, sorted(rows, key=place), tall=True)
+    return PageTable("Leg errors", columns, sorted(rows, key=place), tall=True)
 
 
-def sands(results: Results) -> Table:
+def tabulate_sands(results: Results) -> PageTable:
     """Penetration of the natural sands, by the stated and by the detected linear regime."""
     alpha = "alpha_z_N_per_cm3", 4, "alpha_z_{}_N_per_cm3"
     columns = [
@@ -257,7 +257,7 @@ def sands(results: Results) -> Table:
         numbers(ZETA, "zeta", ends="zeta_{}"),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
-    return Table("Penetration of natural sands", columns, rows)
+    return PageTable("Penetration of natural sands", columns, rows)
 
 
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
@@ -275,7 +275,7 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
     return rows
 
 
-def corrections(results: Results) -> Table:
+def tabulate_corrections(results: Results) -> PageTable:
     """Factors on the predicted forces in natural sands, and whether they help on a leg left out."""
     columns = [
         _medium(results, "Sand"),
@@ -287,10 +287,10 @@ def corrections(results: Results) -> Table:
         numbers("Gain", "gain_cv_percent", show=percent),
         texts("Earns its place", lambda row: "yes" if row["earns_its_place"] else "no", "reason"),
     ]
-    return Table("Corrections", columns, records(results.table("sand_correction.csv")))
+    return PageTable("Corrections", columns, records(results.table("sand_correction.csv")))
 
 
-def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
+def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, PageTable]:
     """Ours beside the paper's: verdicts counted by their evidence, what is not the same, and all of it.
 
     What was not measured is left out, and all of it where that is the most of what the data could meet.
@@ -312,8 +312,12 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
         css_classes = "verdict " + row["verdict"].replace(" ", "-")
         return Cell(row["verdict"], (row["evidence"], row["why"]), css_classes)
 
-    columns = [Column("Item", item), Column("Paper", paper, "num"), Column("Ours", ours, "num")]
-    columns += [Column("Verdict", verdict)]
+    columns = [
+        PageColumn("Item", item),
+        PageColumn("Paper", paper, "num"),
+        PageColumn("Ours", ours, "num"),
+    ]
+    columns += [PageColumn("Verdict", verdict)]
     all_rows = records(results.table("reproduction.csv"))
     rows = [row for row in all_rows if row["verdict"] != NOT_MEASURED]
     met, possible = (
@@ -331,29 +335,29 @@ def reproduction(results: Results) -> tuple[dict[str, str], Table, Table]:
     }
     counts = {evidence: ", ".join(words) for evidence, words in sums.items() if words}
     differing_rows = [row for row in rows if row["verdict"] != SAME]
-    different = Table("Items that are not the same", columns, differing_rows, tall=True)
-    return counts, different, Table("All items", columns, rows, tall=True)
+    different = PageTable("Items that are not the same", columns, differing_rows, tall=True)
+    return counts, different, PageTable("All items", columns, rows, tall=True)
 
 
-def dropped(results: Results, outcome: Outcome) -> Table:
+def tabulate_dropped(results: Results, outcome: Outcome) -> PageTable:
     """Runs that gave no result, and why."""
     columns = [texts("Run", "run_id"), _medium(results), texts("Kind", "kind")]
     columns += [
         texts("Rows", "rows", css_classes="num"),
         texts("Reason", "reasons", css_classes="why"),
     ]
-    return Table("Runs that gave no result", columns, outcome.dropped, tall=True)
+    return PageTable("Runs that gave no result", columns, outcome.dropped, tall=True)
 
 
-def rows_of_logs(results: Results) -> Table:
+def tabulate_logs(results: Results) -> PageTable:
     """What became of the rows of all logs."""
     columns = [texts("Fate", "fate"), texts("Reason or use", "reason")]
     columns += [texts("Runs", "runs", css_classes="num"), texts("Rows", "rows", css_classes="num")]
-    return Table("Rows by fate", columns, rows_by_reason(results))
+    return PageTable("Rows by fate", columns, rows_by_reason(results))
 
 
-def _medium(results: Results, heading: str = "Medium") -> Column:
-    return texts(heading, lambda row: title_of(results, row["medium"]))
+def _medium(results: Results, heading: str = "Medium") -> PageColumn:
+    return texts(heading, lambda row: medium_title(results, row["medium"]))
 
 
 def _significant(x: Any) -> str:

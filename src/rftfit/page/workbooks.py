@@ -13,10 +13,10 @@ import pandas as pd
 from xlsxwriter.worksheet import Worksheet
 
 from rftfit import reference
-from rftfit.figures.labels import half_width
+from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import level
-from rftfit.measure.flags import say
+from rftfit.measure.flags import format_remarks
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC
 from rftfit.results import Results
@@ -155,7 +155,7 @@ def alpha_workbook(results: Results) -> bytes:
         sheet.set_column(0, 0, 24)
         sheet.set_column(1, 20, 10)
         book.text(sheet, 0, 0, medium.title, "title")
-        book.text(sheet, 1, 0, say(results.marks.get(medium.name, ())))
+        book.text(sheet, 1, 0, format_remarks(results.marks.get(medium.name, ())))
         row, table = 2, medium.alpha
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"
@@ -163,7 +163,7 @@ def alpha_workbook(results: Results) -> bytes:
         for suffix, label in (("", "alpha_{}"), ("_next", "the next push, alpha_{}")):
             for c in "zx":
                 head = f"half width of the {confidence} interval of {label.format(c)} (N/cm^3)"
-                widths = table.assign(half=half_width(table, c, suffix))
+                widths = table.assign(half=alpha_half_width(table, c, suffix))
                 row = _alpha_block(book, sheet, row, head, widths, "half")
     return book.close()
 

@@ -39,7 +39,7 @@ class BodyPlate(Model):
         return self
 
 
-class Body(Model):
+class RobotBody(Model):
     """The rigid body; the origin of its frame is its centre of mass, x forward, z up."""
 
     mass_g: Positive
@@ -104,7 +104,7 @@ class Robot(Model):
 
     title: str
     """name of the robot, for tables and captions"""
-    body: Body
+    body: RobotBody
     """mass, inertia and plates"""
     legs: Legs
     """legs and the axles they turn on"""
@@ -113,7 +113,7 @@ class Robot(Model):
 
     @field_validator("body")
     @classmethod
-    def _names_differ(cls, body: Body) -> Body:
+    def _names_differ(cls, body: RobotBody) -> RobotBody:
         seen: dict[str, str] = {}
         for name in body.plates:
             earlier_name = seen.setdefault(name.casefold(), name)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.mesh import Mesh
-from rftfit.model.mesh_prediction import describe, law_of
+from rftfit.model.mesh_prediction import face_rows, law_of
 from rftfit.model.profiles import Profile
 
 MOST_TAU_DT_S2 = 2e-6
@@ -75,7 +75,7 @@ class Ground:
             raise InputError("no body; allowed: a mesh for each body that touches the medium")
         shapes = [[body] if isinstance(body, Mesh) else body for body in bodies]
         faces = [
-            np.concatenate([describe(mesh.refined(triangle_cm)) for mesh in meshes])
+            np.concatenate([face_rows(mesh.refined(triangle_cm)) for mesh in meshes])
             for meshes in shapes
         ]
         ends = np.cumsum([len(of_body) for of_body in faces])

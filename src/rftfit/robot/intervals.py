@@ -143,7 +143,7 @@ def speeds_of(
     return np.array(rows, dtype=float).reshape(len(profiles), len(conditions))
 
 
-def half_width(values: FloatArray, best_value: float, confidence: float) -> Width:
+def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
     """Half the width of an interval from the values of a few draws, which scatter about `best_value`.
 
     It is unknown where a draw has no value: without that draw the interval would be too narrow.
@@ -204,7 +204,7 @@ def widths_of_draws(
     """Half widths in each condition from speeds of the profile (conditions,), of its draws, and their change by the arc."""
     columns = np.array(drawn, dtype=float).reshape(len(drawn), speeds.size).T
     widths = [
-        half_width(column, float(speed), confidence)
+        half_width_of_draws(column, float(speed), confidence)
         for column, speed in zip(columns, speeds, strict=True)
     ]
     off = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
@@ -260,7 +260,7 @@ def best_width(
     )
     if best in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
         return Width(math.nan, len(best_of_draws), (remark("best-at-end"),))
-    return half_width(np.array(best_of_draws), best, confidence)
+    return half_width_of_draws(np.array(best_of_draws), best, confidence)
 
 
 def widths(

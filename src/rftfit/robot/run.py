@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import Remark, remark, say
+from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.model.profiles import Profile
 from rftfit.robot.body import Parts, assemble
 from rftfit.robot.config import Numerics, Robot
@@ -196,7 +196,7 @@ class RobotRun:
     @property
     def reason(self) -> str:
         """Why it is not steady, or that it is so without being regular, in words."""
-        return say(self.why)
+        return format_remarks(self.why)
 
 
 def simulate(

@@ -14,7 +14,7 @@ from rftfit.errors import RftfitError
 from rftfit.measure.flags import (
     REASON,
     Remark,
-    about,
+    attach_run,
     reason_cells,
     reason_columns,
     reason_of,
@@ -114,7 +114,7 @@ def trial_row(
     names = ("frequency_Hz", "frequency_from", "speed_cm_per_s", "stride_sd_cm_per_s", "strides")
     row |= {name: getattr(stride_speeds, name) for name in names}
     row |= {"rows": rows, "rows_used": used, "status": "used"}
-    flags = about(trial.run_id, stride_speeds.flags)
+    flags = attach_run(trial.run_id, stride_speeds.flags)
     return row, counts, stride_speeds.velocity_cm_per_s.tolist(), flags
 
 
@@ -136,7 +136,7 @@ def measured_speeds(
         reason = [
             remark_of_trial
             for row in lost
-            for remark_of_trial in about(row["run_id"], reason_of(row))
+            for remark_of_trial in attach_run(row["run_id"], reason_of(row))
         ]
         curvature = float(trials_of_condition["curvature_times_R"].iloc[0])
         middle = rounded(float(frequency.mean())) if frequency.size else math.nan

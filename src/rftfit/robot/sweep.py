@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import REASON, Remark, about, reason_cells, reason_of
+from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_of
 from rftfit.model.planning import Target
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.shapes import Map
@@ -157,7 +157,7 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
         reason = [
             remark_of_run
             for run, why in zip(lost, words, strict=True)
-            for remark_of_run in about(f"phase {run['phase_turns']:.3g}", why)
+            for remark_of_run in attach_run(f"phase {run['phase_turns']:.3g}", why)
         ]
         ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
         rows.append((*place, *ends, steady.size, len(runs), *reason_cells(reason)))

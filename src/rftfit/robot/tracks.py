@@ -15,7 +15,7 @@ from rftfit.campaign.files import Folder, campaign_folder, folded
 from rftfit.campaign.load import root_of
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.reading import read_model
-from rftfit.campaign.rows import Column, DraftRow, Schema, read_rows
+from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.flags import Remark, remark
@@ -26,15 +26,17 @@ from rftfit.robot.config import read_robot
 
 _CURVATURE = "R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)"
 _FREQUENCY = "stride frequency; blank: taken from the track"
-_FILE = Column("track", "path", "file of the marker track, relative to the folder of this sheet")
+_FILE = TableColumn(
+    "track", "path", "file of the marker track, relative to the folder of this sheet"
+)
 COLUMNS = (
-    Column("run_id", "text", "unique name of the trial"),
-    Column("condition", "text", "name shared by the trials of one condition"),
-    Column("medium", "choice", "the medium that the config's robot runs on"),
-    Column("curvature_times_R", meaning=_CURVATURE, low=-1, high=1),
-    Column("frequency_Hz", meaning=_FREQUENCY, needed=False, above=0, high=100, unit="Hz"),
+    TableColumn("run_id", "text", "unique name of the trial"),
+    TableColumn("condition", "text", "name shared by the trials of one condition"),
+    TableColumn("medium", "choice", "the medium that the config's robot runs on"),
+    TableColumn("curvature_times_R", meaning=_CURVATURE, low=-1, high=1),
+    TableColumn("frequency_Hz", meaning=_FREQUENCY, needed=False, above=0, high=100, unit="Hz"),
     _FILE,
-    Column("note", "text", "free text", needed=False),
+    TableColumn("note", "text", "free text", needed=False),
 )
 """Columns of the sheet."""
 
@@ -116,9 +118,9 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 CENTIMETRES = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 
 _MARKER = (
-    Column("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
-    Column("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
-    Column("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
+    TableColumn("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
+    TableColumn("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
+    TableColumn("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
 )
 _TRACK = Schema(
     "track", _MARKER, comments=True, others="ignored", lenient=True, most_rows=2_000_000
@@ -401,7 +403,7 @@ def _words_of_sheet(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]
     entry = folder.look_up(run_sheet)
     if entry.status != "file":
         return set(), set()
-    columns = Column("run_id", "text"), Column("medium", "text", needed=False)
+    columns = TableColumn("run_id", "text"), TableColumn("medium", "text", needed=False)
     rows, _ = read_rows(
         Path(folder.base, entry.path), Schema("sheet", columns, others="ignored", lenient=True)
     )

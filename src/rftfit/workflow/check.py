@@ -32,26 +32,26 @@ class Checked:
     @property
     def errors(self) -> int:
         """How many of the problems are errors; the others are warnings."""
-        return sum(one.severity == "error" for one in self.problems)
+        return sum(problem.severity == "error" for problem in self.problems)
 
 
 def check_all(config: Path) -> Checked:
     """Check a campaign; logs are measured as the run does, where nothing else is an error."""
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
-    found = Checked([*problems, *robot.problems], campaign, robot, 0)
+    checked = Checked([*problems, *robot.problems], campaign, robot, 0)
     if campaign is not None and any(map(campaign.plates_to_measure, campaign.media_with_runs)):
         # the joint model is slow to import
         from rftfit.compare.protocol import rate_plan
 
-        found = replace(found, plan=tuple(rate_plan(campaign)))
-    if campaign is None or found.errors:
-        return found
+        checked = replace(checked, plan=tuple(rate_plan(campaign)))
+    if campaign is None or checked.errors:
+        return checked
     try:
         opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
     except InputError as error:
         unread = Problem("logs.reader", Place(config.name), None, str(error))
-        return replace(found, problems=[*found.problems, unread])
-    of_logs = [problem for one in opened for problem in one.problems]
-    passed_over = sum(one.passed_over for one in opened)
-    return replace(found, problems=[*found.problems, *of_logs], not_opened=passed_over)
+        return replace(checked, problems=[*checked.problems, unread])
+    of_logs = [problem for logs_of_medium in opened for problem in logs_of_medium.problems]
+    passed_over = sum(logs_of_medium.passed_over for logs_of_medium in opened)
+    return replace(checked, problems=[*checked.problems, *of_logs], not_opened=passed_over)

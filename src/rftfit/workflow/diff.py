@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.outputs.dictionary import describe
+from rftfit.outputs.dictionary import describe_file
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
 from rftfit.workflow.provenance import Change, changes_between, read_provenance
@@ -43,7 +43,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ResultsDiff:
     """What two folders of results differ in.
 
     `numbers`: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change first.
@@ -59,49 +59,58 @@ class Comparison:
     since: dict[Path, list[str]]
 
 
-def compare(first: Path, second: Path) -> Comparison:
+def compare_folders(first: Path, second: Path) -> ResultsDiff:
     """Compare two folders of results."""
-    one, other = (_folder(folder) for folder in (first, second))
-    folders = one, other
-    names = [{path.relative_to(at).as_posix() for path in at.rglob("*.csv")} for at in folders]
+    first_folder, second_folder = (_folder(folder) for folder in (first, second))
+    folders = first_folder, second_folder
+    names = [
+        {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
+        for folder in folders
+    ]
     stems = {name: name.partition("/")[0].removesuffix(".csv") for name in names[0] | names[1]}
     compared = {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
-    found: list[Difference] = []
+    differences: list[Difference] = []
     alone = []
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
             # one of them may be from a version of the program with other columns
             before, after = (Tables(folder).as_written(name) for folder in folders)
-            found += _differences(name, before, after, keys)
+            differences += _differences(name, before, after, keys)
             alone += [f"{name}, column {column}" for column in sorted({*before} ^ {*after})]
         else:
             alone.append(name)
-    found.sort(key=lambda one: (not _is_head(one), np.isnan(one.half_widths), -_size(one)))
+    differences.sort(
+        key=lambda difference: (
+            not _is_head(difference),
+            np.isnan(difference.half_widths),
+            -_size(difference),
+        )
+    )
     records = [read_provenance(folder) for folder in folders]
     unrecorded = []
     since = {}
-    for folder, (_, record), own in zip(folders, records, names, strict=True):
+    for folder, (_, record), names_of_folder in zip(folders, records, names, strict=True):
         jobs = record["jobs"].values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
         if later := _later(folder, record["jobs"]):
             since[folder] = later
         unrecorded += [
             folder / name
-            for name in sorted(own.intersection(compared))
+            for name in sorted(names_of_folder.intersection(compared))
             if written.get(f"{FOLDER}/{name}") != sha256_of(folder / name)
         ]
     changes = changes_between(*(state for state, _ in records))
-    return Comparison(found, changes, alone, unrecorded, since)
+    return ResultsDiff(differences, changes, alone, unrecorded, since)
 
 
 def _later(folder: Path, jobs: dict[str, Any]) -> list[str]:
     """What jobs were done with after the whole run that wrote the record, by their own records."""
-    found: set[str] = set()
+    changed: set[str] = set()
     for name, job in jobs.items():
         now = read_record(folder / "records" / f"{name}.json")
         state = {} if now is None else now.state
-        found |= {what for what, digest in state.items() if job["state"].get(what) != digest}
-    return sorted(found)
+        changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
+    return sorted(changed)
 
 
 def _folder(folder: Path) -> Path:
@@ -128,27 +137,33 @@ def _size(difference: Difference) -> float:
 def _differences(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
-    output = describe(f"{FOLDER}/{name}")
+    output = describe_file(f"{FOLDER}/{name}")
     assert output is not None
     index = [key for key in keys if key in first and key in second]
     if not index:
         raise InputError(f"{name}: no column {', '.join(keys)} in both folders to compare rows by")
-    one, other = (table.drop_duplicates(index).set_index(index) for table in (first, second))
-    rows = one.index.union(other.index)
-    one, other = one.reindex(rows), other.reindex(rows)
-    found, halves, nothing = [], _half_widths(one), np.full(len(rows), np.nan)
-    for quantity in one.columns.intersection(other.columns):
-        if one[quantity].dtype.kind not in "if" or _is_end(quantity):
+    before, after = (table.drop_duplicates(index).set_index(index) for table in (first, second))
+    rows = before.index.union(after.index)
+    before, after = before.reindex(rows), after.reindex(rows)
+    differences, halves, nothing = [], _half_widths(before), np.full(len(rows), np.nan)
+    for quantity in before.columns.intersection(after.columns):
+        if before[quantity].dtype.kind not in "if" or _is_end(quantity):
             continue
-        was, now = one[quantity].to_numpy(float), other[quantity].to_numpy(float)
+        was, now = before[quantity].to_numpy(float), after[quantity].to_numpy(float)
         half = halves.get(quantity, nothing)
         same = np.isclose(was, now, rtol=NOT_SAME, atol=0, equal_nan=True)
-        for at in np.flatnonzero(~same).tolist():
-            row = rows[at] if isinstance(rows[at], tuple) else (rows[at],)
+        for row_number in np.flatnonzero(~same).tolist():
+            row = rows[row_number] if isinstance(rows[row_number], tuple) else (rows[row_number],)
             words = " ".join(f"{word:g}" if isinstance(word, float) else str(word) for word in row)
-            ratio = abs(now[at] - was[at]) / half[at] if half[at] > 0 else np.nan
-            found.append(Difference(name, words, quantity, was[at], now[at], ratio))
-    return found
+            ratio = (
+                abs(now[row_number] - was[row_number]) / half[row_number]
+                if half[row_number] > 0
+                else np.nan
+            )
+            differences.append(
+                Difference(name, words, quantity, was[row_number], now[row_number], ratio)
+            )
+    return differences
 
 
 def _is_end(quantity: str) -> bool:
@@ -165,8 +180,8 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
             high = "_".join([*words[:place], "hi", *words[place + 1 :]])
             if high not in table:
                 continue
-            own = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
-            half[own] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
+            quantity = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
+            half[quantity] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
     if "relative_to_A00" in table:
         # the same interval in units of A00
         unit = table["value_N_per_cm3"].abs() / table["relative_to_A00"]

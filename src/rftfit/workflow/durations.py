@@ -17,8 +17,8 @@ FILE = Path(".snakemake/rftfit/durations.json")
 def read_durations(root: Path) -> dict[str, float]:
     """Mean duration of a job by rule, seconds; empty where there was no run, or the file is damaged."""
     try:
-        found = json.loads((root / FILE).read_text(encoding="utf-8"))
-        return {str(rule): float(seconds) for rule, seconds in found.items()}
+        seconds_of_rule = json.loads((root / FILE).read_text(encoding="utf-8"))
+        return {str(rule): float(seconds) for rule, seconds in seconds_of_rule.items()}
     except (OSError, ValueError, TypeError, AttributeError):
         return {}
 
@@ -30,21 +30,21 @@ def keep_durations(root: Path, progress: Progress) -> None:
         write_text(root / FILE, text + "\n")
 
 
-def seconds_left(known: dict[str, float], progress: Progress, cores: int) -> float | None:
+def seconds_left(earlier_means: dict[str, float], progress: Progress, cores: int) -> float | None:
     """Time until the planned jobs are done, s; None where the duration of a rule is not known.
 
-    `known`: of earlier runs; that of jobs of this run comes first.
+    `earlier_means`: of earlier runs; that of jobs of this run comes first.
     """
-    means = known | _means(progress)
+    means = earlier_means | _means(progress)
     ended = [*progress.made, *progress.skipped, *progress.failed.values()]
-    left = Counter(progress.planned) - Counter(job.rule for job in ended)
-    if not left or not left.keys() <= means.keys():
+    jobs_left = Counter(progress.planned) - Counter(job.rule for job in ended)
+    if not jobs_left or not jobs_left.keys() <= means.keys():
         return None
-    now, rest = time.monotonic(), sum(means[rule] * count for rule, count in left.items())
+    now, left_s = time.monotonic(), sum(means[rule] * count for rule, count in jobs_left.items())
     for number, began in progress.began.items():
-        rest -= min(now - began, means[progress.jobs[number].rule])
-    return rest / min(cores, left.total())
+        left_s -= min(now - began, means[progress.jobs[number].rule])
+    return left_s / min(cores, jobs_left.total())
 
 
 def _means(progress: Progress) -> dict[str, float]:
-    return {rule: sum(each) / len(each) for rule, each in progress.seconds.items()}
+    return {rule: sum(durations) / len(durations) for rule, durations in progress.seconds.items()}

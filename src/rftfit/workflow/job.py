@@ -68,14 +68,16 @@ def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads:
     digests = _checked_inputs(results.root, inputs)
     module, _, name = stage.run.partition(":")
     function = getattr(import_module(module), name)
-    given: dict[str, Any] = {"threads": threads, "states": states}
-    own = {word: given[word] for word in given if word in function.__annotations__}
-    made = function(results.only(inputs), *([word] if word else []), **own)
+    arguments: dict[str, Any] = {"threads": threads, "states": states}
+    function_arguments = {
+        word: arguments[word] for word in arguments if word in function.__annotations__
+    }
+    output = function(results.only(inputs), *([word] if word else []), **function_arguments)
     # code that was imported meanwhile, or a log that was read, may be another by now
     source_digests.cache_clear()
     plugin_digest.cache_clear()
     _check_state(results.root / planned, States(states.campaign).of(rule, key))
-    written = write_all(results, writes, made)
+    written = write_all(results, writes, output)
     Record(rule, key, state, digests, digests_of_files(results.root, written)).save(results.root)
 
 
@@ -105,14 +107,14 @@ def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
     return digests
 
 
-def write_all(results: Results, writes: Sequence[str], made: Any) -> list[str]:
+def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]:
     """Write what a job made. Returns the paths from the campaign's folder."""
     if writes[0].endswith(".png"):
         about = (
             "Made from re-enacted logs, not from recordings." if results.campaign.reenacted else ""
         )
-        return save_pages(made, results.root, writes[0].removesuffix(".png"), about)
-    contents = made if isinstance(made, tuple) else (made,)
+        return save_pages(output, results.root, writes[0].removesuffix(".png"), about)
+    contents = output if isinstance(output, tuple) else (output,)
     for path, content in zip(writes, contents, strict=True):
         target = results.root / path
         if isinstance(content, bytes):

@@ -12,11 +12,12 @@ from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import errors_of
-from rftfit.measure.fits import fit_medium, leg_curves
+from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
-from rftfit.measure.ledger import check, join
-from rftfit.measure.pairs import same_table
+from rftfit.measure.ledger import check_ledger, join
+from rftfit.measure.leg_curves import leg_curves
+from rftfit.measure.read import same_table
 from rftfit.measure.session_clocks import align_medium
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
@@ -83,8 +84,8 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
-        how = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
-        return alpha_table(counted_once(fits, copies)[0], medium, *how)
+        settings = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
+        return alpha_table(counted_once(fits, copies)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
     causes, axes = compare_all_runs(counted_once(fits, copies)[0], medium, sheet, angle_deg)
@@ -126,7 +127,7 @@ def measure_logs(results: Results, medium: str) -> None:
             results.hold(name.format(medium), table)
 
 
-def check_logs(campaign: Campaign) -> pd.DataFrame:
+def measure_and_check(campaign: Campaign) -> pd.DataFrame:
     """Measure all logs of a campaign and check what comes out; nothing is written."""
     results = Results(campaign)
     verdicts = []
@@ -159,5 +160,5 @@ def ledger(results: Results) -> pd.DataFrame:
         parts.append(results.table("ledger/robot.csv"))
     book = join([*parts, account_unassigned_air_runs(campaign).table()])
     one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
-    check(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
+    check_ledger(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
     return book

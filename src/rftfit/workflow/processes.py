@@ -58,8 +58,8 @@ def _is_of_here(handle: int, folder: Path) -> bool:
         newest = os.fstat(handle).st_mtime_ns
     except OSError:
         return False
-    here = _computer()
-    return bool(locks) and max(locks) <= newest and bool(here) and noted == here
+    computer = _computer()
+    return bool(locks) and max(locks) <= newest and bool(computer) and noted == computer
 
 
 def _computer() -> str:
@@ -91,13 +91,13 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     The name is taken out of the environment, so that processes started from here do not watch it.
     Returns whether anything is watched: only on POSIX systems, and where the environment asks for it.
     """
-    named = os.environ.pop(VARIABLE, "")
-    if os.name != "posix" or not named.isdecimal():
+    process_id = os.environ.pop(VARIABLE, "")
+    if os.name != "posix" or not process_id.isdecimal():
         return False
     import psutil
 
     end = end or end_now
-    parent, starter = os.getppid(), int(named)
+    parent, starter = os.getppid(), int(process_id)
     # where another program stands between, that one is watched
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
         end()

@@ -50,8 +50,9 @@ def present_provenance(states: States) -> Provenance:
         logs | {name: digest for name, digest in states.robot_files.items() if digest},
         {run.run_id: cells(run) for run in runs},
         campaign.config.model_dump(mode="json"),
-        source_digests() | {one.module: plugin_digest(one.module) for one in states.dialects},
-        versions() | {one.package: one.version for one in states.dialects},
+        source_digests()
+        | {origin.module: plugin_digest(origin.module) for origin in states.dialects},
+        versions() | {origin.package: origin.version for origin in states.dialects},
     )
 
 
@@ -60,8 +61,8 @@ def commit() -> str:
     words = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=12"]
     words += ["--dirty=+", "--exclude=*"]
     with suppress(OSError, subprocess.SubprocessError):
-        how: Any = {"stderr": subprocess.DEVNULL, "text": True, "timeout": 10}
-        return str(subprocess.check_output(words, **how)).strip()
+        options: Any = {"stderr": subprocess.DEVNULL, "text": True, "timeout": 10}
+        return str(subprocess.check_output(words, **options)).strip()
     return ""
 
 
@@ -70,7 +71,9 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     recorded, state = Recorded(states), present_provenance(states)
     made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in made_from}
-    if changed := dict.fromkeys(one.what for name in records for one in recorded.findings(name)):
+    if changed := dict.fromkeys(
+        finding.what for name in records for finding in recorded.findings(name)
+    ):
         raise RftfitError(
             f"while the workflow ran, these changed: {', '.join(changed)}. What the results were made "
             "from cannot be told; run again: what depends on them is made again"
@@ -138,42 +141,42 @@ class Change:
 
 def changes_between(was: Provenance, now: Provenance) -> list[Change]:
     """List what is different between two states, each log, cell, value and module by itself."""
-    found = [
+    changes = [
         Change(sort, name, _short(old), _short(new))
         for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules))
         for name, old, new in _different(before, after, "")
     ]
     for name, old, new in _different(was.rows, now.rows, None):
         if old is None or new is None:
-            there = ("not there", "there") if old is None else ("there", "not there")
-            found.append(Change("run", name, *there))
+            presence = ("not there", "there") if old is None else ("there", "not there")
+            changes.append(Change("run", name, *presence))
         elif cells_of := _different(old, new, ""):
             before = ", ".join(f"{column} '{cell}'" for column, cell, _ in cells_of)
             after = ", ".join(f"{column} '{cell}'" for column, _, cell in cells_of)
-            found.append(Change("run", name, before, after))
-    found += _leaves("", was.settings, now.settings)
+            changes.append(Change("run", name, before, after))
+    changes += _leaves("", was.settings, now.settings)
     versions = _different(was.versions, now.versions, "not there")
-    return found + [Change("version", name, old, new) for name, old, new in versions]
+    return changes + [Change("version", name, old, new) for name, old, new in versions]
 
 
 _FEWEST = 4
 """So many changes of names that begin alike are one line."""
 
 
-def lines_of(changes: Sequence[Change]) -> list[str]:
+def format_changes(changes: Sequence[Change]) -> list[str]:
     """Changes for people, a line each; many of one sort whose names begin alike are one line."""
 
-    def alike(one: Change) -> tuple[str, ...]:
-        folder, slash, name = one.name.rpartition("/")
+    def group_of(change: Change) -> tuple[str, ...]:
+        folder, slash, name = change.name.rpartition("/")
         head, mark, _ = name.partition("_")
         # each log has a digest of its own
-        pair = ["there" if word.startswith("sha256") else word for word in (one.was, one.now)]
+        pair = ["there" if word.startswith("sha256") else word for word in (change.was, change.now)]
         pair[1] = "another" if pair[0] == pair[1] else pair[1]
-        return one.sort, f"{folder}{slash}{head}{mark}*" if mark else one.name, *pair
+        return change.sort, f"{folder}{slash}{head}{mark}*" if mark else change.name, *pair
 
     groups: dict[tuple[str, ...], list[Change]] = {}
-    for one in changes:
-        groups.setdefault(alike(one), []).append(one)
+    for change in changes:
+        groups.setdefault(group_of(change), []).append(change)
     lines: list[str] = []
     for (sort, name, was, now), group in groups.items():
         many = Change(sort, f"{name} ({len(group)} of them)", was, now)
@@ -204,5 +207,7 @@ def _leaves(path: str, was: Any, now: Any) -> list[Change]:
         ]
     if was == now:
         return []
-    values = (f"a section of {len(one)}" if isinstance(one, dict) else one for one in (was, now))
-    return [Change("setting", path, *("none" if one is None else str(one) for one in values))]
+    values = (
+        f"a section of {len(value)}" if isinstance(value, dict) else value for value in (was, now)
+    )
+    return [Change("setting", path, *("none" if value is None else str(value) for value in values))]

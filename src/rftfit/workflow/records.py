@@ -53,8 +53,8 @@ def read_record(path: Path) -> Record | None:
     try:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
         words = [record.rule, record.key]
-        for part in (record.state, record.reads, record.writes):
-            words += [*part, *part.values()]
+        for digests in (record.state, record.reads, record.writes):
+            words += [*digests, *digests.values()]
     except (OSError, ValueError, TypeError, AttributeError):
         return None
     return record if all(isinstance(word, str) for word in words) else None
@@ -91,7 +91,10 @@ def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> b
 def maker_of(root: Path, path: str) -> Record | None:
     """Find the record of the job that wrote a result: the stem of the file is the job's key, where it has one."""
     folder, stem = root / RECORDS, path.rpartition("/")[2].rpartition(".")[0]
-    for place in (*(one / f"{stem}.json" for one in folder.glob("*/")), *folder.glob("*.json")):
+    for place in (
+        *(rule_folder / f"{stem}.json" for rule_folder in folder.glob("*/")),
+        *folder.glob("*.json"),
+    ):
         record = read_record(place)
         if record is not None and path in record.writes:
             return record
@@ -99,7 +102,7 @@ def maker_of(root: Path, path: str) -> Record | None:
 
 
 @dataclass(frozen=True)
-class Finding:
+class OutdatedResult:
     """One thing about a job that is not as recorded.
 
     `job`: Its name. `sort`: ``new``, ``edited`` or ``missing`` (a result), ``input`` (a result it
@@ -155,19 +158,19 @@ class Recorded:
     @cached_property
     def maker(self) -> dict[str, Record]:
         """The record of the job that wrote each result."""
-        return {path: one for one in self.all.values() if one for path in one.writes}
+        return {path: record for record in self.all.values() if record for path in record.writes}
 
     def results(self, ending: Record | None = None) -> dict[str, Record]:
         """Records of the jobs that a job is made from, itself included, by name; default: the last job."""
         last = ending or self.all.get(LAST)
-        found: dict[str, Record] = {}
+        records: dict[str, Record] = {}
         waiting = [last] if last else []
         while waiting:
             record = waiting.pop()
-            if record.name not in found:
-                found[record.name] = record
+            if record.name not in records:
+                records[record.name] = record
                 waiting += [self.maker[path] for path in record.reads if path in self.maker]
-        return found
+        return records
 
     def digests(self, paths: Iterable[str]) -> dict[str, str]:
         """SHA-256 of results as they are now; empty for one that is not there."""
@@ -176,45 +179,49 @@ class Recorded:
         self._digests |= digests_of_files(self.root, new)
         return {path: self._digests[path] for path in paths}
 
-    def findings(self, name: str) -> list[Finding]:
+    def findings(self, name: str) -> list[OutdatedResult]:
         """What is not as recorded about a job; empty where its results are up to date."""
         record = self.all.get(name)
         if record is None:
-            return [Finding(name, "new")]
+            return [OutdatedResult(name, "new")]
         now = self.digests([*record.writes, *record.reads])
         state = self.states.of(record.rule, record.key)
-        found = [
-            Finding(name, "edited" if now[path] else "missing", path, digest)
+        findings = [
+            OutdatedResult(name, "edited" if now[path] else "missing", path, digest)
             for path, digest in record.writes.items()
             if now[path] != digest
         ]
-        found += [
-            Finding(name, "changed", what, was)
+        findings += [
+            OutdatedResult(name, "changed", what, was)
             for what in dict.fromkeys([*record.state, *state])
             if (was := record.state.get(what, "")) != state.get(what, "")
         ]
-        found += [
-            Finding(name, "input", path, digest)
+        findings += [
+            OutdatedResult(name, "input", path, digest)
             for path, digest in record.reads.items()
             if now[path] != digest or path not in self.maker
         ]
-        return found
+        return findings
 
-    def findings_of(self, targets: Sequence[str] = ()) -> list[Finding]:
+    def findings_of(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
         """What is not as recorded of the jobs that some results are made by, or all; empty: nothing is to do."""
         ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
         needed = {name for end in ends if end for name in self.results(end)}
         # which jobs a result needs that has no record, nobody knows: perhaps all, and one that lost its record
-        maybe = [name for name, one in self.all.items() if one is None or None in ends]
+        maybe = [name for name, record in self.all.items() if record is None or None in ends]
         needed.update(name for name in maybe if not self.states.on_demand(name))
-        found = [one for name in self.all if name in needed for one in self.findings(name)]
-        return found or [Finding(LAST, "new")] * (None in ends)
+        findings = [
+            finding for name in self.all if name in needed for finding in self.findings(name)
+        ]
+        return findings or [OutdatedResult(LAST, "new")] * (None in ends)
 
-    def others(self) -> list[str]:
+    def list_foreign_files(self) -> list[str]:
         """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
-        found = (self.root / FOLDER).rglob("[!.]*")
-        names = (path.relative_to(self.root).as_posix() for path in found if path.is_file())
-        return sorted(one for one in names if one not in self.maker and not one.startswith(_KEPT))
+        paths = (self.root / FOLDER).rglob("[!.]*")
+        names = (path.relative_to(self.root).as_posix() for path in paths if path.is_file())
+        return sorted(
+            name for name in names if name not in self.maker and not name.startswith(_KEPT)
+        )
 
     @cached_property
     def outdated(self) -> set[str]:
@@ -234,12 +241,12 @@ class Recorded:
         """Whether a result is there and all that it is made from is as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated
 
-    def make_outdated(self, findings: Iterable[Finding]) -> None:
+    def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
         """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
 
         Their state files go, to be written anew, and their results get a time before all others.
         """
-        for name in {one.job for one in findings}:
+        for name in {finding.job for finding in findings}:
             (self.root / STATES / f"{name}.json").unlink(missing_ok=True)
             record = self.all.get(name)
             for path in record.writes if record else ():

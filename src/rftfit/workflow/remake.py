@@ -81,18 +81,18 @@ def remake(
         config = _copy_settings(recorded.states, root)
         workflow = Workflow(config, cores=cores, on_job=on_job)
         workflow.run()
-        again = workflow.recorded
+        recorded_again = workflow.recorded
         same: list[str] = []
         unlike: list[Unlike] = []
         not_made: list[str] = []
-        for path in _in_order([*recorded.all.values(), *again.all.values()]):
-            here, there = recorded.root / path, root / path
-            if path not in again.maker:
+        for path in _in_order([*recorded.all.values(), *recorded_again.all.values()]):
+            original, remade = recorded.root / path, root / path
+            if path not in recorded_again.maker:
                 not_made.append(path)
-            elif recorded.digests([path]) == again.digests([path]):
+            elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike.append(Unlike(path, _difference(here, there)))
+                unlike.append(Unlike(path, _difference(original, remade)))
     return Remade(tuple(same), tuple(unlike), tuple(not_made))
 
 
@@ -104,8 +104,8 @@ def _copy_settings(states: States, root: Path) -> Path:
     settings = [path for path in config.parent.rglob("*") if path.is_file()]
     if config.parent == campaign.root:
         settings = [path for path in config.parent.iterdir() if path.is_file()]
-    named = [campaign.sheet, *(campaign.root / name for name in states.robot_files)]
-    for path in dict.fromkeys([*settings, *named]):
+    named_paths = [campaign.sheet, *(campaign.root / name for name in states.robot_files)]
+    for path in dict.fromkeys([*settings, *named_paths]):
         name = path.relative_to(campaign.root)
         if not name.is_relative_to(raw) and not name.is_relative_to(FOLDER):
             (root / name).parent.mkdir(parents=True, exist_ok=True)
@@ -123,16 +123,18 @@ def _in_order(records: Sequence[Record | None]) -> list[str]:
 # --- Where two files differ.
 
 
-def _difference(here: Path, again: Path) -> str:
+def _difference(original: Path, remade: Path) -> str:
     """Say where a file differs from the one that was made again, and by how much."""
-    if not here.is_file():
+    if not original.is_file():
         return "not there"
     try:
-        if here.suffix in (".csv", ".parquet"):
-            return _difference_of_tables(_cells(here), _cells(again)) or _of_bytes(here, again)
+        if original.suffix in (".csv", ".parquet"):
+            return _difference_of_tables(_cells(original), _cells(remade)) or _of_bytes(
+                original, remade
+            )
     except RftfitError as error:
-        return f"damaged: {error}".replace(f"{here}: ", "")
-    return _of_bytes(here, again)
+        return f"damaged: {error}".replace(f"{original}: ", "")
+    return _of_bytes(original, remade)
 
 
 def _cells(path: Path) -> TextRows:
@@ -147,29 +149,29 @@ def _cells(path: Path) -> TextRows:
     return [*csv.reader(io.StringIO(text, newline=""))]
 
 
-def _difference_of_tables(here: TextRows, again: TextRows) -> str:
+def _difference_of_tables(original: TextRows, remade: TextRows) -> str:
     """Say which cell of a table differs first and by how much; empty where all cells are equal."""
-    names = again[0] if again else []
-    if here[:1] != again[:1]:
-        others = sorted(set(names).symmetric_difference(here[0] if here else []))
-        return f"other columns: {', '.join(others) or 'in another order'}"
-    cells = list(_unequal_cells(here, again))
-    count = f"{len(here) - 1} rows, {len(again) - 1} made again"
+    names = remade[0] if remade else []
+    if original[:1] != remade[:1]:
+        unshared_columns = sorted(set(names).symmetric_difference(original[0] if original else []))
+        return f"other columns: {', '.join(unshared_columns) or 'in another order'}"
+    cells = list(_unequal_cells(original, remade))
+    count = f"{len(original) - 1} rows, {len(remade) - 1} made again"
     if not cells:
-        return count if len(here) != len(again) else ""
+        return count if len(original) != len(remade) else ""
     line, column, was, now = cells[0]
     size = _size(was, now)
     largest = max((_relative(was, now) for _, _, was, now in cells), default=math.nan)
-    more = f"; {len(cells)} cells differ" if len(cells) > 1 else ""
+    cells_text = f"; {len(cells)} cells differ" if len(cells) > 1 else ""
     if len(cells) > 1 and math.isfinite(largest):
-        more += f", by {100 * largest:.2g} % at most"
-    rows = f"; {count}" if len(here) != len(again) else ""
-    return f"line {line}, {names[column]}: {was!r}, made again {now!r}{size}{more}{rows}"
+        cells_text += f", by {100 * largest:.2g} % at most"
+    rows_text = f"; {count}" if len(original) != len(remade) else ""
+    return f"line {line}, {names[column]}: {was!r}, made again {now!r}{size}{cells_text}{rows_text}"
 
 
-def _unequal_cells(here: TextRows, again: TextRows) -> Iterator[tuple[int, int, str, str]]:
+def _unequal_cells(original: TextRows, remade: TextRows) -> Iterator[tuple[int, int, str, str]]:
     """Line, column, text and text made again of each cell that differs, in rows that both tables have."""
-    for line, (row, row_again) in enumerate(zip(here, again, strict=False), 1):
+    for line, (row, row_again) in enumerate(zip(original, remade, strict=False), 1):
         if row != row_again:
             for column, (was, now) in enumerate(zip(row, row_again, strict=False)):
                 if was != now:
@@ -189,8 +191,8 @@ def _size(was: str, now: str) -> str:
     return f" ({100 * change:.2g} %)" if math.isfinite(change) else ""
 
 
-def _of_bytes(here: Path, again: Path) -> str:
-    was, now = here.read_bytes(), again.read_bytes()
+def _of_bytes(original: Path, remade: Path) -> str:
+    was, now = original.read_bytes(), remade.read_bytes()
     first = next(
         (place for place, pair in enumerate(zip(was, now, strict=False)) if pair[0] != pair[1]),
         min(len(was), len(now)),
@@ -199,5 +201,5 @@ def _of_bytes(here: Path, again: Path) -> str:
         return (
             f"{len(was)} bytes, made again {len(now)}; the first that differs is byte {first + 1}"
         )
-    differ = sum(one != other for one, other in zip(was, now, strict=True))
+    differ = sum(old != new for old, new in zip(was, now, strict=True))
     return f"{differ} of {len(now)} bytes differ, the first is byte {first + 1}"

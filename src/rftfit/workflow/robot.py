@@ -66,19 +66,22 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     folder = (campaign.raw / (section.runs or "")).parent
     rows, book, strides = [], [], list[tuple[object, ...]]()
     flags: list[Remark] = []
-    for trial in sorted(listed, key=lambda one: one.run_id):
+    for trial in sorted(listed, key=lambda trial: trial.run_id):
         row, counts, velocity, flags_of_trial = trial_row(trial, folder, tripods)
         rows.append(row)
         flags += flags_of_trial
         head = trial.run_id, trial.curvature_times_R, row["frequency_Hz"]
         if velocity and not campaign.reenacted and sweep.is_of_motion(*head[1:]):
             strides += [
-                (*head, at / tracks.STRIDE_SAMPLES, speed) for at, speed in enumerate(velocity)
+                (*head, sample / tracks.STRIDE_SAMPLES, speed)
+                for sample, speed in enumerate(velocity)
             ]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         book += [
             (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
-            for (fate, why), count in sorted(counts.items(), key=lambda one: [*map(str, one[0])])
+            for (fate, why), count in sorted(
+                counts.items(), key=lambda fate_count: [*map(str, fate_count[0])]
+            )
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
     published = campaign.config.media[section.medium].published_as
@@ -88,8 +91,8 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         speeds = published_speeds(section.medium, calibrated)
         # the figure is of one robot on one medium; how runs are stepped does not matter
         paper = paper_robot()
-        alike = (robot.body, robot.legs) == (paper.body, paper.legs)
-        speeds = speeds if published == "poppy_LP" and alike else speeds.iloc[:0]
+        is_paper_robot = (robot.body, robot.legs) == (paper.body, paper.legs)
+        speeds = speeds if published == "poppy_LP" and is_paper_robot else speeds.iloc[:0]
     book_of = pd.DataFrame(book, columns=LEDGER_COLUMNS)
     flags_of = flag_table(section.medium, "robot_measured", flags)
     return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of, flags_of
@@ -103,11 +106,13 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
     _, robot = robot_of(results.campaign)
     measured, widths = (results.table(f"robot/{name}.csv") for name in ("measured", "intervals"))
     runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
-    whole = pd.concat([one for one in runs.values() if len(one)], ignore_index=True)
+    whole = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
     marked = measured[measured["calibrated"] == "yes"]
-    places = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
-    here = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
-    whole["calibrated"] = ["yes" if place in places else "no" for place in here]
+    marked_conditions = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
+    conditions = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
+    whole["calibrated"] = [
+        "yes" if condition in marked_conditions else "no" for condition in conditions
+    ]
     best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
     best = optima(whole, best_at, results.config.fit.confidence, widths)
     means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
@@ -149,8 +154,8 @@ def _runs(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFr
     conditions = sweep.conditions_of(results.table("robot/measured.csv"), full=full)
     if name not in profiles_of(results):
         conditions = []
-    found = sweep.run_all(robot, robot_profile(results, name), conditions, threads)
-    table = sweep.speed_table(found)
+    profile_runs = sweep.run_all(robot, robot_profile(results, name), conditions, threads)
+    table = sweep.speed_table(profile_runs)
     table.insert(0, "profile", name)
     table.insert(1, "medium", section.medium)
     return table
@@ -177,14 +182,18 @@ def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     """Half widths of speeds and best curvature, from runs of the robot on draws of alpha."""
     section, robot = robot_of(results.campaign)
     names = [name for name in profiles_of(results) if name in INTERVAL_PROFILES]
-    every = {name: results[section.medium].profile(name) for name in names}
+    all_profiles = {name: results[section.medium].profile(name) for name in names}
     # without a nine-term fit there is no generic profile
-    profiles = {name: one for name, one in every.items() if isinstance(one.spread, Profile)}
+    profiles = {
+        name: profile
+        for name, profile in all_profiles.items()
+        if isinstance(profile.spread, Profile)
+    }
     measured = results.table("robot/measured.csv")
     level, arc = results.config.fit.confidence, results.config.errors.arc_percent
-    found = widths(robot, profiles, measured, level, threads, arc)
-    found.insert(0, "medium", section.medium)
-    return found[WIDTH_COLUMNS]
+    half_widths = widths(robot, profiles, measured, level, threads, arc)
+    half_widths.insert(0, "medium", section.medium)
+    return half_widths[WIDTH_COLUMNS]
 
 
 def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:

@@ -13,13 +13,13 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
-from rftfit.campaign.problems import listed
+from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
-from rftfit.measure.pairs import readers
+from rftfit.measure.read import readers
 from rftfit.store.links import RESULTS, put_results_at, refuse_links_out, results_elsewhere
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
-from rftfit.workflow.records import Finding, Recorded
+from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
@@ -125,14 +125,14 @@ class Workflow:
 
     def _refuse_what_is_left(self) -> None:
         """Refuse to call a run done that left something out of date, whatever the times of files said."""
-        known = {*self.recorded.maker, *self.recorded.all}
-        if self.snakefile or self.words or not known.issuperset(self.targets):
+        known_targets = {*self.recorded.maker, *self.recorded.all}
+        if self.snakefile or self.words or not known_targets.issuperset(self.targets):
             return
-        left = list(
+        jobs_left = list(
             dict.fromkeys(finding.job for finding in self.recorded.findings_of(self.targets))
         )
-        if left:
-            names = listed([name.replace("/", " ") for name in left], _MOST)
+        if jobs_left:
+            names = join_words([name.replace("/", " ") for name in jobs_left], _MOST)
             raise WorkflowError(
                 f"still out of date after this run: {names}. Snakemake goes by the times of files, and those of this disk "
                 "or clock are not in order: delete the folder results, then run again"
@@ -157,9 +157,9 @@ class Workflow:
 
     def unlock(self) -> None:
         """Clear the lock that a killed run has left."""
-        if others := working_in(self.root):
+        if process_ids := working_in(self.root):
             raise WorkflowError(
-                f"a workflow is running in {self.root} (process {', '.join(map(str, others))}), so its "
+                f"a workflow is running in {self.root} (process {', '.join(map(str, process_ids))}), so its "
                 "lock stays; wait for it, or end it first"
             )
         lines: list[str] = []
@@ -192,12 +192,12 @@ class Workflow:
 
         try:
             # a dry run has no jobs; those of a cluster or of another workflow are not forked from here
-            here = log is not None and self.cluster is None and self.snakefile is None
-            if here and sys.platform == "linux":
+            forks_jobs = log is not None and self.cluster is None and self.snakefile is None
+            if forks_jobs and sys.platform == "linux":
                 command = [*command, "--executor", "rftfit"]
             with TemporaryFile(buffering=0) as file:
-                given = {HANDED: hand_over(self.states, self.warnings, file)}
-                status = listen(command, log, on_line, **given)
+                environment = {HANDED: hand_over(self.states, self.warnings, file)}
+                status = listen(command, log, on_line, **environment)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
@@ -207,8 +207,8 @@ class Workflow:
         if progress.locked:
             raise WorkflowError(self._lock_text())
         if status:
-            named = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
-            text = failure_text(progress, self.root, named, status)
+            log_name = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
+            text = failure_text(progress, self.root, log_name, status)
             kind = OutputError if nothing_written(progress, self.root) else WorkflowError
             raise JobsFailedError(text, self.report(progress), kind.exit_code)
         return progress
@@ -219,8 +219,10 @@ class Workflow:
 
     def report(self, progress: Progress) -> RunReport:
         """Summary of a run that has ended."""
-        made, skipped = ([str(job) for job in jobs] for jobs in (progress.made, progress.skipped))
-        return RunReport(made, skipped, failures(progress, self.root), self.reasons)
+        jobs_made, jobs_skipped = (
+            [str(job) for job in jobs] for jobs in (progress.made, progress.skipped)
+        )
+        return RunReport(jobs_made, jobs_skipped, failures(progress, self.root), self.reasons)
 
     def _clear_stale_lock(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""
@@ -231,9 +233,9 @@ class Workflow:
                 )
 
     def _lock_text(self) -> str:
-        if others := working_in(self.root):
+        if process_ids := working_in(self.root):
             return (
-                f"another workflow is running in {self.root} (process {', '.join(map(str, others))}): "
+                f"another workflow is running in {self.root} (process {', '.join(map(str, process_ids))}): "
                 "two at once would write the same files. Wait for it; nothing was run."
             )
         return (
@@ -243,19 +245,19 @@ class Workflow:
         )
 
 
-def changes(findings: Sequence[Finding]) -> list[str]:
+def changes(findings: Sequence[OutdatedResult]) -> list[str]:
     """Say what is made again and why: edits and damage by name, changes by what has changed."""
     lines = []
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
-            lines.append(f"{what}, made again: {listed(names, _MOST)}")
+            lines.append(f"{what}, made again: {join_words(names, _MOST)}")
     reasons: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
             reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     since = "changed since the results were made"
-    return lines + [f"{what} {since}: {listed(of, _MOST)}" for what, of in reasons.items()]
+    return lines + [f"{what} {since}: {join_words(of, _MOST)}" for what, of in reasons.items()]
 
 
 def _refuse_packages(root: Path) -> None:
@@ -281,15 +283,17 @@ def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
 
 def find_profile(name: str, snakefile: Path) -> Path:
     """Find the folder of a profile by its name beside the Snakefile, or by its path."""
-    own = snakefile.resolve().parent / "profiles"
-    known = sorted({path.parent.name for path in own.glob(f"*/{_FILE}")} - {*_NOT_CLUSTERS})
-    if name in known:
-        return own / name
+    profiles_folder = snakefile.resolve().parent / "profiles"
+    cluster_names = sorted(
+        {path.parent.name for path in profiles_folder.glob(f"*/{_FILE}")} - {*_NOT_CLUSTERS}
+    )
+    if name in cluster_names:
+        return profiles_folder / name
     folder = Path(name).resolve()
     if (folder / _FILE).is_file():
         return folder
     raise InputError(
-        f"--cluster: found {name!r}; allowed: {', '.join(known)}, or a folder with a profile of "
+        f"--cluster: found {name!r}; allowed: {', '.join(cluster_names)}, or a folder with a profile of "
         f"your own ({_FILE})"
     )
 
@@ -311,9 +315,9 @@ def _check_installed(executor: str, folder: Path) -> None:
     if executor in ("local", "dryrun", "touch"):
         return
     # Snakemake does not quote it for the shell of a job
-    if found := re.search(r"[^\w@%+=:,./-]", sys.executable):
+    if unsafe_match := re.search(r"[^\w@%+=:,./-]", sys.executable):
         raise InputError(
-            f"{sys.executable}: a cluster's jobs cannot start a Python whose path has a {found[0]!r}: make "
+            f"{sys.executable}: a cluster's jobs cannot start a Python whose path has a {unsafe_match[0]!r}: make "
             "the environment in a folder with letters, digits, - and _ alone in its path"
         )
     plugin = f"snakemake-executor-plugin-{executor}"

@@ -122,8 +122,8 @@ class Progress:
                 self.failed[number] = job
                 self.began.pop(number, None)
             case "error":
-                if found := _STATUS.search(text):
-                    self._ends.append((text, found[1] or found[2]))
+                if status_match := _STATUS.search(text):
+                    self._ends.append((text, status_match[1] or status_match[2]))
                 elif "LockException" in text or "cannot be locked" in text:
                     self.locked = True
                 elif _END not in text:
@@ -135,10 +135,10 @@ class Progress:
 
     def _status_of(self, job: Job) -> str:
         """Status that a failed job's command ended with; several may fail before one is named."""
-        own = [end for end in self._ends if f" rftfit {job.state} " in end[0]] or self._ends
-        if not own:
+        ends_of_job = [end for end in self._ends if f" rftfit {job.state} " in end[0]] or self._ends
+        if not ends_of_job:
             return ""
-        end = own[0]
+        end = ends_of_job[0]
         self._ends.remove(end)
         return end[1]
 
@@ -184,9 +184,11 @@ def nothing_written(progress: Progress, root: Path) -> bool:
 def _refusals(progress: Progress) -> list[str]:
     """Snakemake's own words for what it cannot write, in its folder or for a job that is to begin."""
     lines = [*progress.problem, *progress.plain]
-    own = [match[1] for line in lines if (match := _REFUSED.search(line))]
-    found = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
-    return own[:1] or [f"Snakemake cannot write: {one}; {_CURE}" for one in found[:1]]
+    refusals = [match[1] for line in lines if (match := _REFUSED.search(line))]
+    disk_errors = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
+    return refusals[:1] or [
+        f"Snakemake cannot write: {error}; {_CURE}" for error in disk_errors[:1]
+    ]
 
 
 def _logs_not_made(job: Job, root: Path) -> list[str]:
@@ -199,8 +201,8 @@ def _failed_by_own_log(progress: Progress, root: Path) -> list[Job]:
     jobs = list(progress.failed.values())
     silent = [job for job in jobs if job.grouped and not _message(job, progress, root)]
     if silent and len(silent) == len([job for job in jobs if job.grouped]):
-        one = Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status)
-        return [job for job in jobs if not job.grouped] + [one]
+        group_job = Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status)
+        return [job for job in jobs if not job.grouped] + [group_job]
     return [job for job in jobs if job not in silent]
 
 
@@ -216,8 +218,8 @@ def _message(job: Job, progress: Progress, root: Path) -> list[str]:
         if "Traceback (most recent call last):" in lines:
             end = "(an error that the program did not expect: its traceback is in the log)"
             return [lines[-1], end]
-    own = [line for line in progress.plain if line.startswith(f"rftfit {job}: ")]
-    return [_STAGE.sub(r"\1", line) for line in own[:1]]
+    lines_of_job = [line for line in progress.plain if line.startswith(f"rftfit {job}: ")]
+    return [_STAGE.sub(r"\1", line) for line in lines_of_job[:1]]
 
 
 def _logs(job: Job, root: Path) -> Iterator[list[str]]:
@@ -257,13 +259,13 @@ def find_snakefile() -> Path:
 
 
 def listen(
-    words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **more: str
+    words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **variables: str
 ) -> int:
     """Run ``python -P -m snakemake`` and hand on each line of its output.
 
     It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
     can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
-    `more`: Of its environment. Returns exit status.
+    `variables`: Of its environment. Returns exit status.
     """
     with contextlib.ExitStack() as stack:
         keep = None
@@ -276,7 +278,7 @@ def listen(
             subprocess.Popen(
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
-                env=_environment(**more),
+                env=_environment(**variables),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -301,24 +303,24 @@ def working_in(root: Path) -> list[int]:
     """Process ids of the Snakemakes that work in a folder, so far as can be told."""
     import psutil
 
-    found = []
+    process_ids = []
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
         is_snakemake = any(Path(word).name.startswith("snakemake") for word in words[:5])
         places = [process.info["cwd"]]
         places += [place for option, place in pairwise(words) if option in ("--directory", "-d")]
         if is_snakemake and any(place and Path(place) == root for place in places):
-            found.append(int(process.info["pid"]))
-    return sorted(found)
+            process_ids.append(int(process.info["pid"]))
+    return sorted(process_ids)
 
 
-def _environment(**more: str) -> dict[str, str]:
+def _environment(**variables: str) -> dict[str, str]:
     # jobs call `python`: it has to be this one, also where the environment was not activated
-    here = os.path.dirname(sys.executable)  # noqa: PTH120
-    path = os.pathsep.join(filter(None, [here, os.environ.get("PATH", "")]))
+    python_folder = os.path.dirname(sys.executable)  # noqa: PTH120
+    path = os.pathsep.join(filter(None, [python_folder, os.environ.get("PATH", "")]))
     # it ends when this process has ended, even where that could not say so
-    more |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
-    return child_environment(PATH=path, **more)
+    variables |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
+    return child_environment(PATH=path, **variables)
 
 
 @contextlib.contextmanager

@@ -24,7 +24,7 @@ class Stage:
 
     `run`: ``module:function``. It takes `Results` and the value of the rule's wildcard, where there is one,
         and returns the contents of the files that the rule writes, in their order.
-    `each`: Its wildcard: ``medium``, ``runs`` (of the robot, by profile), or none.
+    `wildcard`: Of the rule: ``medium``, ``runs`` (of the robot, by profile), or none.
     `room`: The highest room of the package whose code it uses (`rftfit.store.digests.ROOMS`).
     `settings`: Sections of the configuration; `ALL` for all.
     `rows`: Whether it reads the run sheet: the rows of its medium where it has one.
@@ -44,16 +44,16 @@ class Stage:
     robot: bool = False
     estimated: bool = False
     on_demand: bool = False
-    each: str = ""
+    wildcard: str = ""
 
 
 _NAMES = ("measure", "profiles", "validate", "robot")
 _MEASURE, _PROFILES, _VALIDATE, _ROBOT = (f"rftfit.workflow.{name}" for name in _NAMES)
 
 
-def _robot(name: str, *settings: str, **more: Any) -> Stage:
+def _robot(name: str, *settings: str, **fields: Any) -> Stage:
     sections = (*settings, "media", "robot")
-    return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **more)
+    return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **fields)
 
 
 STAGES = {
@@ -64,7 +64,7 @@ STAGES = {
         logs=OWN,
         settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock"),
         estimated=True,
-        each="medium",
+        wildcard="medium",
     ),
     "ingest": Stage(
         f"{_MEASURE}:ingest",
@@ -85,17 +85,21 @@ STAGES = {
             "intruders",
             "fit",
         ),
-        each="medium",
+        wildcard="medium",
     ),
     "tare": Stage(
-        f"{_MEASURE}:tare", "measure", ("fit", "force_log", "transducer"), rows=True, each="medium"
+        f"{_MEASURE}:tare",
+        "measure",
+        ("fit", "force_log", "transducer"),
+        rows=True,
+        wildcard="medium",
     ),
     "slopes": Stage(
         f"{_MEASURE}:slopes",
         "measure",
         rows=True,
         settings=("force_log", "transducer", "container", "intruders", "fit", "table", "media"),
-        each="medium",
+        wildcard="medium",
     ),
     "checks": Stage(
         f"{_MEASURE}:checks",
@@ -115,14 +119,14 @@ STAGES = {
             "table",
             "media",
         ),
-        each="medium",
+        wildcard="medium",
     ),
     "legs": Stage(
         f"{_MEASURE}:legs",
         "measure",
         ("force_log", "media", "transducer"),
         rows=True,
-        each="medium",
+        wildcard="medium",
     ),
     "ledger": Stage(
         f"{_MEASURE}:ledger",
@@ -133,7 +137,7 @@ STAGES = {
     ),
     "symmetry": Stage(f"{_PROFILES}:symmetry", "compare"),
     "maps": Stage(
-        f"{_PROFILES}:maps", "compare", ("fit", "fourier", "maps", "media"), each="medium"
+        f"{_PROFILES}:maps", "compare", ("fit", "fourier", "maps", "media"), wildcard="medium"
     ),
     "fourier": Stage(f"{_PROFILES}:fourier", "compare", ("fit", "fourier", "media")),
     "scaling": Stage(f"{_PROFILES}:scaling", "compare", ("fit", "fourier", "media")),
@@ -161,9 +165,9 @@ STAGES = {
     ),
     "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
     "robot_measured": _robot("robot_measured", "raw"),
-    "robot_runs": _robot("robot_runs", "fit", "fourier", "maps", each="runs"),
+    "robot_runs": _robot("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
     "robot_full_runs": _robot(
-        "robot_full_runs", "fit", "fourier", "maps", each="runs", on_demand=True
+        "robot_full_runs", "fit", "fourier", "maps", wildcard="runs", on_demand=True
     ),
     "robot_intervals": _robot("robot_intervals", "fit", "errors", "fourier", "maps"),
     "robot_speeds": _robot("robot_speeds", "fit"),

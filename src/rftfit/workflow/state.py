@@ -21,7 +21,7 @@ from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.sheet import Run
 from rftfit.figures.registry import Declared, figures
-from rftfit.logs.registry import Origin, origins
+from rftfit.logs.registry import DialectOrigin, origins
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
@@ -61,7 +61,7 @@ class States:
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
         self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
-        self._rows = cache(lambda name: digest_of(name, rows_of(campaign, name)))
+        self._rows = cache(lambda name: digest_of(name, sheet_cells(campaign, name)))
         self._logs: dict[str, str] = {}
 
     @cached_property
@@ -73,17 +73,19 @@ class States:
     def figures(self) -> dict[str, tuple[Declared, str]]:
         """Figures by their path below ``results/``, each with its medium, where it has one."""
         return {
-            one.file(medium): (one, medium)
-            for one in figures()
-            for medium in one.media(self.campaign)
+            figure.file(medium): (figure, medium)
+            for figure in figures()
+            for medium in figure.media(self.campaign)
         }
 
     def stage(self, rule: str, key: str) -> tuple[Stage, str]:
         """What a job calls, and with which word: its medium, most often."""
         if rule in FIGURE_RULES:
-            one, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
-            logs = OWN if one.logs else ""
-            stage = Stage(one.run, "figures", one.settings, logs=logs, on_demand=one.on_demand)
+            figure, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
+            logs = OWN if figure.logs else ""
+            stage = Stage(
+                figure.run, "figures", figure.settings, logs=logs, on_demand=figure.on_demand
+            )
             return stage, medium
         return STAGES[rule], key
 
@@ -96,9 +98,9 @@ class States:
             return False
         if stage.estimated and self.campaign.config.clock.method != "estimate":
             return False
-        if stage.each == "runs":
+        if stage.wildcard == "runs":
             return key.removeprefix("runs_") in PROFILES
-        return key in (self.campaign.media_with_runs if stage.each else ("",))
+        return key in (self.campaign.media_with_runs if stage.wildcard else ("",))
 
     def on_demand(self, name: str) -> bool:
         """Whether a job is one of ``rftfit sweep``, not of ``rftfit run``."""
@@ -119,7 +121,7 @@ class States:
         if stage.rows:
             state["rows"] = self._rows(medium)
         if stage.order:
-            state["order"] = digest_of(order_of(self.campaign, medium))
+            state["order"] = digest_of(plate_run_order(self.campaign, medium))
         if stage.logs:
             logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
             state["logs"] = digest_of(sorted(logs.items()))
@@ -148,17 +150,21 @@ class States:
         code = code_digest(stage.room, f"{'/'.join(module)}.py")
         if not stage.logs or not self.dialects:
             return code
-        others = self.dialects
+        dialects = self.dialects
         return digest_of(
-            code, [f"{a.package} {a.version} {plugin_digest(a.module)}" for a in others]
+            code,
+            [
+                f"{dialect.package} {dialect.version} {plugin_digest(dialect.module)}"
+                for dialect in dialects
+            ],
         )
 
     @cached_property
-    def dialects(self) -> list[Origin]:
+    def dialects(self) -> list[DialectOrigin]:
         """Dialects of other packages that the logs are read with."""
         config = self.campaign.config
-        named = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
-        return [*origins(filter(None, named)).values()]
+        dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
+        return [*origins(filter(None, dialect_names)).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
         """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
@@ -203,8 +209,8 @@ def handed_over(config: Path | None = None) -> tuple[States, int] | None:
     with suppress(OSError):
         if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
             campaign, warnings = pickle.loads(data)
-            own = Path(campaign.root, next(iter(campaign.read_from)))
-            if campaign.is_as_read and (config is None or own.samefile(config)):
+            config_path = Path(campaign.root, next(iter(campaign.read_from)))
+            if campaign.is_as_read and (config is None or config_path.samefile(config)):
                 return States(campaign), warnings
     return None
 
@@ -242,7 +248,7 @@ def robot_files(campaign: Campaign) -> list[str]:
     return sorted({name.replace(os.sep, "/") for name in names})
 
 
-def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
+def sheet_cells(campaign: Campaign, medium: str) -> list[list[str]]:
     """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
     # whether they are recordings at all is told beside the whole
@@ -251,7 +257,7 @@ def rows_of(campaign: Campaign, medium: str) -> list[list[str]]:
     return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
 
 
-def order_of(campaign: Campaign, medium: str) -> list[str]:
+def plate_run_order(campaign: Campaign, medium: str) -> list[str]:
     """Plate runs of a medium in the order of the run sheet, which stands for the order in which they were made."""
     plates = (run for run in campaign.runs_of(medium) if run.kind == "plate")
     return [run.run_id for run in sorted(plates, key=lambda run: run.row)]

@@ -19,17 +19,17 @@ from rftfit.compare.published import (
     MEASURED,
     VERDICTS,
     Item,
-    about,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
     discrepancies,
     leg_claims,
+    name_sources,
 )
 from rftfit.compare.robot import robot_claims
-from rftfit.compare.sands import SAND_COLUMNS, corrections, penetration_rows
+from rftfit.compare.sands import SAND_COLUMNS, fit_corrections, penetration_rows
 from rftfit.measure.alpha import bed_spread
-from rftfit.measure.flags import Remark, say, with_reasons
+from rftfit.measure.flags import Remark, format_remarks, with_reasons
 from rftfit.model.model_error import larger_model_error
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
@@ -42,14 +42,20 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
-    each = [predicted_curves(medium, larger_model_error(error_by_legs)) for medium in media]
-    curves = [one for one, _ in each if len(one)]
-    peaks = {place: peak for _, own in each for place, peak in own.items()}
+    predictions = [predicted_curves(medium, larger_model_error(error_by_legs)) for medium in media]
+    curves = [table for table, _ in predictions if len(table)]
+    peaks = {
+        place: peak for _, peaks_of_medium in predictions for place, peak in peaks_of_medium.items()
+    }
     nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
     everything = pd.concat(curves, ignore_index=True) if curves else nothing
-    spread = {one.name: bed_spread(one.alpha) for one in media}
+    spread = {medium.name: bed_spread(medium.alpha) for medium in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {(one.name, *key): own for one in media for key, own in errors_of_peaks(one).items()}
+    behind = {
+        (medium.name, *key): errors
+        for medium in media
+        for key, errors in errors_of_peaks(medium).items()
+    }
     level = results.config.fit.confidence
     flags = {medium.name: medium.flags for medium in results}
     compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs, flags)
@@ -81,7 +87,7 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     tests = _with_note(tests, True, note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
-    tried = corrections(measured, curves[curves["profile"] == "generic"])
+    tried = fit_corrections(measured, curves[curves["profile"] == "generic"])
     return results.marked(tests), results.marked(tried)
 
 
@@ -90,7 +96,7 @@ def _with_note(
 ) -> pd.DataFrame:
     """Add a remark to those rows of a table that have a number."""
     silent = rows & table["reason_code"].isin(["", "no-tare"])
-    return with_reasons(table, (note * bool(one) for one in silent))
+    return with_reasons(table, (note * bool(is_silent) for is_silent in silent))
 
 
 def validate(results: Results) -> pd.DataFrame:
@@ -115,17 +121,21 @@ def validate(results: Results) -> pd.DataFrame:
     items += leg_claims(*legs, scaled)
     if results.campaign.robot_medium:
         names = ("errors", "optimum", "speed")
-        errors, *others = (results.table(f"robot/{name}.csv") for name in names)
+        errors, *sweep_tables = (results.table(f"robot/{name}.csv") for name in names)
         # a robot of which no speed is known is not the paper's
         if errors["measured_cm_per_s"].notna().any():
-            claims = robot_claims(errors, *others)
-            items += about([results.campaign.robot_medium], claims)
+            claims = robot_claims(errors, *sweep_tables)
+            items += name_sources([results.campaign.robot_medium], claims)
     if items:
         items += discrepancies()
     logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
-    items = [one._replace(evidence=logs) if one.evidence == FROM_LOGS else one for one in items]
+    items = [item._replace(evidence=logs) if item.evidence == FROM_LOGS else item for item in items]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
-    doubts = {medium: f"{medium} {say(marks)}" for medium, marks in results.marks.items()}
-    reasons = [[*(doubts[one] for one in doubts if one in item.media), item.why] for item in items]
+    doubts = {
+        medium: f"{medium} {format_remarks(marks)}" for medium, marks in results.marks.items()
+    }
+    reasons = [
+        [*(doubts[medium] for medium in doubts if medium in item.media), item.why] for item in items
+    ]
     table = pd.DataFrame(items, columns=Item._fields)[ITEM_COLUMNS]
     return table.assign(why=["; ".join(parts) for parts in reasons])

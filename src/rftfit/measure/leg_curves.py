@@ -1,0 +1,64 @@
+"""Curves of turning legs: tared force against theta, on a regular grid."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from rftfit.campaign.load import Campaign
+from rftfit.measure.fits import COMPONENTS
+from rftfit.measure.flags import MARKS, mark_columns, remark
+from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.ledger import USED, Ledger, RowStatus
+from rftfit.measure.samples import split_runs
+
+STEP_DEG = 1.0
+LEG_COLUMNS = [
+    "medium",
+    "leg",
+    "run_id",
+    "theta_deg",
+    "force_z_N",
+    "force_x_N",
+    "samples",
+    "zero_se_z_N",
+    "zero_se_x_N",
+    *MARKS,
+]
+
+
+def leg_curves(
+    campaign: Campaign, medium: str, status: pd.DataFrame, tared: pd.DataFrame
+) -> tuple[pd.DataFrame, Ledger]:
+    """Average the tared force of every leg run of a medium over steps of theta.
+
+    `status` and `tared` are tables of the ingest and tare stages. The errors of the zero are the
+    same along a curve.
+    """
+    ledger = Ledger()
+    rows_by_run = split_runs(tared)
+    facts = {row["run_id"]: row for row in status.to_dict("records")}
+    curves = []
+    for run in campaign.runs_of(medium):
+        if run.kind != "leg" or run.run_id not in rows_by_run:
+            continue
+        stroke_rows = tared.iloc[rows_by_run[run.run_id]]
+        stroke_rows = stroke_rows[stroke_rows["why"] == RowStatus.GOOD]
+        ledger.add(run, run.force_log, USED, len(stroke_rows), remark("leg-curve"))
+        step = np.round(stroke_rows["angle_deg"].to_numpy() / STEP_DEG).astype(int)
+        grouped = stroke_rows.groupby(step)[["force_z_N", "force_x_N"]]
+        curve = grouped.mean().assign(samples=grouped.size())
+        curve["theta_deg"] = curve.index * STEP_DEG
+        run_and_tare_facts = [facts[name] for name in (run.run_id, run.tare_run) if name]
+        for c in COMPONENTS:
+            curve[f"zero_se_{c}_N"] = np.sqrt(
+                sum(fact[f"zero_var_{c}_N2"] for fact in run_and_tare_facts)
+            )
+        if measured_channel(campaign.config, "x") is None:
+            curve[["force_x_N", "zero_se_x_N"]] = math.nan
+        curve_keys = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
+        curves.append(curve.assign(**curve_keys, **mark_columns()))
+    empty_table = pd.DataFrame(columns=LEG_COLUMNS)
+    return (pd.concat(curves, ignore_index=True) if curves else empty_table)[LEG_COLUMNS], ledger

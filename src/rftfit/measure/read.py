@@ -1,0 +1,172 @@
+"""Read the two logs of each run of a campaign: quantities in the units of the program, rows that count, a time that grows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rftfit.campaign.config import AnyLog, Config
+from rftfit.campaign.load import Campaign
+from rftfit.campaign.sheet import Run
+from rftfit.logs.base import Log, LogError, Reader
+from rftfit.logs.registry import source_reader
+from rftfit.measure import log_columns, readings
+from rftfit.measure.flags import Remark, quoted
+from rftfit.measure.log_columns import LogKey, source_of
+
+
+def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Logs]]:
+    """Read the logs of many runs, in their order; whatever is wrong with them is told, not raised.
+
+    Some runs are read at a time, which is faster than one by one and keeps memory flat.
+    """
+    zeros: dict[tuple[str, ...], Log | LogError] = {}
+    for start in range(0, len(runs), _AT_A_TIME):
+        runs_together = runs[start : start + _AT_A_TIME]
+        zeros |= _read_zeros(campaign, runs_together, zeros)
+        force_logs = _read(
+            campaign, runs_together, "force_log", [run.force_log for run in runs_together]
+        )
+        motion_logs = _read(
+            campaign, runs_together, "motion_log", [run.motion_log for run in runs_together]
+        )
+        for run, force_log, motion_log in zip(runs_together, force_logs, motion_logs, strict=True):
+            force = _usable(campaign, run, run.force_log, force_log, force_from_readings)
+            motion = _usable(campaign, run, run.motion_log, motion_log, motion_from_readings)
+            yield run, Logs(force, motion, zeros.get(_zero(run)))
+
+
+def force_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
+    """Turn what a force log holds into F1 to F3 over a time that grows, without readings that stand alone."""
+    source, units = (
+        source_of(campaign.config, run, "force_log"),
+        log_columns.chain_units(campaign.config),
+    )
+    log = readings.without_missing(log, campaign.config.force_log.missing)
+    log = log_columns.loads(log, campaign.calibration, units)
+    log = log_columns.map_columns(log, source, units, "force_log")
+    log = log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
+    log = readings.clean(log)
+    return readings.without_spikes(log, log_columns.FORCE_QUANTITIES[1:])
+
+
+def motion_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
+    """Turn what a motion log holds into x, z and angle over a time that grows, without positions that stand alone or are held."""
+    config = campaign.config
+    source, units = source_of(config, run, "motion_log"), log_columns.chain_units(config)
+    log = readings.without_missing(log, config.motion_log.missing)
+    log = log_columns.map_columns(log, source, units, "motion_log")
+    if not {"z", "along"}.isdisjoint(log.columns):
+        log = log_columns.completed(log, run, units, config.arm.middle_x_mm / 10)
+    log = log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")
+    log = readings.clean(log)
+    log = readings.without_lone_positions(log)
+    return readings.without_holds(log)
+
+
+_AT_A_TIME = 32
+"""Runs that are read together."""
+
+
+@dataclass(frozen=True)
+class Logs:
+    """Force and motion log of one run, and its log without load; an unusable one is its error."""
+
+    force: Log | LogError
+    motion: Log | LogError
+    zero: Log | LogError | None = None
+
+    @property
+    def problems(self) -> list[Remark]:
+        """What is wrong with unusable logs."""
+        logs = (self.force, self.motion, self.zero)
+        # one file that holds both says it once
+        return list(dict.fromkeys(quoted(log) for log in logs if isinstance(log, LogError)))
+
+
+def _read_zeros(
+    campaign: Campaign, runs: Sequence[Run], zeros_read: Mapping[tuple[str, ...], Log | LogError]
+) -> dict[tuple[str, ...], Log | LogError]:
+    """Read the logs without load that some runs name and nobody has read yet, each once."""
+    # of several runs with one zero log the first
+    run_of_zero = {
+        _zero(run): run for run in reversed(runs) if run.zero_log and _zero(run) not in zeros_read
+    }
+    files = [run.zero_log for run in run_of_zero.values()]
+    logs = _read(campaign, [*run_of_zero.values()], "force_log", files)
+    return {
+        key: _usable(campaign, run, run.zero_log, log, force_from_readings)
+        for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
+    }
+
+
+def _zero(run: Run) -> tuple[str, str, str]:
+    """The zero log of a run, and which of its rows and columns are the run's."""
+    return run.zero_log, run.force_where, run.force_columns
+
+
+def _read(
+    campaign: Campaign, runs: Sequence[Run], key: LogKey, files: Sequence[str]
+) -> list[Log | LogError]:
+    """Read one log of each run, those that are written alike together."""
+    kind = key.removesuffix("_log")
+    indexes_by_form: dict[tuple[str, str], list[int]] = {}
+    for index, run in enumerate(runs):
+        form = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
+        indexes_by_form.setdefault(form, []).append(index)
+    logs: dict[int, Log | LogError] = {}
+    for indexes in indexes_by_form.values():
+        reader = _reader(campaign, source_of(campaign.config, runs[indexes[0]], key), key)
+        paths = [campaign.raw / files[index] for index in indexes]
+        logs |= zip(indexes, reader.load_many(paths), strict=True)
+    return [logs[index] for index in range(len(runs))]
+
+
+def _usable(
+    campaign: Campaign,
+    run: Run,
+    file: str,
+    log: Log | LogError,
+    from_readings: Callable[[Campaign, Run, Log], Log],
+) -> Log | LogError:
+    """Turn a log into what the chain takes, or say why it cannot be used, by the name in the run sheet."""
+    try:
+        if isinstance(log, LogError):
+            raise log
+        return from_readings(campaign, run, log)
+    except LogError as error:
+        # the folder of the raw data is the reader's business, not the ledger's
+        text = str(error).replace(str(campaign.raw / file), file)
+        return LogError(error.code, text, error.rows)
+
+
+def same_table(config: Config, run: Run) -> bool:
+    """Tell whether force and motion of a run are the same rows of one table: a line may hold both."""
+
+    def table(key: LogKey) -> tuple[object, ...]:
+        source = source_of(config, run, key)
+        dialect = source.dialect or config.dialect
+        return source.text, dialect, source.options, source.where_words
+
+    return run.force_log == run.motion_log and table("force_log") == table("motion_log")
+
+
+def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]:
+    """Return the readers of force and of motion logs, of the columns only that the config names.
+
+    `run`: Whose row of the run sheet may name others.
+    """
+    config = campaign.config
+    keys: tuple[LogKey, LogKey] = ("force_log", "motion_log")
+    force, motion = (
+        getattr(config, key) if run is None else source_of(config, run, key) for key in keys
+    )
+    return _reader(campaign, force, "force_log"), _reader(campaign, motion, "motion_log")
+
+
+def _reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
+    calibration = campaign.calibration
+    gauges = calibration.gauges if calibration is not None else ()
+    reader = source_reader(source, campaign.config.dialect, key)
+    asks = source.columns or (gauges and key == "force_log")
+    return reader.only(log_columns.columns_asked(source, gauges)) if asks else reader

@@ -1,0 +1,69 @@
+"""A reader who follows one push from its log to alpha opens few files, six of them first."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from rigroom import Room
+
+import rftfit
+from rftfit.campaign.load import load_campaign
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.tare import tare_medium
+
+MEDIUM, PUSH = "poppy_LP", "poppy_LP_bp00_g90_in"
+MOST_FILES = 28
+WAY = {
+    "read.py": "read_logs",
+    "trace.py": "trace_run",
+    "tare.py": "tare_medium",
+    "fits.py": "fit_medium",
+    "alpha.py": "alpha_table",
+    "checks.py": "check_medium",
+}
+"""Modules of `measure` in the order in which a student reads them, and their main functions."""
+
+PACKAGE = Path(rftfit.__file__).parent
+
+
+@pytest.fixture(scope="module")
+def files_entered(tmp_path_factory):
+    """Files of the package in which a function ran from the log of one push and its rod to alpha."""
+    campaign = load_campaign(Room(tmp_path_factory.mktemp("way")).add(PUSH).write())
+    files = set()
+
+    def note_file(frame, event, _):
+        if event == "call" and frame.f_code.co_name != "<module>":
+            files.add(Path(frame.f_code.co_filename))
+
+    before = sys.getprofile()
+    sys.setprofile(note_file)
+    try:
+        traces, runs, _ = ingest_medium(campaign, MEDIUM)
+        tared, tares, _ = tare_medium(campaign, MEDIUM, traces, runs)
+        fits, _, _ = fit_medium(campaign, MEDIUM, runs, tared, tares)
+        alpha = alpha_table(fits, MEDIUM, confidence=0.95, depths=1)
+    finally:
+        sys.setprofile(before)
+    # the way was gone to its end
+    assert alpha["alpha_z_N_per_cm3"].notna().sum() == 1
+    return {file.relative_to(PACKAGE) for file in files if file.is_relative_to(PACKAGE)}
+
+
+def test_a_push_enters_few_files(files_entered):
+    assert len(files_entered) <= MOST_FILES, sorted(map(str, files_entered))
+
+
+def test_the_modules_of_the_way_are_entered(files_entered):
+    # checks judge many runs: a single push has nothing for them
+    entered = {file.name for file in files_entered if file.parts[0] == "measure"}
+    assert entered >= WAY.keys() - {"checks.py"}
+
+
+@pytest.mark.parametrize(("name", "main_function"), WAY.items())
+def test_a_module_of_the_way_opens_with_its_main_function(name, main_function):
+    text = (PACKAGE / "measure" / name).read_text(encoding="utf-8")
+    definitions = [line for line in text.splitlines() if line.startswith(("def ", "class "))]
+    assert definitions[0].startswith(f"def {main_function}(")
