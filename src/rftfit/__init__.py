@@ -67,7 +67,8 @@ _FOUND_IN = {
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
-    "model.body_error": ("BodyError", "learn_body_error"),
+    "model.body_error": ("BodyError",),
+    "model.body_lessons": ("learn_body_error",),
     "model.contacts": ("Contact",),
     "model.mesh": ("Mesh", "Motion3D"),
     "model.motion": ("Motion", "path", "rotation"),
@@ -102,7 +103,8 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
     from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
-    from rftfit.model.body_error import BodyError, learn_body_error
+    from rftfit.model.body_error import BodyError
+    from rftfit.model.body_lessons import learn_body_error
     from rftfit.model.contacts import Contact
     from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.model.body_error import LEAST_OWN, learn_body_error
+from rftfit.model.body_lessons import LEAST_OWN, learn_body_error
 from rftfit.model.contacts import Contact
 from rftfit.model.shapes import map_nodes
 
@@ -35,15 +35,22 @@ def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_s
     alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
     forces = rftfit.predict(table, LEG, MOTION)
     contact = turned()
-    np.testing.assert_allclose(contact.weights(nodes)[0] @ alpha, forces["force_z_N"], atol=1e-9)
-    np.testing.assert_allclose(contact.weights(nodes)[1] @ alpha, forces["force_x_N"], atol=1e-9)
+    np.testing.assert_allclose(
+        contact.weights(nodes.beta, nodes.gamma)[0] @ alpha, forces["force_z_N"], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        contact.weights(nodes.beta, nodes.gamma)[1] @ alpha, forces["force_x_N"], atol=1e-9
+    )
     plate = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0.5)], 2, elements=1))
     motion = rftfit.Motion3D([[0, 0, -2], [0, 0, -3]], [0.3, 0.2, -1])
     forces = rftfit.predict(table, plate, motion, model_error=0)
     pressed = Contact(plate, motion, forces, errors=0.1)
     for row, name in enumerate(pressed.components):
         np.testing.assert_allclose(
-            pressed.weights(nodes)[row] @ alpha, forces[name], atol=1e-9, err_msg=name
+            pressed.weights(nodes.beta, nodes.gamma)[row] @ alpha,
+            forces[name],
+            atol=1e-9,
+            err_msg=name,
         )
 
 
@@ -112,7 +119,10 @@ def test_poses_of_one_body_share_the_models_error_so_a_repeat_narrows_nothing():
 def test_what_a_body_has_in_every_medium_is_learned_and_taken_off():
     media = ("glass0.3mm_LP", "glass0.3mm_CP")
     body = learn_body_error(
-        [(turned(medium, factor=1.4), rftfit.published_medium(medium)) for medium in media]
+        [
+            (turned(medium, factor=1.4, name=medium), rftfit.published_medium(medium))
+            for medium in media
+        ]
     )
     assert body.own == LEAST_OWN
     assert not body.stated

@@ -31,7 +31,7 @@ from rftfit.model.profiles import Profile, TableProfile
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rftfit.model.shapes import Nodes
+Angles = tuple[FloatArray, FloatArray]
 
 PLANE, SPACE = ("force_z_N", "force_x_N"), ("force_x_N", "force_y_N", "force_z_N")
 """Forces of an outline and of a mesh."""
@@ -46,7 +46,7 @@ _SIZE_SPREAD = 3.0
 """Standard deviation of the size of an unknown medium, relative, in the choice of combinations."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contact:
     """Measured forces on a body that moves through a medium.
 
@@ -62,7 +62,7 @@ class Contact:
         Standard error of a reading, N, as large as it is from bed to bed.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned where it was measured before (`learn_body_error`). Default:
-        nothing is known of it but its size, 0.28 of the load.
+        nothing is known of it but its size, 0.37 of the load.
     name : str, optional
         For people; default: that of the body.
 
@@ -207,22 +207,19 @@ class Contact:
         net = force_draws(profile, self.body, self.frames)
         return np.stack([np.atleast_2d(net.force_z_N), np.atleast_2d(net.force_x_N)], axis=1)
 
-    def weights(self, nodes: Nodes) -> FloatArray:
+    def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Weights of alpha at the nodes of a map, z then x, shape (components, p, 2 n): Eq. 2 of this body."""
-        unit = np.eye(nodes.beta.size)
+        unit = np.eye(beta.size)
         if not self.in_space:
             # alpha_z makes the vertical force alone, alpha_x the horizontal one
-            table = TableProfile(unit, unit, nodes.beta, nodes.gamma)
+            table = TableProfile(unit, unit, beta, gamma)
             vertical, horizontal = np.moveaxis(self.force_draws(table), 1, 0)
             nothing = np.zeros_like(vertical)
             of_z = np.concatenate([vertical, nothing]).T
             of_x = np.concatenate([nothing, horizontal]).T
             return np.stack([of_z, of_x])
         nothing = np.zeros_like(unit)
-        tables = (
-            TableProfile(*alpha, nodes.beta, nodes.gamma)
-            for alpha in ((unit, nothing), (nothing, unit))
-        )
+        tables = (TableProfile(*alpha, beta, gamma) for alpha in ((unit, nothing), (nothing, unit)))
         forces = np.concatenate([self.force_draws(table) for table in tables])
         return np.moveaxis(forces, 0, -1)
 
@@ -253,18 +250,16 @@ class ContactSystem:
 
     @classmethod
     def of(
-        cls, contacts: Sequence[Contact], nodes: Nodes, mean: FloatArray, covariance: FloatArray
+        cls, contacts: Sequence[Contact], nodes: Angles, mean: FloatArray, root: FloatArray
     ) -> ContactSystem:
-        """Take contacts; those of one body share its error."""
-        from rftfit.model.shapes import root
-
+        """Take contacts at nodes (beta, gamma), rad; those of one body share its error."""
         mean_z, mean_x = mean.reshape(2, -1)
-        usual = TableProfile(mean_z, mean_x, nodes.beta, nodes.gamma)
+        usual = TableProfile(mean_z, mean_x, *nodes)
         of_bodies: dict[int, list[Contact]] = {}
         for contact in contacts:
             of_bodies.setdefault(id(contact.body), []).append(contact)
         groups = tuple(_Group.of(of_body, nodes, usual) for of_body in of_bodies.values())
-        return cls(groups, mean, root(covariance))
+        return cls(groups, mean, root)
 
     def first_size(self) -> float:
         """Size of the medium by the forces alone, each over its load."""
@@ -312,7 +307,7 @@ class _Group(NamedTuple):
     correlation: FloatArray
 
     @classmethod
-    def of(cls, contacts: Sequence[Contact], nodes: Nodes, usual: Profile) -> _Group:
+    def of(cls, contacts: Sequence[Contact], nodes: Angles, usual: Profile) -> _Group:
         body_error = contacts[0].body_error
         states = np.concatenate([contact.states for contact in contacts])
         mean, covariance = body_error.at(states)
@@ -320,7 +315,7 @@ class _Group(NamedTuple):
         touches = np.concatenate([contact.touches for contact in contacts])
         use = np.isfinite(measured) & touches
         load = np.concatenate([contact.load(usual) for contact in contacts])
-        weights = np.concatenate([contact.weights(nodes) for contact in contacts], axis=1)
+        weights = np.concatenate([contact.weights(*nodes) for contact in contacts], axis=1)
         errors = np.concatenate([contact.reading_errors for contact in contacts], axis=1)
         loads = np.broadcast_to(load, measured.shape)
         component, pose = np.nonzero(use)

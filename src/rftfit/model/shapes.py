@@ -702,7 +702,7 @@ def estimate(
     of_pushes = given
     if contacts:
         places = _places_of_nodes(count, coarse, nodes.beta.size)
-        given = _with_contacts(given, contacts, Nodes(*sorted_nodes, coarse), places, size)
+        given = _with_contacts(given, contacts, sorted_nodes, places, size)
     posterior = _Posterior(*given, shapes.variation, size)
     pushed_nodes = _PushedNodes(sorted_nodes, pushes, used)
     drawn, share = posterior.draws(sorted_nodes, coarse, pushed_nodes, pushes, used, shapes.tilt)
@@ -770,7 +770,7 @@ def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.int
 def _with_contacts(
     given: _Seen,
     contacts: Sequence[Contact],
-    nodes: Nodes,
+    nodes: Angles,
     places: npt.NDArray[np.intp],
     size: float | None,
 ) -> _Seen:
@@ -783,9 +783,8 @@ def _with_contacts(
     prior = given.prior
     # as rough as a medium may be: no combination that could tell of it is left out
     covariance = prior.covariance(0.0) + prior.rough
-    system = ContactSystem.of(
-        contacts, nodes, prior.mean[places], covariance[np.ix_(places, places)]
-    )
+    rows_of_prior = root(covariance[np.ix_(places, places)])
+    system = ContactSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
     size_now = size or system.first_size()
     if not size_now > 0:
         raise ValueError(
