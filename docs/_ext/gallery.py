@@ -79,7 +79,7 @@ def config_of_report() -> str:
     text = config_of_demonstration().partition("\nrobot:")[0] + "\n"
     text = re.sub(r"\n  (?!poppy_LP)[\w.]+: \{title: .*", "", text)
     return re.sub(
-        r"(?m)^title: .*", "title: Plates and legs in loose poppy seeds (re-enacted)", text
+        r"(?m)^title: .*", "title: Plates and legs in loose poppy seeds (simulated)", text
     )
 
 

@@ -1,6 +1,6 @@
 """A small quality sheet, which ``make gallery`` draws: what good and bad runs look like.
 
-Its runs are re-enacted ones, one row of them broken on purpose, and go through the stages as any do.
+Its runs are simulated ones, one row of them broken on purpose, and go through the stages as any do.
 """
 
 from __future__ import annotations

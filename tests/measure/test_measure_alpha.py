@@ -208,13 +208,15 @@ def test_what_counts_as_a_repeat():
         assert (cells_with_runs["run_to_run_x_N_per_cm3"] == 0).all()
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
     for second_beta in (-30.0, 31.0):
-        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {"one bed as prepared"}
+        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {
+            "scatter between beds not included"
+        }
     level = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
         for row in pairs((0, 0), (0.0,), (2.54, 5.08))
     ]
-    assert set(table(*level)["spread"]) == {"one bed as prepared"}
+    assert set(table(*level)["spread"]) == {"scatter between beds not included"}
     same = [{**row, "depth_from_cm": 5.08, "depth_to_cm": 5.08} for row in level]
     assert set(table(*same)["spread"]) == {"repeats"}
 
@@ -313,7 +315,10 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     """Also where only one component shows more than is assumed."""
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
-    assert cells["spread"].to_dict() == {0: "repeats of the cell", 30: "one bed as prepared"}
+    assert cells["spread"].to_dict() == {
+        0: "repeats of the cell",
+        30: "scatter between beds not included",
+    }
     assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {"few repeats"}
 
 

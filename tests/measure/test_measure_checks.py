@@ -57,7 +57,7 @@ def on_grid(medium, grid):
     columns |= dict(zip(("beta_deg", "gamma_deg"), np.array(cells).T, strict=True))
     for c, values in (("z", z), ("x", x)):
         columns |= {f"alpha_{c}_N_per_cm3": values, f"alpha_{c}_se_N_per_cm3": 0.003}
-    return pd.DataFrame(columns | {"medium": medium, "spread": "one bed as prepared"})
+    return pd.DataFrame(columns | {"medium": medium, "spread": "scatter between beds not included"})
 
 
 def measured(sheet=None, config=None, medium=None, copies=(), **tables):
@@ -181,8 +181,8 @@ def test_work_is_what_the_force_does_along_the_motion(work):
     assert check.verdict == "passed"
     assert check.allowed == "at most 1 of them, and not the push straight down"
     # the push has D = 0.3 and may have -0.02
-    assert check.found.startswith(f"{int(work < -0.005)} of 2 cells give energy back")
-    assert f"D = {work:.3g} N/cm^3, where -0.005 and more count as noise" in check.found
+    assert check.found.startswith(f"{int(work < -0.005)} of 2 cells would push the plate along")
+    assert f"D = {work:.3g} N/cm^3, which must exceed -0.005" in check.found
 
 
 def test_one_cell_alone_may_not_give_energy_back():
@@ -278,7 +278,7 @@ def test_a_cell_without_alpha_is_left_out_whole():
     rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
     axis_checks = axes(few_cells(rows))
     assert axis_checks["work"].found.startswith(
-        "1 of 1 cells give energy back; the worst has D = -0.5"
+        "1 of 1 cells would push the plate along; the worst has D = -0.5"
     )
     assert axis_checks["symmetry"].verdict == "passed"
     nothing = axes(few_cells(rows[:2]))

@@ -459,7 +459,7 @@ POPPY = TableProfile.published("poppy_LP")
         (lambda: estimate(Pushes.of([0], [90], [[np.nan], [0.3]])), "no push has a number"),
         (lambda: Shapes({"one": POPPY}), "at least two known media"),
         (lambda: Shapes({"one": POPPY, "holed": TableProfile(HOLED, HOLED)}), "holed has"),
-        (lambda: estimate(upside_down()), "gives energy back .*: look at the signs"),
+        (lambda: estimate(upside_down()), "would push the plate along .*: check the signs"),
     ],
 )
 def test_what_cannot_be_estimated_says_why(make, match):

@@ -379,8 +379,8 @@ def test_a_caption_is_short_and_needs_no_table(figure):
 @pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "webp"])
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
-    assert b"re-enacted logs" in style.content(figure, ending, "Made from re-enacted logs.")
-    assert b"re-enacted logs" not in style.content(figure, ending)
+    assert b"simulated logs" in style.content(figure, ending, "Made from simulated logs.")
+    assert b"simulated logs" not in style.content(figure, ending)
 
 
 def test_pages_are_written_beside_one_another(tmp_path):

@@ -83,7 +83,7 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
     )
     bad = _items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
     late = np.isfinite(medium.seconds) and name == medium.last
-    soft = f"On the screen {medium.seconds:.1f} s after its last change." if late else ""
+    soft = f"Shown after {medium.seconds:.1f} s." if late else ""
     soft += f" Repeats, dashed: {', '.join(same)}." if same else ""
     what = "Last push" if name == medium.last else "Push"
     return (
@@ -105,7 +105,9 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
     )
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
-        width = f"Known to {medium.width:.2g} %, half of the interval"
+        width = f"Half width of the interval: +-{medium.width:.2g} %".replace(
+            "+-", "\N{PLUS-MINUS SIGN}"
+        )
     if abs(medium.before - medium.width) > 0:  # not where one is NaN
         change = "narrowed" if medium.width < medium.before else "widened"
         width += f"; the last push {change} it from {medium.before:.2g} %"

@@ -56,7 +56,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
         f"From {description}\n\n"
         f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
         "zeta and chi without unit, coefficients in N/cm^3.\n"
-        f"lo, hi: {100 * confidence:g} % interval for one further medium, from the scatter "
+        f"lo, hi: {100 * confidence:g} % interval for a new medium like these, from the scatter "
         f"between\n{', '.join(reference.media)}{test}.\n"
         "Measured alpha departs from nine terms: at (0, 90 deg) it lies above by the factor chi. The intervals\n"
         "of alpha and of forces contain what nine terms miss, those of the coefficients do not. chi and the\n"
@@ -72,7 +72,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
         **{name: _with_ends(values) for name, values in numbers.items()},
         "coefficients_N_per_cm3": {term: _with_ends(values) for term, values in terms.items()},
     }
-    level = f"{100 * confidence:g} % interval for one further medium"
+    level = f"{100 * confidence:g} % interval for a new medium like these"
     where = "on the published grid of 7 x 13 angles"
     return Answer(text, facts, scaled.columns(), description, level, where)
 

@@ -965,8 +965,8 @@ class _Posterior:
         share = 1 - passive / (tried * DRAWS)
         if completed < FEWEST_DRAWS:
             raise ValueError(
-                f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
-                "at the signs of alpha and at the angles"
+                f"in {share:.1%} of the draws the medium would push the plate along where it was not pushed: check the "
+                "signs of alpha and the angles"
             )
         drawn = np.concatenate(draws_kept)[:DRAWS]
         # of what was measured the mean is the number itself
