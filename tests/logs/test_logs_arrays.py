@@ -28,7 +28,7 @@ def mat73(path):
     # MATLAB puts its own text in front, and lays tables the other way round
     with h5py.File(path, "w", userblock_size=512) as file:
         file["run/time"], file["run/F"], file["z_mm"] = TIME[None], FORCE.T, Z[:, None]
-        file["run/name"] = np.frombuffer(b"p\0l\0", np.uint16)
+        file["run/name"] = np.full(N, ord("p"), np.uint16)
         file["run/name"].attrs["MATLAB_class"] = np.bytes_("char")
         file["#refs#/a"] = np.arange(N)
     with path.open("r+b") as raw:

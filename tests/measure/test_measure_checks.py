@@ -1097,7 +1097,7 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     assert {*pushes} >= {flag.run_id for flag in surface_check.flags if int(flag.run_id[1:]) < 26}
     for flag in surface_check.flags:
         if flag.code == code:
-            assert flag.values["gap"] == pytest.approx(gap, rel=0.25)
+            assert flag.values["gap"] == pytest.approx(gap, rel=0.05)
 
 
 @pytest.mark.parametrize(
