@@ -8,6 +8,7 @@ import pytest
 
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
+from rftfit.measure.flags import remark
 from rftfit.measure.tables import fit_alpha_table
 from rftfit.results import Results
 from rftfit.workflow.measure import measure_and_check, measure_logs
@@ -70,7 +71,7 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     fit_of_run = {row["run_id"]: row for row in fits.to_dict("records")}
     assert [name for name, row in fit_of_run.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
     assert (fit_of_run["rep2"]["reason"], fit_of_run["rep2"]["reason_code"]) == (
-        "same readings as a",
+        str(remark("same-readings", runs="a")),
         "same-readings",
     )
     fates = set(
