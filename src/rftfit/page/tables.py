@@ -11,6 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
+from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.figures.labels import (
     PROFILES,
@@ -325,6 +326,34 @@ def tabulate_leg_errors(results: Results) -> PageTable:
         numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
     ]
     return PageTable("Leg errors", columns, sorted(rows, key=place), tall=True)
+
+
+LESSON_WORDS = {
+    "plates": "plates of this medium",
+    "other-leg": "plates and another leg",
+    "same-leg-elsewhere": "plates, and this leg in other media",
+}
+
+
+def tabulate_contacts(results: Results) -> PageTable:
+    """Errors of the legs by what their prediction was learned from, of laboratory media and of sands."""
+    table = results.table("contacts.csv")
+    rows: list[Row] = []
+    for title, media in (
+        ("laboratory media", results.laboratory),
+        ("natural sands", results.sands),
+    ):
+        summary = summary_of_lessons(table[table["medium"].isin(media)])
+        rows += records(summary.assign(tested_on=title))
+    columns = [
+        texts("Learned from", lambda row: LESSON_WORDS[row["lesson"]]),
+        texts("Tested on legs in", "tested_on"),
+        numbers("Curves", "curves", 0),
+        numbers("Error of peak, median, %", "peak_error_percent", 0),
+        numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
+        numbers("Poses inside, %", "inside_percent", 0),
+    ]
+    return PageTable("Learned from, tested on", columns, rows)
 
 
 def tabulate_sands(results: Results) -> PageTable:
