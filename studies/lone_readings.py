@@ -11,12 +11,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
+from motions import any_pushes
 from one_stroke import N_PER_CM, crust, push, stick_slip, stones
 
-from rftfit.campaign.spikes import find_spikes
+from rftfit.campaign.spikes import find_lone_positions, find_spikes
 
 SHARES = (0.002, 0.01, 0.03, 0.1)
 SIZES_N = (0.5, 2.0, 5.0, 20.0, 100.0)
+NOISES_MM = (0.0, 0.05, 0.1, 0.2, 0.5)
 
 
 def slope_error_percent(height, readings, is_kept):
@@ -48,8 +50,14 @@ def found_and_errors(share, size_N, pushes):
     return found_share.mean(), np.median(before), np.median(after)
 
 
+def shares_of_lone_positions(noise_mm, motions):
+    """Percent of the positions of each of some clean motions that are wrongly left out."""
+    paths = [any_pushes(seed, noise_mm / 10).motion() for seed in range(motions)]
+    return [100 * find_lone_positions(path.x, path.z).mean() for path in paths]
+
+
 def main():
-    """Run it, print two tables."""
+    """Run it, print three tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("pushes", nargs="?", type=int, default=100)
     pushes = parser.parse_args().pushes
@@ -79,6 +87,12 @@ def main():
             ]
             changes.append(abs(errors[1] - errors[0]))
         print(f"{happens.__name__}: {np.mean(shares):.2g}, {max(shares):.2g}; {max(changes):.2g}")
+    print(
+        f"\nPositions wrongly left out of {2 * pushes} clean motions: mean and largest share, percent"
+    )
+    for noise_mm in NOISES_MM:
+        shares = shares_of_lone_positions(noise_mm, 2 * pushes)
+        print(f"noise of {noise_mm:g} mm: {np.mean(shares):.2g}, {max(shares):.2g}")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import rftfit
 from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
-from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.fourier import fit_dft_index, fit_lsq, kept_terms
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
 
@@ -142,6 +142,18 @@ def test_a_sand_is_scaled_from_its_test(results):
     with pytest.raises(rftfit.RftfitError, match="found 'fourier'; allowed: table, map, gen"):
         sand.profile("fourier")
     np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
+
+
+def test_coefficients_by_another_method(results):
+    """The transform of even steps finds other terms than least squares."""
+    by_index = fit_dft_index(BETA, GAMMA, *flat(reference.alpha_grid("poppy_CP")))
+    by_index = np.where(kept_terms(by_index, 0.05), by_index, 0.0)
+    for medium, expected in (
+        (results["poppy_CP"], by_index),
+        (results["sand"], results["sand"].profile("generic", "dft-index").coefficients),
+    ):
+        np.testing.assert_allclose(medium.coefficients("dft-index"), expected, atol=1e-12)
+        assert np.abs(medium.coefficients() - expected).max() > 0.001
 
 
 def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):

@@ -7,6 +7,7 @@ import pytest
 
 from rftfit.campaign.sheet import Run
 from rftfit.compare.protocol import NEEDED_CAUSES, PlanPower, scan_plan
+from rftfit.measure.flags import remark
 
 DIRECTIONS = [(beta, gamma) for beta in (0, 30, 60) for gamma in (30, 60, 90)]
 
@@ -66,12 +67,13 @@ def test_mirror_images_tell_a_turned_mount():
 def test_few_runs_tell_nothing_and_say_what_would():
     causes = scan_plan(planned([(0, 90)] * 2))
     assert set(causes["verdict"]) == {"not checked"}
-    for kind, group in NEEDED_CAUSES:
-        assert "would not be told: push" in PlanPower("sand", kind, group, np.nan).sentence
+    for (kind, group), cure in NEEDED_CAUSES.items():
+        lacks = remark(f"plan-lacks-{kind}", cure=str(remark(cure)))
+        assert PlanPower("sand", kind, group, np.nan).sentence == str(lacks)
 
 
 @pytest.mark.parametrize(("least", "names_cure"), [(0.12, False), (0.34, True)])
 def test_a_plan_that_tells_only_large_changes_names_the_cure(least, names_cure):
     sentence = PlanPower("sand", "gain", "from-run", least).sentence
     assert f"{least:.0%}" in sentence
-    assert ("push the first direction again" in sentence) == names_cure
+    assert (str(remark("repeat-first")) in sentence) == names_cure

@@ -16,6 +16,7 @@ from rftfit.measure.alpha import (
     window_of,
     with_flagged,
 )
+from rftfit.measure.errors import AS_PREPARED, FEW_REPEATS, OF_CELL, REPEATS
 from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format_remarks, remark
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
@@ -202,23 +203,21 @@ def test_what_counts_as_a_repeat():
     spread = math.sqrt(0.02**2 / 2 - 0.001**2)
     for beta in ((30.0, 30.0), (90.0, -90.0)):
         cells = table(*pairs(beta, GAMMAS))
-        assert set(cells["spread"]) == {"repeats"}
+        assert set(cells["spread"]) == {REPEATS}
         cells_with_runs = cells[cells["n_runs"] > 0]
         np.testing.assert_allclose(cells_with_runs["run_to_run_z_N_per_cm3"], spread)
         assert (cells_with_runs["run_to_run_x_N_per_cm3"] == 0).all()
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
     for second_beta in (-30.0, 31.0):
-        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {
-            "scatter between beds not included"
-        }
+        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {AS_PREPARED}
     level = [
         {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
         for beta in (-60, -30, 0, 30, 60, 90)
         for row in pairs((0, 0), (0.0,), (2.54, 5.08))
     ]
-    assert set(table(*level)["spread"]) == {"scatter between beds not included"}
+    assert set(table(*level)["spread"]) == {AS_PREPARED}
     same = [{**row, "depth_from_cm": 5.08, "depth_to_cm": 5.08} for row in level]
-    assert set(table(*same)["spread"]) == {"repeats"}
+    assert set(table(*same)["spread"]) == {REPEATS}
 
 
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
@@ -253,7 +252,7 @@ def test_a_start_up_is_the_same_at_all_depths():
 def test_a_slight_slant_is_no_horizontal_run():
     # its window begins where the log lets it: that is no depth of preparation, repeats are repeats
     slight = (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4)
-    assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {"repeats"}
+    assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {REPEATS}
 
 
 @pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
@@ -271,7 +270,7 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
         for beta in (-60, -30, 0, 30, 60, 90)
         for row in near
     ]
-    assert set(table(*repeats)["spread"]) == {"repeats"}
+    assert set(table(*repeats)["spread"]) == {REPEATS}
 
 
 def test_what_several_runs_have_to_tell_is_told_in_turn():
@@ -315,11 +314,8 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     """Also where only one component shows more than is assumed."""
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
-    assert cells["spread"].to_dict() == {
-        0: "repeats of the cell",
-        30: "scatter between beds not included",
-    }
-    assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {"few repeats"}
+    assert cells["spread"].to_dict() == {0: OF_CELL, 30: AS_PREPARED}
+    assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {FEW_REPEATS}
 
 
 def test_directions_near_one_another_are_one_cell_and_no_run_is_without():

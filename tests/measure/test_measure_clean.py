@@ -44,16 +44,16 @@ def test_rows_that_go_are_counted(time, value, kept, dropped):
 
 @pytest.mark.parametrize("time", [[3, 2, 1, 0], [1, 0], [0, 1, 2, 0, 1, 2], [5, 1, 1.5, 2]])
 def test_half_of_the_rows_bad_is_refused(time):
-    with pytest.raises(LogError, match=r"a\.csv: time does not increase in \d+ of \d+") as caught:
+    with pytest.raises(LogError, match=r"^a\.csv: ") as caught:
         clean(log_of(time))
     assert (caught.value.code, caught.value.rows) == ("time", len(time))
 
 
 def test_log_without_a_good_row():
     log = Log(Path("a.csv"), {"time": np.empty(0)}, {}, 7, {"bad": 7})
-    with pytest.raises(LogError, match="no usable row among 7: bad") as caught:
+    with pytest.raises(LogError, match="7: bad") as caught:
         clean(log)
-    assert caught.value.rows == 7
+    assert (caught.value.code, caught.value.rows) == ("no_good_row", 7)
 
 
 @given(st.lists(st.integers(0, 30).map(float), min_size=1, max_size=40))
@@ -61,9 +61,9 @@ def test_whatever_the_times(time):
     log = log_of(time)
     forward = np.count_nonzero(np.diff(np.maximum.accumulate([-1.0, *time])))
     if 2 * forward <= len(time) and len(time) > 1:
-        with pytest.raises(LogError, match="time does not increase") as caught:
+        with pytest.raises(LogError) as caught:
             clean(log)
-        assert caught.value.rows == len(time)
+        assert (caught.value.code, caught.value.rows) == ("time", len(time))
         return
     cleaned = clean(log)
     assert cleaned.columns["time"].size == forward

@@ -79,9 +79,7 @@ def test_a_log_of_which_nobody_knows_the_good_readings_is_refused():
     log = log_of(
         time=time, F3=np.where(bad & (force > 5), force + 500 * random.random(force.size), force)
     )
-    with pytest.raises(
-        LogError, match=r"of 700 readings of F3 stand alone.*allowed: 25%"
-    ) as caught:
+    with pytest.raises(LogError, match=r" 700 .* F3 .*: 25%") as caught:
         without_spikes(log, ["F1", "F3"])
     assert caught.value.code == "spikes"
 

@@ -11,7 +11,7 @@ import pytest
 from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
 
 from rftfit.campaign.config import Arm
-from rftfit.measure.flags import Refused
+from rftfit.measure.flags import Refused, remark
 from rftfit.measure.strokes import IntruderPath, find_stroke
 
 FEW = 12
@@ -38,7 +38,9 @@ def test_any_motion_gives_its_strokes_or_the_true_reason(noise_cm, lone):
 def test_a_noise_that_hides_strokes_is_the_reason():
     """Ten readings a second are too few to average 0.5 mm of noise away; of a hundred a few are enough."""
     pushes = Pushes(lengths_cm=(4.0,), rate_Hz=10, noise_cm=(0.05, 0.0))
-    assert "noisy-position: the position has 0.5" in refusal(pushes.motion(), row(90), pushes.arm)
+    refused = refusal(pushes.motion(), row(90), pushes.arm)
+    assert refused.code == "noisy-position"
+    assert refused.values["noise_mm"] == pytest.approx(0.5, abs=0.1)
     often = replace(pushes, rate_Hz=100)
     assert {verdict for verdict, _ in often.judge()} == {RIGHT}
 
@@ -46,7 +48,11 @@ def test_a_noise_that_hides_strokes_is_the_reason():
 def refusal(motion, run, arm):
     with pytest.raises(Refused) as caught:
         find_stroke(motion, motion.spans(arm), run, arm)
-    return f"{caught.value.remark.code}: {caught.value}"
+    return caught.value.remark
+
+
+def several(count, lengths, unit="cm"):
+    return remark("several-strokes", count=count, lengths=lengths, unit=unit)
 
 
 def legs(*ends_deg):
@@ -58,18 +64,18 @@ def legs(*ends_deg):
 
 
 SEVERAL = [
-    (Pushes(lengths_cm=(6.0, 6.0, 6.0)).motion(), row(90), "the log holds 3 strokes along this path, of 4.0 cm: say"),
-    (Pushes(lengths_cm=(3.0, 6.0)).motion(), row(90), "2 strokes along this path, of 1.0, 4.0 cm"),
-    (Pushes(lengths_cm=(6.0, 6.0)).motion(), row(90, way="extraction"), "2 strokes along this path, of 4.0 cm"),
-    (Pushes(0.0, (3.0, 3.0)).motion(), row(0, depth_cm=3.0), "2 strokes along this path, of 3.0 cm"),
-    (legs(-100, 100, -100, 100), replace(row(90), kind="leg", direction="rotation"), "2 strokes along this path, of 199.9 deg"),
+    (Pushes(lengths_cm=(6.0, 6.0, 6.0)).motion(), row(90), several(3, "4.0")),
+    (Pushes(lengths_cm=(3.0, 6.0)).motion(), row(90), several(2, "1.0, 4.0")),
+    (Pushes(lengths_cm=(6.0, 6.0)).motion(), row(90, way="extraction"), several(2, "4.0")),
+    (Pushes(0.0, (3.0, 3.0)).motion(), row(0, depth_cm=3.0), several(2, "3.0")),
+    (legs(-100, 100, -100, 100), replace(row(90), kind="leg", direction="rotation"), several(2, "199.9", "deg")),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("motion", "run", "words"), SEVERAL)
-def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, words):
+@pytest.mark.parametrize(("motion", "run", "reason"), SEVERAL)
+def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, reason):
     arm = Arm()
-    assert words in refusal(motion, run, arm)
+    assert refusal(motion, run, arm) == reason
     ends = [
         find_stroke(motion, motion.spans(arm), replace(run, stroke=number), arm)
         for number in (1, 2)
@@ -80,7 +86,7 @@ def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, words):
 def test_pushes_by_hand():
     arm = Arm(drive="uneven")
     motion = Pushes(lengths_cm=(6.0, 7.0), dwell_s=0.3).motion()
-    assert "2 strokes along this path, of 4.0, 5.0 cm" in refusal(motion, row(90), arm)
+    assert refusal(motion, row(90), arm) == several(2, "4.0, 5.0")
     first, second = (find_stroke(motion, motion.spans(arm), row(90, k), arm) for k in (1, 2))
     np.testing.assert_allclose([*first, *second], [3.0, 7.0, 15.6, 20.6], atol=0.03)
 
@@ -95,21 +101,15 @@ def test_two_directions_in_one_log():
     np.testing.assert_allclose(ends, [[3.0, 6.0], [16.8, 20.0]], atol=0.1)
 
 
-@pytest.mark.parametrize(
-    ("depth_cm", "words"),
-    [
-        (
-            0.23,
-            "the lowest point of the path is z = -0.23 cm; a stroke goes down to -0.3 cm at least",
-        ),
-        (0.2996, "z = -0.2996 cm; a stroke goes down to -0.3 cm at least"),
-    ],
-)
-def test_the_rule_for_the_surface_is_told(depth_cm, words):
+@pytest.mark.parametrize(("depth_cm", "lowest"), [(0.23, "-0.23"), (0.2996, "-0.2996")])
+def test_the_rule_for_the_surface_is_told(depth_cm, lowest):
     pushes = Pushes(lengths_cm=(depth_cm,), begins="contact", rate_Hz=1000)
     motion = pushes.motion()
     motion.z[motion.z.argmin()] = -depth_cm
-    assert words in refusal(motion, row(90), pushes.arm)
+    refused = refusal(motion, row(90), pushes.arm)
+    assert (refused.code, refused.values["least"]) == ("surface-not-reached", -0.3)
+    # as many digits as tell the two apart
+    assert f" {lowest} cm" in str(refused)
 
 
 LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"

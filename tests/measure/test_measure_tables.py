@@ -187,10 +187,10 @@ def test_runs_without_samples_keep_their_reason(paper_config):
     config = paper_config.model_copy(update={"force_log": log})
     facts = [fact("bad", reason="excluded: dust"), fact("good"), fact("untared")]
     runs = [run("bad"), run("good"), run("untared")]
-    lost = {"untared": "its tare was not read", "good": ""}
+    lost = {"untared": "no tare", "good": ""}
     fits, _, ledger = fitted(config, runs, together(samples("good")), facts, lost)
     assert list(fits.index) == ["bad", "good", "untared"]
-    assert list(fits["reason"]) == ["excluded: dust", "", "its tare was not read"]
+    assert list(fits["reason"]) == ["excluded: dust", "", "no tare"]
     assert fits["alpha_x_N_per_cm3"].isna().all()
     assert list(fits["n_points"]) == [0, INSIDE.size, 0]
     assert list(fits["alpha_z_N_per_cm3"].isna()) == [True, False, True]

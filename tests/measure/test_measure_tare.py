@@ -150,7 +150,8 @@ def test_what_becomes_of_each_run_of_a_medium():
         "on_torn": "tare-missing tare-unusable empty",
         "far": "no-sample untared",
     }
-    assert tares_by_run.loc["on_torn", "reason"] == "no tare: torn cannot be used: its log is empty"
+    unusable = remark("tare-unusable", tare="torn", why="its log is empty")
+    assert tares_by_run.loc["on_torn", "reason"] == str(remark("tare-missing", why=unusable))
     assert tares_by_run.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == [
         "depth_cm",
         1,

@@ -11,6 +11,7 @@ from rftfit.campaign.config import ForceLog
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.measure import log_columns
+from rftfit.measure.flags import Refused, remark
 
 
 def test_factors_are_those_of_the_definitions():
@@ -46,12 +47,17 @@ def test_factors_are_those_of_the_definitions():
 
 def test_log_and_config_have_to_agree():
     assert log_columns.factor(log_columns.LENGTH_TO_CM, "in", "in", "depth") == 2.54
-    with pytest.raises(ValueError, match=r"^depth in mm, but the config says in$"):
-        log_columns.factor(log_columns.LENGTH_TO_CM, "mm", "in", "depth")
-    with pytest.raises(ValueError, match=r"^depth in no unit, but the config says in$"):
-        log_columns.factor(log_columns.LENGTH_TO_CM, "", "in", "depth")
-    with pytest.raises(ValueError, match=r"^torque in lbf in; allowed: N m, N mm$"):
+    for in_file, found in (("mm", "mm"), ("", "no unit")):
+        with pytest.raises(Refused) as caught:
+            log_columns.factor(log_columns.LENGTH_TO_CM, in_file, "in", "depth")
+        assert caught.value.remark == remark(
+            "other-unit", quantity="depth", found=found, declared="in"
+        )
+    with pytest.raises(Refused) as caught:
         log_columns.factor(log_columns.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
+    assert caught.value.remark == remark(
+        "unknown-unit", quantity="torque", found="lbf in", allowed="N m, N mm"
+    )
 
 
 def log_of(unit):

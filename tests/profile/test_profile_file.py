@@ -192,7 +192,7 @@ def test_many_directions(monkeypatch, tmp_path):
         rftfit.write_profile(path, fine(179, 181))
     assert {problem.place.key for problem in caught.value.problems} >= {f"directions.{Z}"}
     monkeypatch.setattr("rftfit.model.profile_file._MOST_BYTES", 10_000)
-    with pytest.raises(InputError, match=r"errors of 26 directions; allowed: 0\.01 MB"):
+    with pytest.raises(InputError, match=r" 26 .* 0\.01 MB$"):
         rftfit.write_profile(path, table_at(lines(0, 30, 60, 90), [-90, -45, 0, 45, 90]))
     assert not path.exists()
 

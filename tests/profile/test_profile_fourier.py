@@ -283,7 +283,7 @@ def test_dft_index_says_where_it_does_not_apply(bad):
         "scattered": RANDOM.permutation(91) < 30,
         "coarse": np.isclose(BETA % (np.pi / 2), 0),
     }[bad]
-    with pytest.raises(ValueError, match="method lsq takes any directions"):
+    with pytest.raises(ValueError, match=r"\blsq\b"):
         fourier.fit_dft_index(
             BETA[is_measured], GAMMA[is_measured], *np.array(cells("poppy_LP"))[:, is_measured]
         )
@@ -368,7 +368,7 @@ def test_as_many_cells_as_terms_are_enough():
     fitted = fourier.fit_lsq(BETA, GAMMA, *alpha)
     np.testing.assert_allclose(fitted, fourier.as_array(GENERIC), atol=1e-9)
     alpha[:, 49] = np.nan
-    with pytest.raises(ValueError, match="4 measured directions are too few for 5 terms"):
+    with pytest.raises(ValueError, match=r"^4 .* 5 terms$"):
         fourier.fit_lsq(BETA, GAMMA, *alpha)
 
 
@@ -377,7 +377,7 @@ def test_one_attack_angle_does_not_tell_the_terms_apart(row):
     """At one beta, A00 and A10 are one and the same: no number instead of one of many."""
     alpha = np.array(fourier.evaluate(GENERIC, BETA, GAMMA))
     alpha[:, np.arange(91) // 13 != row] = np.nan
-    with pytest.raises(ValueError, match="do not determine 5 separate terms"):
+    with pytest.raises(ValueError, match=r" 13 .* 5 "):
         fourier.fit_lsq(BETA, GAMMA, *alpha)
     if row == 3:  # a flat plate tells sin gamma and cos gamma, where nothing else is asked
         keep = np.isin(fourier.TERMS, ["A00", "B01", "C01"])

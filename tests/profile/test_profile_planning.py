@@ -104,10 +104,13 @@ def test_what_a_rig_cannot_push_is_not_planned():
     odd = rftfit.Rig(((12.0, 90.0), (30.0, 22.0)))
     assert set(rftfit.plan("map", rig=odd, count=3).table()["beta_deg"].dropna()) <= {12.0, 30.0}
     push = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
-    with pytest.raises(ValueError, match=r"\(12.0, 90.0\) degrees is no node .*beta_deg=\[12\]"):
+    with pytest.raises(ValueError, match=r"\(12.0, 90.0\) .*beta_deg=\[12\], gamma_deg=\[90\]"):
         rftfit.plan("map", rftfit.estimate_map(push), odd, count=1)
     current_map = rftfit.estimate_map(push, beta_deg=[12], gamma_deg=[22])
     assert len(rftfit.plan("map", current_map, odd, count=2).steps) == 3
+    half = rftfit.Rig(((12.5, 67.5),))
+    current_map = rftfit.estimate_map(push, beta_deg=[12.5], gamma_deg=[67.5])
+    assert rftfit.plan("map", current_map, half, count=1).steps[1].directions == ((12.5, 67.5),)
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
 

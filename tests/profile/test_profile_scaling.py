@@ -1,6 +1,7 @@
 """Bootstrap draws, intervals of coefficients, and the scaling routine for a new medium."""
 
 import math
+import re
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
@@ -167,10 +168,12 @@ def test_fit_media_with_empty_cells(paper_config):
     table.loc[table["beta_deg"] != 0, NUMBERS] = np.nan
     level_fit = fit_media([table], paper_config)[0]
     assert (level_fit.medium, level_fit.method) == ("poppy_LP", "lsq")
-    assert "12 measured directions do not determine 5 separate terms" in level_fit.reason
+    assert [why.code for why in level_fit.why] == ["no-fit"]
+    assert re.findall(r"\d+", level_fit.reason) == ["12", "5"]
     table[NUMBERS] = np.nan
     none = fit_media([table], paper_config)
-    assert none[0].reason == "0 measured directions are too few for 5 terms"
+    assert [why.code for why in none[0].why] == ["no-fit"]
+    assert re.findall(r"\d+", none[0].reason) == ["0", "5"]
     assert all(fit.why and np.isnan(fit.draws).all() for fit in none)
 
 
@@ -402,7 +405,7 @@ def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_conf
     )
     generic = (fits[0].used / fits[0].zeta + fits[2].used / fits[2].zeta) / 2
     assert campaign_reference.m0 == pytest.approx(generic)
-    assert campaign_reference.name == "this campaign, method lsq"
+    assert campaign_reference.name.endswith(" lsq")
 
 
 def test_the_interval_of_a_quantity_by_hand():

@@ -482,6 +482,17 @@ def test_repeated_pushes_are_one_with_their_weighted_mean():
     assert of_several.dof == of_once.dof
 
 
+def test_an_upright_plate_is_one_under_both_of_its_angles():
+    """Pushed once as 90 and once as -90 deg, each with an error of 0.01: their mean, with 0.01 / sqrt(2)."""
+    alpha = np.array([[0.30, 0.10, 0.14], [0.0, 0.20, 0.26]])
+    twice = Pushes.of([0, 90, -90], [90, 45, 45], alpha, 0.01)
+    errors = np.array([0.01, 0.01 / np.sqrt(2)] * 2).reshape(2, 2)
+    once = Pushes.of([0, 90], [90, 45], [[0.30, 0.12], [0.0, 0.23]], errors)
+    of_twice, of_once = estimate(twice), estimate(once)
+    assert (of_twice.pushes, of_once.pushes) == (3, 2)
+    np.testing.assert_allclose(of_twice.draws, of_once.draws, atol=1e-9)
+
+
 def test_errors_that_nobody_stated():
     np.testing.assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
     se = [[0.01, np.nan], [np.nan, 0.02]]

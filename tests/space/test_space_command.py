@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import sys
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import rftfit
 from rftfit.cli.main import main
 from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.model_error import beyond_tested
 from rftfit.model.prediction import predict_with_peaks
 
 from .test_space_mesh import BALL, stl
@@ -34,7 +36,8 @@ MESH = ("--mesh", "ball.stl", "--unit", "mm", "--path", "path.csv")
 
 def test_numbers_figure_and_json(command, tmp_path):
     code, out, err = command(*MESH, "--alpha", "0.35", "--json", "--figure", "ball.png")
-    assert (code, "was never tested on a body of" in err) == (0, True)
+    [too_small] = beyond_tested(length_cm=4.0, fastest_cm_per_s=0.0)
+    assert (code, too_small in err) == (0, True)
     lines = (tmp_path / "forces.csv").read_text().splitlines()
     rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
     motion = Motion3D.path(PATH[:, 0], PATH[:, 1:4], PATH[:, 4:])
@@ -67,7 +70,7 @@ def test_numbers_figure_and_json(command, tmp_path):
     )
     assert (tmp_path / "ball.png").read_bytes()[:4] == b"\x89PNG"
     code, out, _ = command(*MESH, "--alpha", "0.35")
-    assert (code, f"err by up to {expected['closure_N'].max():.3g} N" in out) == (0, True)
+    assert (code, f" {expected['closure_N'].max():.3g} N " in out) == (0, True)
 
 
 def test_what_is_said_beside_the_numbers(command, tmp_path, monkeypatch):
@@ -90,7 +93,9 @@ def test_long_work_is_announced(command, monkeypatch):
     monkeypatch.setattr("rftfit.cli.predict._TRIANGLE_S", 1e-3)
     rftfit.write_profile("sand.json", rftfit.estimate_map(rftfit.published_table("table_s5")[:4]))
     code, _, err = command(*MESH, "--profile-file", "sand.json")
-    assert (code, "1000 draws of the medium through 5 poses of 224 triangles" in err) == (0, True)
+    # draws, poses, triangles and minutes
+    numbers = re.findall(r"\b\d+\b", err)
+    assert (code, numbers[:3]) == (0, ["1000", "5", "224"])
 
 
 def test_every_fault_is_told_at_once(command, tmp_path):
@@ -99,7 +104,7 @@ def test_every_fault_is_told_at_once(command, tmp_path):
     code, _, err = command(*MESH, "--unit", "m", "--medium", "popy")
     assert code == 2
     for text in (
-        "path.csv, row 3, column x_cm: found 'a'; allowed: a number",
+        "path.csv, row 3, column x_cm: found 'a'",
         "path.csv, row 4, column y_cm",
         "4000 cm long",
         "--medium: found 'popy'",
@@ -109,7 +114,7 @@ def test_every_fault_is_told_at_once(command, tmp_path):
     path.write_text(HEAD + "0,0,0,1,0,0,0\n2,0,0,1,0,0,0\n2,0,0,1,0,0,0\n")
     code, _, err = command(*MESH, "--medium", "poppy_LP")
     assert code == 2
-    assert "row 4, column t_s: found '2'; allowed: later than the 2 s of row 3" in err
+    assert "path.csv, row 4, column t_s: found '2'" in err
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ from mistakes import (
 
 from rftfit.measure.checks_surface import judge_linearity
 from rftfit.measure.fits import RunFit, _other_laws
+from rftfit.measure.flags import remark
 from rftfit.measure.laws import other_laws
 from rftfit.measure.verdicts import CHECKS
 
@@ -84,8 +85,7 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
     assert set(table["verdict"]) == {"passed", "not checked"}
     unchecked = table[table["verdict"] == "not checked"]
     # what no log can tell is said
-    assert list(unchecked["check"]) == ["size"]
-    assert unchecked["sentence"].iloc[0].startswith("The scale of the force was not checked")
+    assert list(unchecked["code"]) == ["size-unstated"]
     assert (alpha["checks"] == "").all()
 
 
@@ -164,8 +164,9 @@ def test_channels_that_end_below_their_range(lab):
             change(lab, row["force_log"], partial(cut, run=row["run_id"]))
     table, alpha, _, flags, _ = judged(lab)
     outcome = table.set_index("check").loc["channels"]
-    assert " stops at " in outcome["sentence"]
-    assert "look at the range of amplifier and logger" in outcome["sentence"]
+    assert outcome["verdict"] == "failed"
+    # channel and reading at which it stops
+    assert re.findall(r"(F\d).*?(\S+) N ", outcome["found"]) == [("F2", "-4"), ("F3", "-4")]
     # every cell with such a log is flagged, and no other is
     hit = np.array([bool(cut_runs & set(runs.split())) for runs in alpha["run_ids"]])
     assert hit.any()
@@ -196,8 +197,8 @@ def test_copies_of_a_log_are_no_repeats(lab):
     copies(lab, LUCK, count=6)
     table, alpha, _, flags, _ = judged(lab)
     outcome = table.set_index("check").loc["same_logs"]
-    assert outcome["effect"] == "unusable"
-    assert outcome["sentence"].startswith("Copies of a log are no repeats (7 runs")
+    assert (outcome["effect"], outcome["code"]) == ("unusable", "same_logs-copied")
+    assert outcome["found"].startswith("7 ")
     cell = alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
     assert cell["n_runs"] == 1
     assert [flag.code for flag in flags.of_cell({**cell})] == ["same-readings"]
@@ -209,9 +210,9 @@ def test_an_accepted_medium_is_used_and_says_why(lab):
     table, alpha, *_ = judged(lab)
     outcome = table.set_index("check").loc["symmetry"]
     assert (outcome["verdict"], outcome["effect"]) == ("accepted", "")
-    assert (
-        alpha["checks"] == f"accepted: plates straight down are pushed to one side: {why}"
-    ).all()
+    mark = remark("accepted", fault=CHECKS["symmetry"].fault, why=why)
+    assert set(alpha["checks"]) == {str(mark)}
+    assert set(alpha["checks_code"]) == {mark.code}
 
 
 def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
@@ -222,5 +223,6 @@ def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
     assert (good.returncode, "No check fails." in good.stdout) == (0, True)
     completed = Folder(tmp_path / "bad").rftfit("check", "--diagnose", "--strict")
     assert completed.returncode == 2
-    assert f"{MEDIUM}, unusable: Axes look wrong in all runs, with z reversed (" in completed.stdout
+    (told,) = re.findall(rf"^{MEDIUM}, unusable: (.*)", completed.stdout, re.MULTILINE)
+    assert str(remark("axes-z-reversed")) in told
     assert not list(tmp_path.glob("*/results"))

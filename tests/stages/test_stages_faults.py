@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import pandas as pd
 import pytest
@@ -11,7 +10,7 @@ from rigroom import Room, paper, planned, row_of_run
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.problems import CampaignError, Place
 from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
@@ -216,10 +215,9 @@ def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path):
     reenact(paper(), raw, raw / "runs.csv", media=media, faults=["wrong_medium_tare"])
     with pytest.raises(CampaignError) as caught:
         load_campaign(config)
-    text = str(caught.value)
-    assert "tare_run" in text
-    assert "medium is yuma here and palms29 in palms29_bp00_g90_in_rod" in text
-    assert re.search(r"row \d+", text)
+    (other_medium,) = (p for p in caught.value.problems if p.code == "sheet.tare-medium")
+    assert other_medium.found == "palms29_bp00_g90_in_rod"
+    assert other_medium.place == Place("raw/paper/runs.csv", 10, "tare_run")
 
 
 def test_tare_shorter_than_the_run(room):
@@ -342,9 +340,9 @@ def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
     book = results.book.copy()
     check_ledger(book, results.runs)
     book["rows"] += book.index == 3
-    with pytest.raises(RftfitError, match=rf"does not add up in 1 runs, first {RUN}"):
+    with pytest.raises(RftfitError, match=rf" 1 .* {RUN}: "):
         check_ledger(book, results.runs)
-    with pytest.raises(RftfitError, match="does not add up"):
+    with pytest.raises(RftfitError, match=f" 1 .* {results.book.loc[0, 'run_id']}: "):
         check_ledger(results.book.drop(index=0), results.runs)
 
 

@@ -285,7 +285,7 @@ def test_run_that_is_in_no_ledger_stops_the_workflow(measured):
         name = f"ledger/{stage}/poppy_LP.csv"
         book = results.table(name)
         results._tables[name] = book[book["run_id"] != "poppy_LP_c_leg"]
-    with pytest.raises(RftfitError, match="1 runs are not in the ledger, first poppy_LP_c_leg"):
+    with pytest.raises(RftfitError, match=r"^1 .* poppy_LP_c_leg: "):
         ledger(results)
 
 
@@ -328,7 +328,7 @@ def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
             ("edited", path.relative_to(some.folder).as_posix())
         ]
         if name in ("tared", "tares"):
-            with pytest.raises(InputError, match="not as the job that made it wrote it"):
+            with pytest.raises(InputError, match=f"{path.name}: .*`rftfit run`"):
                 run_rules(config, reader)
         assert run_rules(config, maker) == 1
         assert path.read_bytes() == content

@@ -391,8 +391,9 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     with pytest.raises(CampaignError, match=r"calibration.*row 1: found load, unit"):
         load_campaign(path)
     calibration.unlink()
-    with pytest.raises(CampaignError, match=r"gauges\.csv.*a file that exists"):
-        load_campaign(path)
+    (missing,) = check_campaign(path)[1]
+    assert (missing.code, missing.found) == ("config.calibration-file", "gauges.csv")
+    assert missing.place.key == "force_log.calibration"
 
 
 def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
@@ -414,8 +415,9 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
     )
     assert {"bags/one/metadata.yaml", "bags/one/one_0.db3"} <= set(log_names(campaign, "poppy_LP"))
     (bag / "metadata.yaml").unlink()
-    with pytest.raises(CampaignError, match="this is a folder"):
-        load_campaign(path)
+    (no_file,) = check_campaign(path)[1]
+    assert (no_file.code, no_file.found) == ("sheet.log-not-a-file", "bags/one")
+    assert no_file.place.column == "force_log"
 
 
 def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):

@@ -71,5 +71,6 @@ def test_a_run_that_gave_no_slope_is_not_shown(small):
 def test_without_any_run_the_figure_says_so(small):
     for run in RUNS:
         small.set(run, excluded="yes", reason="dust")
-    (text,) = plot_protocol(results_of(small), "poppy_LP").texts
-    assert "no run of which" in text.get_text()
+    results = results_of(small)
+    (text,) = plot_protocol(results, "poppy_LP").texts
+    assert text.get_text().startswith(f"{results.titles['poppy_LP']}: ")

@@ -76,7 +76,8 @@ def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path):
     config.write_text(text.replace("  sd_N: 0.02\n", ""), encoding="utf-8")
     campaign, problems = check_campaign(config)
     assert campaign is None
-    assert "method stated needs sd_N" in str(problems[0])
+    assert [(p.code, p.place.key) for p in problems] == [("config.inconsistent", "zero")]
+    assert "sd_N" in problems[0].allowed
 
 
 @pytest.mark.parametrize("protocol", ["paper", "stroke-only", "separate-zero"])

@@ -10,6 +10,8 @@ from jobs import run_rules
 from one_push import ALPHA, REPORTED, REPORTED_PUSHES, campaign_around, measured, truth, write_table
 from paper import write_yaml
 
+from rftfit.campaign.load import check_campaign
+
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
 
 
@@ -90,24 +92,28 @@ def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
     assert (flags["code"] == "no-force-x").sum() == 1
 
 
+def problems_of(folder):
+    """Code, row and column of what is wrong with the campaign that a table was made into."""
+    problems = check_campaign(folder / "lab" / "config" / "config.yaml")[1]
+    return [(problem.code, problem.place.row, problem.place.column) for problem in problems]
+
+
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_cm,stress_z,stress_x", rows)
-    completed = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    output = completed.stdout + completed.stderr
-    assert "a number in all rows of a run, or in none; 1 rows are blank" in output
+    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    assert problems_of(tmp_path) == [("stress-table.blank", 2, "stress_x_N_per_cm2")]
 
 
 @pytest.mark.parametrize(("bad_row", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
 def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm):
     rows = [f"0,90,{depth_mm if row == bad_row else row},{0.1 * row:.4f}" for row in range(1, 50)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_mm,stress_z", rows)
-    completed = Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    output = completed.stdout + completed.stderr
+    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    code = "stands-alone" if depth_mm >= 0 else "negative-depth"
+    assert problems_of(tmp_path) == [(f"stress-table.{code}", bad_row + 1, "depth_cm")]
     if depth_mm < 0:
-        assert "negative-depth" in output or "0 or more" in output
         return
-    assert "1 rows of the run" in output
     folder = Folder(tmp_path / "lab")
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")
     (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
@@ -127,10 +133,11 @@ def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
     config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
     config["table"]["missing"] = [-9999]
     write_yaml(folder.config, config)
-    completed = folder.rftfit("check")
-    output = completed.stdout + completed.stderr
-    assert "18 rows" in output
-    assert "one row or more with data in each run" in output
+    assert problems_of(tmp_path) == [
+        ("stress-table.no-data", 11, "depth_cm"),
+        ("stress-table.run-without-data", 41, "depth_cm"),
+    ]
+    assert "18 rows" in folder.rftfit("check").stdout
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")
     (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
     fit = folder.table(f"fits/{name}.csv").iloc[0]
@@ -224,7 +231,8 @@ def test_runs_below_one_another_are_never_read_as_one(tmp_path):
     path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
     fit, _ = measured(campaign_around(tmp_path / "lab", path))
     assert np.isnan(fit["alpha_z_N_per_cm3"])
-    assert "are several recordings in one file (force_where" in fit["reason"]
+    assert fit["reason_code"] == "time"
+    assert "force_where" in fit["reason"]
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,13 @@
 """One rod run that is the tare of plates at several angles."""
 
+import re
+
 import pandas as pd
 import pytest
 from campaigns import make_campaign
 from jobs import run_rules
+
+from rftfit.campaign.load import check_campaign
 
 MEDIUM = "poppy_LP"
 DIRECTIONS = ((0.0, 90.0), (30.0, 90.0), (-30.0, 90.0))
@@ -61,10 +65,11 @@ def test_a_rod_with_an_angle_still_is_that_of_its_own_plate(campaign):
     sheet = read_sheet(folder)
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = "0"
     write_sheet(folder, sheet)
-    output = folder.rftfit("check").stdout
-    assert "the tare must match: beta_deg is 30 here and 0 in" in output
+    problems = check_campaign(folder.config)[1]
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
     write_sheet(folder, sheet)
+    rows = {p.place.row for p in problems if (p.code, p.found) == ("sheet.tare-beta", rod)}
+    assert rows == {2, 5}
 
 
 @pytest.fixture
@@ -109,8 +114,12 @@ def test_rows_of_one_rod_log_must_describe_one_run(rows_of_one_log, changes, dif
     sheet = read_sheet(folder)
     sheet.loc[sheet["run_id"] == "rod_30", [*changes]] = [*changes.values()]
     write_sheet(folder, sheet)
-    output = " ".join(folder.rftfit("check").stdout.split())
-    assert (
-        f"a file of its own; force_log of row 2 names this one. Rows of one rod log must agree in {differs}"
-        in output
-    )
+    problems = check_campaign(folder.config)[1]
+    shared = [p for p in problems if p.code == "sheet.shared-file"]
+    places = [(p.place.row, p.place.column) for p in shared]
+    assert places == [(row, f"{kind}_log") for row in (3, 4) for kind in ("force", "motion")]
+    # of the row before, in this column
+    for problem in shared:
+        assert re.findall(r"row (\d+)|(\w+)$", problem.allowed) == (
+            [(str(problem.place.row - 1), ""), ("", differs)]
+        )

@@ -4,7 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.compare.sands import fit_corrections
+from rftfit.compare.sands import MODELS, fit_corrections
+from rftfit.measure.flags import remark
+
+_, ONE_FACTOR, BOTH = MODELS
 
 LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
 THETA = np.arange(-130.0, 131.0)
@@ -34,11 +37,11 @@ def result(measured):
 
 def test_factors_come_back():
     table = result(curves(dict.fromkeys(LEGS, 0.7), dict.fromkeys(LEGS, 1.2)))
-    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
-    assert table.loc["factors for z and x", "factor_x"] == pytest.approx(1.2)
-    assert table.loc["factors for z and x", "rms_cv_N"] == pytest.approx(0, abs=1e-12)
-    assert table.loc["factors for z and x", "earns_its_place"]
-    assert 0.7 < table.loc["one factor", "factor_z"] < 1.2
+    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
+    assert table.loc[BOTH, "factor_x"] == pytest.approx(1.2)
+    assert table.loc[BOTH, "rms_cv_N"] == pytest.approx(0, abs=1e-12)
+    assert table.loc[BOTH, "earns_its_place"]
+    assert 0.7 < table.loc[ONE_FACTOR, "factor_z"] < 1.2
 
 
 def few(z, x):
@@ -66,8 +69,8 @@ def test_factors_and_errors_by_hand(size_N):
     table = fit_corrections(measured, predicted).set_index("model")
     numbers = ["factor_z", "factor_x", "rms_fit_N", "rms_cv_N", "gain_cv_percent"]
     half = np.sqrt(0.5)
-    expected = {"none": [1, 1, 1, 1, 0], "one factor": [1.5, 1.5, half, half, 100 * (1 - half)],
-                "factors for z and x": [2, 1, 0, 0, 100]}  # fmt: skip
+    expected = {"none": [1, 1, 1, 1, 0], ONE_FACTOR: [1.5, 1.5, half, half, 100 * (1 - half)],
+                BOTH: [2, 1, 0, 0, 100]}  # fmt: skip
     for model, row in expected.items():
         actual = table.loc[model, numbers] / [1, 1, size_N, size_N, 1]
         assert list(actual) == pytest.approx(row, abs=1e-12), model
@@ -79,7 +82,7 @@ def test_each_leg_is_judged_by_the_factor_of_the_other_two():
     """Lifts of 2, 1, 1 N for 1 N each: factors 1, 1.5, 1.5 of the others leave 1, 0.5, 0.5 N."""
     predicted = few([[1.0]] * 3, [[0.0]] * 3)
     table = fit_corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
-    row = table.loc["factors for z and x"]
+    row = table.loc[BOTH]
     assert row["factor_z"] == pytest.approx(4 / 3)
     assert row["rms_fit_N"] == pytest.approx(1 / 3)
     assert row["rms_cv_N"] == pytest.approx(0.5)
@@ -91,7 +94,7 @@ def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
     """Lifts 1 N off either way, beyond a factor: the error falls by 1 - 1 / sqrt(1 + extra^2)."""
     predicted = few([[1.0, 1.0]] * 3, [[1.0, 1.0]] * 3)
     measured = few([[extra, 2 + extra]] * 3, [[1.0, 1.0]] * 3)
-    row = fit_corrections(measured, predicted).set_index("model").loc["factors for z and x"]
+    row = fit_corrections(measured, predicted).set_index("model").loc[BOTH]
     assert row["factor_z"] == pytest.approx(1 + extra)
     assert row["gain_cv_percent"] == pytest.approx(100 * (1 - 1 / np.hypot(1, extra)))
     assert row["earns_its_place"] == worth
@@ -102,8 +105,8 @@ def test_theta_without_a_predicted_force_are_left_out(lost):
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted.loc[predicted["theta_deg"] < 0, lost] = np.nan
     table = fit_corrections(measured, predicted).set_index("model")
-    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
-    assert table.loc["factors for z and x", "rms_fit_N"] == pytest.approx(0, abs=1e-12)
+    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
+    assert table.loc[BOTH, "rms_fit_N"] == pytest.approx(0, abs=1e-12)
 
 
 def test_noise_earns_nothing():
@@ -116,7 +119,7 @@ def test_legs_that_disagree_earn_nothing():
     """A factor that helps one leg and harms the others is seen through by leaving legs out."""
     measured = curves(dict(zip(LEGS, (1.5, 1.0, 0.6), strict=True)), ONE)
     table = result(measured)
-    fitted = table.loc["factors for z and x"]
+    fitted = table.loc[BOTH]
     assert fitted["rms_fit_N"] < table.loc["none", "rms_fit_N"]
     assert not fitted["earns_its_place"]
 
@@ -125,9 +128,9 @@ def test_two_legs_cannot_be_cross_validated():
     measured = curves(dict.fromkeys(LEGS, 0.7), ONE)
     table = result(measured[measured["leg"] != "c_leg"])
     assert table[["rms_cv_N", "gain_cv_percent"]].isna().all(axis=None)
-    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
+    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
     assert not table["earns_its_place"].any()
-    assert set(table["reason"]) == {"2 of 3 legs: none can be left out"}
+    assert set(table["reason"]) == {str(remark("few-legs", found=2))}
 
 
 def test_no_predicted_force_is_left_as_it_is():
@@ -135,15 +138,15 @@ def test_no_predicted_force_is_left_as_it_is():
     measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
     predicted["force_x_N"] = 0.0
     table = fit_corrections(measured, predicted).set_index("model")
-    assert table.loc["factors for z and x", "factor_x"] == 1
-    assert table.loc["factors for z and x", "factor_z"] == pytest.approx(0.7)
+    assert table.loc[BOTH, "factor_x"] == 1
+    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
 
 
 def test_media_and_models_come_in_order():
     parts = [curves(ONE, ONE).assign(medium=name) for name in ("yuma", "palms29")]
     table = fit_corrections(pd.concat(parts), pd.concat(parts[::-1]))
     assert list(table["medium"]) == ["palms29"] * 3 + ["yuma"] * 3
-    assert list(table["model"]) == ["none", "one factor", "factors for z and x"] * 2
+    assert list(table["model"]) == [*MODELS] * 2
     # a prediction that is right already cannot gain
     assert table["gain_cv_percent"].isna().all()
     assert not table["earns_its_place"].any()

@@ -9,7 +9,7 @@ from urllib.parse import parse_qs, urlencode
 import numpy as np
 
 from rftfit.bench.medium import LiveMedium
-from rftfit.bench.pictures import heat, stress
+from rftfit.bench.pictures import draw_heat, draw_stress
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
@@ -72,7 +72,7 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
         if "fits" in candidate.rows
     }
     same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
-    drawn = stress(
+    drawn = draw_stress(
         measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
     )
     numbers = "".join(
@@ -125,7 +125,7 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
         table = medium.map.table()
         for error in (False, True):
             pictures += "".join(
-                heat(table, c, None if error else medium.plan, error=error) for c in "zx"
+                draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
     rows = summary["next"]
     sheet = "\n".join(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -92,6 +93,7 @@ def predict(
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
     model_error: options.ModelError = None,
+    body_of: options.BodyOf = None,
     figure: Annotated[
         Path | None, options.file("Also a figure of the forces on a mesh: png, svg or pdf.")
     ] = None,
@@ -115,8 +117,25 @@ def predict(
     inputs = CollectedErrors()
     shape: Any = None
     motion: Any = None
+    leg: options.MeasuredLeg | None = None
     with inputs.collect():
-        shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
+        if body_of is not None:
+            if model_error is not None:
+                raise InputError("found --model-error and --body-of; allowed: one of them")
+            if medium_options.profile not in (None, "map"):
+                raise InputError(
+                    f"found --profile {medium_options.profile} with --body-of; allowed: map, beside which the error was learned"
+                )
+            medium_options = replace(
+                medium_options, profile="map" if medium_options.medium else None
+            )
+            leg = options.find_measured_leg(body_of, body)
+            if body.path is None:
+                body = replace(body, hip=leg.hip_cm)
+        if leg is not None:
+            shape = leg.outline
+        else:
+            shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
     with inputs.collect():
         if mesh is None:
             motion = body.make_motion()
@@ -129,12 +148,15 @@ def predict(
         options.check_model_error(model_error)
         source = medium_options.find(se, partial(_is_whole, shape, motion))
     inputs.check()
+    body_error = None if leg is None else leg.body_error
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
-    forces, peaks = predict_with_peaks(source, shape, motion, confidence, model_error=model_error)
+    forces, peaks = predict_with_peaks(
+        source, shape, motion, confidence, model_error=model_error, body_error=body_error
+    )
     key, quantities = next(iter(motion.columns)), QUANTITIES if mesh is None else IN_SPACE
     best = {name: forces[name].to_numpy(float) for name in quantities}
     looked_for = PEAKS if mesh is None else extremes_in_space(best)
@@ -154,6 +176,11 @@ def predict(
     percent = f"{100 * confidence:g} % interval"
     level = f"{percent} of alpha" if source.spread is not None else ""
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
+    if body_error is not None:
+        level_of_model = (
+            f"{percent} with the model's own error on this body (eps {body_error.own:.2g})"
+        )
+        names["body"] = body_error.words
     of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"
     level_of_bed = of_bed if level or eps else ""
     notes = [
