@@ -119,7 +119,8 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
             table = PageTable(f"Alpha, {medium.title}", columns, records(cells_with_alpha))
             titled_tables.append((f"{medium.title}, {PER_CM3}", table))
             continue
-        for c in "zx" if len(cells_with_alpha) else "":
+        # a single direction is in the table of numbers
+        for c in "zx" if len(cells_with_alpha) > 1 else "":
             beta, gamma, _ = pivot(medium.alpha, column(c))
             cells = {end: pivot(medium.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
             rows = []
@@ -158,7 +159,10 @@ def tabulate_at_depths(results: Results) -> PageTable:
 
 def tabulate_numbers(results: Results) -> PageTable:
     """One row a medium: what was measured, and the numbers that came out by the configured method."""
-    scaled = of_method(results, "penetration.csv").set_index("medium")
+    penetration = results.table("penetration.csv")
+    method = results.config.fourier.method
+    scaled = penetration[penetration["method"].isin([method, *routines(method)])]
+    scaled = scaled.drop_duplicates("medium").set_index("medium")
     fitted = of_method(results, "coefficients.csv")
     misfits = fitted.set_index(["medium", "coefficient"])["misfit_rms_N_per_cm3"]
     rows = []
