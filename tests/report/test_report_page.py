@@ -209,6 +209,14 @@ def test_text_of_the_user_is_escaped(tmp_path):
         assert NASTY in read.text[section]
 
 
+def test_every_verdict_on_the_paper_has_its_colour(page, read):
+    attributes = [dict(attributes) for tag, attributes in read.tags if tag == "td"]
+    classes = {attribute.get("class") or "" for attribute in attributes}
+    for name in ("same", "differs", "paper-inconsistent"):
+        assert f"verdict {name}" in classes
+        assert f".verdict.{name}" in page
+
+
 def test_reproduction_puts_first_what_is_not_the_same(read):
     differing, everything = (table[1:] for table in read.tables["reproduction"])
     assert [(row[0].partition("|")[0], *row[3].split("|")[:2]) for row in differing] == [

@@ -59,6 +59,26 @@ def test_outliers_do_not_change_the_frequency_and_x_serves_where_z_is_still(chan
     assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
 
 
+def test_height_alone_tells_the_frequency_though_markers_are_lost():
+    """One row in 25, at random, is 30 cm off; the body does not surge, so that x tells nothing."""
+    track = running(2.0)
+    lost = np.random.default_rng(3).random(track.rows) < 0.04
+    track.z_cm[lost] += 30.0
+    track.x_cm[:] = 25.0 * track.time_s
+    assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
+
+
+def test_speeds_of_the_last_whole_strides():
+    """After half a stride of run-up, three strides of 1 s at 20, 25 and 30 cm/s: 25 with an s.d. of 5 cm/s."""
+    time = np.arange(351) / 100
+    x = np.interp(time, [0, 0.5, 1.5, 2.5, 3.5], [0, 5, 25, 50, 80])
+    stride_speed = mean_stride_speed(Track(time, x, 0 * time, time.size), 1.0)
+    assert stride_speed.stride_sd_cm_per_s == pytest.approx(5.0)
+    (flag,) = stride_speed.flags
+    assert flag.code == "speed-changes"
+    assert (flag.values["first"], flag.values["last"]) == pytest.approx((20, 30))
+
+
 def test_an_uneven_gait_is_doubted():
     frequency, doubt = stride_frequency(running(2.0, uneven=0.5))
     assert frequency == pytest.approx(1.0, rel=0.02)
