@@ -62,5 +62,5 @@ def draw_comparison(comparison: Comparison) -> Figure:
         "B": style.dots(_COLOURS["b"], 4),
         "ratio of sizes with its interval": style.patch(facecolor=style.WINDOW),
     }
-    style.legend(page, entries, 3, fontsize=7)
+    style.legend(page, entries, fontsize=7)
     return page

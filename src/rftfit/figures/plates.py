@@ -143,7 +143,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
     }
     if deepest:
         entries["depths of legs"] = style.line(_LEGS, linewidth=3)
-    style.legend(page, entries, _LEGEND_COLUMNS[panel_columns], borderaxespad=0.3)
+    style.legend(page, entries, borderaxespad=0.3)
     return page
 
 
@@ -236,7 +236,7 @@ def plot_linearity(results: Results) -> Figure:
         )
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
     entries[f"{style.level(results)} interval of alpha"] = style.band(0.5)
-    style.legend(page, entries, 4)
+    style.legend(page, entries)
     return page
 
 

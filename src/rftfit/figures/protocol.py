@@ -218,7 +218,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         "fit, horizontal": style.line("black", linestyle="--"),
         f"{style.level(results)} interval of a fit": style.band(0.5),
     }
-    style.legend(page, entries, 6 if width > 14 else 3)
+    style.legend(page, entries)
     return page
 
 

@@ -85,8 +85,7 @@ def plot_penetration(results: Results) -> Figure:
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
     entries[f"{style.level(results)} interval of alpha"] = style.band()
-    columns = 6 if panel_columns == _ACROSS else 3 if panel_columns > 1 else 2
-    style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
+    style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
 
