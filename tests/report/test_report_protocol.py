@@ -77,7 +77,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
 
 def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch):
     figure = drawn(monkeypatch, column("intrusion"), column("horizontal"))
-    slanted, flat = figure.axes[2], figure.axes[5]
+    slanted, flat = figure.axes[4:6]  # the last row
     # zero, then for z and x the samples and the fit
     line = slanted.lines[2].get_xydata()
     np.testing.assert_allclose(np.asarray(line)[:, 1], 0.35 * np.asarray(line)[:, 0])

@@ -198,8 +198,8 @@ def name_row(left_axes: Axes, name: str) -> None:
 
 def name_column(top_axes: Axes, name: str) -> None:
     """Write what a column of panels shows, above the title of its first one."""
-    place: Look = {"xycoords": "axes fraction", "ha": "center", "va": "bottom"}
-    top_axes.annotate(name, (0.5, 1), (0, 11), **place, **_NAME)
+    place: Look = {"xycoords": "axes fraction", "va": "bottom"}
+    top_axes.annotate(name, (0, 1), (0, 11), **place, **_NAME)
 
 
 def axes_cm(
