@@ -296,7 +296,7 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     detected = sands["window"] == "detected"
     figure = drawn("penetration")
     assert {1.2 * STATED_CM["yuma"]} in ends(figure)
-    assert panels(figure) == ["", ""]
+    assert panels(figure) == ["Yuma sand", "29 Palms sand"]
     whole = sands.assign(reason_code=np.where(detected, "no-linear-end", ""))
     figure = draw_penetration(pushed(samples, whole))
     assert {1.2 * STATED_CM["yuma"]} not in ends(figure)
@@ -304,7 +304,10 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
     sands.loc[(sands["medium"] == "yuma") & detected, "alpha_z_N_per_cm3"] = np.nan
     figure = draw_penetration(pushed(samples, sands))
-    assert panels(figure) == ["no fit over the detected window", "no stress in this test"]
+    assert panels(figure) == [
+        "no fit over the detected window\nYuma sand",
+        "no stress in this test\n29 Palms sand",
+    ]
 
 
 def test_peak_errors_are_ratios_and_missing_ones_are_told():

@@ -196,10 +196,10 @@ def name_row(left_axes: Axes, name: str) -> None:
     left_axes.annotate(name, (0, 0.5), (-3, 0), fontsize=6.5, **place, **_NAME)
 
 
-def name_column(top_axes: Axes, name: str) -> None:
-    """Write what a column of panels shows, above the title of its first one."""
+def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
+    """Write what a column of panels shows, above the small title of its first one."""
     place: Look = {"xycoords": "axes fraction", "va": "bottom"}
-    top_axes.annotate(name, (0, 1), (0, 11), **place, **_NAME)
+    top_axes.annotate(name, (0, 1), (0, 4 + 7 * title_lines), **place, **_NAME)
 
 
 def axes_cm(
