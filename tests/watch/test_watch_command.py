@@ -56,7 +56,7 @@ def test_control_c_ends_it_well(bench, monkeypatch):
 def test_a_folder_that_is_no_campaign_is_told(tmp_path):
     process = Folder(tmp_path).rftfit("watch", "--no-page", "--wait", "0.1")
     assert process.returncode == 2
-    assert "this is no campaign" in process.stderr
+    assert "config/config.yaml: " in process.stderr
 
 
 def test_every_event_has_a_line_for_people(bench):
