@@ -260,7 +260,7 @@ def test_names_that_some_disks_take_for_the_same(room):
     assert problems["sheet.case-id"].place == Place("runs.csv", 3, "run_id")
     assert " p1 in row 2" in problems["sheet.case-id"].allowed
     assert problems["sheet.shared-file"].place == Place("runs.csv", 3, "force_log")
-    assert f"row 2 names this one, as {composed}: " in problems["sheet.shared-file"].allowed
+    assert re.search(f" row 2 .* {composed}: ", problems["sheet.shared-file"].allowed)
 
 
 @pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85"])
