@@ -40,6 +40,7 @@ from rftfit.workflow.robot import (
 from rftfit.workflow.state import States, read_states
 
 PROJECT = Path(__file__).parents[2]
+ROBOT = {"medium": "poppy_LP"}
 SHEET = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
     "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
@@ -174,20 +175,22 @@ def test_what_the_workflow_reads(root):
 
 
 @pytest.mark.parametrize(
-    ("robot", "words"),
+    ("robot", "code", "key", "value"),
     [
-        ({"medium": "poppy"}, "found 'poppy'; allowed: a medium of the role laboratory"),
-        ({"medium": "yuma"}, "found 'yuma'; allowed"),
-        ({"medium": "poppy_LP", "runs": "robot/rums.csv"}, "did you mean 'robot/runs.csv'"),
-        ({"medium": "poppy_LP", "file": "../robot.yaml"}, "allowed: a file that exists"),
-        ({"medium": "poppy_LP", "fil": "x"}, "did you mean 'file'"),
+        ({"medium": "poppy"}, "inconsistent", "robot", "'poppy'; allowed: "),
+        ({"medium": "yuma"}, "inconsistent", "robot", "'yuma'; allowed: "),
+        (ROBOT | {"runs": "robot/rums.csv"}, "robot-file", "robot.runs", "'robot/runs.csv'?"),
+        (ROBOT | {"file": "../robot.yaml"}, "robot-file", "robot.file", "'../robot.yaml'; "),
+        (ROBOT | {"fil": "x"}, "unknown-key", "robot.fil", "'file'?"),
     ],
 )
-def test_bad_sections_of_the_config(root, robot, words):
+def test_bad_sections_of_the_config(root, robot, code, key, value):
     edit(root, **robot)
-    with pytest.raises(CampaignError) as caught:
+    with pytest.raises(CampaignError) as error:
         load_campaign(root / "config" / "config.yaml")
-    assert words in str(caught.value)
+    (problem,) = (problem for problem in error.value.problems if problem.severity == "error")
+    assert (problem.code, problem.place.key) == (f"config.{code}", key)
+    assert value in str(problem)
 
 
 def test_an_own_robot_is_neither_calibrated_nor_compared_with_the_papers(root):
