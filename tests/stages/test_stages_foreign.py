@@ -422,7 +422,6 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
     assert {"bags/one/metadata.yaml", "bags/one/one_0.db3"} <= set(log_names(campaign, "poppy_LP"))
     (bag / "metadata.yaml").unlink()
     (no_file,) = told(check_campaign(path)[1])
-    print("PROBE", no_file)
     assert re.fullmatch(r"sheet.log-not-a-file \d+ force_log 'bags/one'", no_file)
 
 
